@@ -46,14 +46,14 @@ def cartesian_stiffness(states: LoadStates, chain: Chain) -> list[CartesianStiff
     ]
 
 
-def _joint(motion: JointMotion, found: JointComplianceMatrix) -> JointByItself:
+def _joint(motion: JointMotion, compliance: JointComplianceMatrix) -> JointByItself:
     return JointByItself(
         joint=motion.joint,
         between=[motion.inboard or "base", motion.outboard],
-        lines=[_line(line) for line in found.lines],
-        couplings=[list(pair) for pair in found.couplings],
-        matrix=found.matrix,
-        matrix_std=found.matrix_std,
+        lines=[_line(line) for line in compliance.lines],
+        couplings=[list(pair) for pair in compliance.couplings],
+        matrix=compliance.matrix,
+        matrix_std=compliance.matrix_std,
     )
 
 

@@ -77,24 +77,27 @@ def cartesian_stiffnesses(states: LoadStates, chain: Chain) -> tuple[CartesianSt
     """Return the poses in which wrench and displacement of the tool are both full; none where no run is."""
     if states.deflection_given or not states.setup.moments_measured or not states.has_orientation:
         return ()
-    found = []
+    stiffnesses = []
     for members in run_members(states.run):
         kept = members[states.used[members] & np.isfinite(states.rotation[members, 0, 0, 0])]
         kept = kept[np.isfinite(states.wrench[kept]).all(axis=1)]
         if len(kept) < FEWEST:
             continue
-        moved, wrench = _at_target(states, chain, kept)
-        full = _fullness(wrench, np.repeat([1.0, 1.0 / LENGTH_M], 3)), _fullness(moved, np.repeat([1.0, LENGTH_M], 3))
-        compliance: Floats = np.asarray(np.linalg.lstsq(wrench, moved, rcond=NOTHING)[0].T, dtype=np.float64)
-        over_noise = _over_noise(wrench @ compliance.T, moved)
+        displacement, wrench = _at_target(states, chain, kept)
+        full = (
+            _fullness(wrench, np.repeat([1.0, 1.0 / LENGTH_M], 3)),
+            _fullness(displacement, np.repeat([1.0, LENGTH_M], 3)),
+        )
+        compliance: Floats = np.asarray(np.linalg.lstsq(wrench, displacement, rcond=NOTHING)[0].T, dtype=np.float64)
+        over_noise = _over_noise(wrench @ compliance.T, displacement)
         if _chance_of_following(over_noise, len(kept)) > NOT_FULL_P:
             continue
         name = states.runs[int(states.run[kept[0]])].name
-        found.append(
+        stiffnesses.append(
             CartesianStiffness(
                 name,
                 states.setup.target_names[0],
-                stiffness_by_equation_15(moved, wrench),
+                stiffness_by_equation_15(displacement, wrench),
                 np.asarray(np.linalg.inv(compliance), dtype=np.float64),
                 compliance,
                 full,
@@ -102,7 +105,7 @@ def cartesian_stiffnesses(states: LoadStates, chain: Chain) -> tuple[CartesianSt
                 len(kept),
             )
         )
-    return tuple(found)
+    return tuple(stiffnesses)
 
 
 def _at_target(states: LoadStates, chain: Chain, kept: NDArray[np.int64]) -> tuple[Floats, Floats]:
@@ -114,10 +117,12 @@ def _at_target(states: LoadStates, chain: Chain, kept: NDArray[np.int64]) -> tup
     force = np.einsum("nij,nj->ni", axes, states.wrench[kept, :3])
     moment = np.einsum("nij,nj->ni", axes, states.wrench[kept, 3:]) + np.cross(point - target, force)
     turn = states.rotation[kept, 0] @ states.rotation[kept[0], 0].T
-    moved = np.concatenate([states.position[kept, 0] - states.position[kept[0], 0], vector_from_rotation(turn)], axis=1)
+    displacement = np.concatenate(
+        [states.position[kept, 0] - states.position[kept[0], 0], vector_from_rotation(turn)], axis=1
+    )
     wrench = np.concatenate([force, moment], axis=1)
     # the run's offset: the reference reading is as noisy as the others
-    return moved - moved.mean(axis=0), wrench - wrench.mean(axis=0)
+    return displacement - displacement.mean(axis=0), wrench - wrench.mean(axis=0)
 
 
 def _fullness(values: Floats, scale: Floats) -> float:
@@ -125,17 +130,17 @@ def _fullness(values: Floats, scale: Floats) -> float:
     return float(singular[-1] / singular[0]) if singular[0] > 0.0 else 0.0
 
 
-def _over_noise(follows: Floats, moved: Floats) -> float:
+def _over_noise(follows: Floats, displacement: Floats) -> float:
     """Return the least ratio of variances, over all directions, of what follows the wrench and of what does not.
 
     Parameters
     ----------
-    follows, moved : (n, 6) displacements by the fitted compliance, and as measured, less their means.
+    follows, displacement : (n, 6) displacements by the fitted compliance, and as measured, less their means.
     """
     scale = np.repeat([1.0, LENGTH_M], 3)
-    rest = (moved - follows) * scale
+    rest = (displacement - follows) * scale
     # a run's offset and six columns were fitted
-    noise = rest.T @ rest / (len(rest) - 7) + np.eye(6) * (1e-12 * float(np.max(np.abs(moved * scale)))) ** 2
+    noise = rest.T @ rest / (len(rest) - 7) + np.eye(6) * (1e-12 * float(np.max(np.abs(displacement * scale)))) ** 2
     whiten = np.linalg.inv(np.linalg.cholesky(noise))
     return float(np.linalg.eigvalsh(whiten @ (follows * scale).T @ (follows * scale) @ whiten.T)[0] / (len(rest) - 1))
 

@@ -145,24 +145,23 @@ def fit_warnings(fit: Fit) -> list[str]:
         "uncertainties"
         for effect, places in in_noise.items()
     ]
-    for one in fit.parameters:
-        if one.effect in in_noise and one.above_noise is False:
+    for parameter in fit.parameters:
+        if parameter.effect in in_noise and parameter.above_noise is False:
             continue
-        if one.at_bound:
-            words.append(f"{one.name} lies on the edge of what is possible")
-        elif one.poorly_known:
-            words.append(
-                f"{one.name} is poorly known: ± {100.0 * NORMAL_95 * (one.std or 0.0) / abs(one.value or 1.0):.0f} %"
-            )
+        if parameter.at_bound:
+            words.append(f"{parameter.name} lies on the edge of what is possible")
+        elif parameter.poorly_known:
+            share_percent = 100.0 * NORMAL_95 * (parameter.std or 0.0) / abs(parameter.value or 1.0)
+            words.append(f"{parameter.name} is poorly known: ± {share_percent:.0f} %")
     return words
 
 
 def _jointly_unidentifiable(fit: Fit) -> dict[str, list[str]]:
     """Return the effects of which several springs are lost in the noise, with the places where they are."""
     in_noise: dict[str, list[str]] = {}
-    for one in fit.parameters:
-        if one.above_noise is False:
-            in_noise.setdefault(one.effect, []).append(one.place.label)
+    for parameter in fit.parameters:
+        if parameter.above_noise is False:
+            in_noise.setdefault(parameter.effect, []).append(parameter.place.label)
     return {
         effect: list(dict.fromkeys(places))
         for effect, places in in_noise.items()

@@ -90,8 +90,8 @@ class JointComplianceMatrix:
         """Displacements that follow another component of the wrench beyond the noise: (displacement, of which load)."""
         if self.matrix is None or self.matrix_std is None:
             return ()
-        told = np.abs(self.matrix) > self.coupled * self.matrix_std
-        return tuple((COMPONENTS[a], COMPONENTS[b]) for a, b in np.argwhere(told & ~np.eye(6, dtype=np.bool_)))
+        significant = np.abs(self.matrix) > self.coupled * self.matrix_std
+        return tuple((COMPONENTS[a], COMPONENTS[b]) for a, b in np.argwhere(significant & ~np.eye(6, dtype=np.bool_)))
 
 
 def joint_compliance(motion: JointMotion, n_joints: int = 6) -> JointComplianceMatrix:
@@ -108,9 +108,9 @@ def joint_compliance(motion: JointMotion, n_joints: int = 6) -> JointComplianceM
 
 
 def _line(motion: JointMotion, axis: int) -> JointLine:
-    seen = np.isfinite(motion.displacement[:, axis])
-    load, moved, run = motion.wrench[seen, axis], motion.displacement[seen, axis], motion.run[seen]
-    weight = 1.0 / motion.std[seen, axis]
+    measured = np.isfinite(motion.displacement[:, axis])
+    load, displacement, run = motion.wrench[measured, axis], motion.displacement[measured, axis], motion.run[measured]
+    weight = 1.0 / motion.std[measured, axis]
     size = float(np.max(np.abs(load), initial=0.0))
     runs = np.unique(run)
     dof = len(load) - len(runs) - 1
@@ -118,7 +118,7 @@ def _line(motion: JointMotion, axis: int) -> JointLine:
     if size == 0.0 or dof < 3:
         return JointLine(COMPONENTS[axis], math.nan, math.nan, nothing, 1.0, math.nan, 0.0, len(load), {})
     powers = np.stack([(load / size) ** k for k in (1, 2, 3)], axis=1)
-    own, left = _about_runs(powers, run, weight), _about_runs(moved[:, None], run, weight)[:, 0]
+    own, left = _about_runs(powers, run, weight), _about_runs(displacement[:, None], run, weight)[:, 0]
     straight = float(own[:, 0] @ left / (own[:, 0] @ own[:, 0]))
     bent = np.linalg.lstsq(own, left, rcond=None)[0]
     squares = float(np.sum((left - straight * own[:, 0]) ** 2))
@@ -127,7 +127,7 @@ def _line(motion: JointMotion, axis: int) -> JointLine:
     curved = p_curved < CURVED_P
     fitted = bent if curved else np.array([straight, 0.0, 0.0])
     whole = powers @ fitted
-    rest = moved - whole
+    rest = displacement - whole
     scatter = math.sqrt((squares_bent if curved else squares) / (dof - 2 if curved else dof))
     std = math.sqrt(squares / dof) / math.sqrt(float(own[:, 0] @ own[:, 0]))
     curve = tuple((fitted / size ** np.arange(1, 4)).tolist())
@@ -163,8 +163,8 @@ def _matrix(motion: JointMotion, lines: Sequence[JointLine]) -> tuple[Floats | N
 
     A curved component keeps its square and cube: what they leave would look like couplings.
     """
-    seen = np.isfinite(motion.displacement).all(axis=1)
-    run, wrench = motion.run[seen], motion.wrench[seen]
+    measured = np.isfinite(motion.displacement).all(axis=1)
+    run, wrench = motion.run[measured], motion.wrench[measured]
     dof = len(wrench) - len(np.unique(run)) - 8
     scale = np.repeat([1.0, 1.0 / LENGTH_M], 3)
     if dof < 6:
@@ -176,12 +176,12 @@ def _matrix(motion: JointMotion, lines: Sequence[JointLine]) -> tuple[Floats | N
     for axis, line in enumerate(lines):
         size = float(np.max(np.abs(wrench[:, axis])))
         bent = [(wrench[:, axis] / size) ** k for k in (2, 3)] if line.curved else []
-        weight = 1.0 / motion.std[seen, axis]
+        weight = 1.0 / motion.std[measured, axis]
         own = _about_runs(np.column_stack([wrench, *bent]), run, weight)
-        left = _about_runs(motion.displacement[seen, axis, None], run, weight)[:, 0]
+        left = _about_runs(motion.displacement[measured, axis, None], run, weight)[:, 0]
         length = np.sqrt(np.sum(own**2, axis=0))
-        found = np.linalg.lstsq(own / length, left, rcond=None)[0] / length
+        coefficients = np.linalg.lstsq(own / length, left, rcond=None)[0] / length
         inverse = np.linalg.inv((own / length).T @ (own / length)) / np.outer(length, length)
-        matrix[axis] = found[:6]
-        variance[axis] = np.sum((left - own @ found) ** 2) / dof * np.diag(inverse)[:6]
+        matrix[axis] = coefficients[:6]
+        variance[axis] = np.sum((left - own @ coefficients) ** 2) / dof * np.diag(inverse)[:6]
     return matrix, np.sqrt(variance)

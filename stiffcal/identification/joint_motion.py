@@ -79,30 +79,30 @@ def joint_motions(states: LoadStates, chain: Chain) -> tuple[JointMotion, ...]:
     positions, rotations = body_poses(chain, angles)
     bodies = {pair[1]: _since_reference(states, kept, pair[1]) for pair in pairs.values()}
     force, moment, point = _load(states, chain, kept, angles, bodies)
-    found = []
+    motions = []
     for joint, (inboard, outboard) in pairs.items():
         axes = rotations[:, joint]
         place = positions[:, joint] + chain.bearing[joint - 1] * axes[:, :, 2]
         base = bodies[inboard] if inboard >= 0 else _Motion.none(len(kept))
-        moved = _relative(bodies[outboard], base, place, axes)
-        here, turned = base.carried(place), base.turn @ axes
-        wrench = np.stack([force, moment + np.cross(point - here, force)], axis=1)
+        displacement = _relative(bodies[outboard], base, place, axes)
+        carried_place, turned = base.carried(place), base.turn @ axes
+        wrench = np.stack([force, moment + np.cross(point - carried_place, force)], axis=1)
         wrench = np.einsum("nji,nkj->nki", turned, wrench).reshape(-1, 6)
-        told = np.isfinite(wrench).all(axis=1, keepdims=True)  # not where the sensor's link was hidden
+        known = np.isfinite(wrench).all(axis=1, keepdims=True)  # not where the sensor's link was hidden
         names = states.setup.target_names
-        found.append(
+        motions.append(
             JointMotion(
                 joint,
                 "" if inboard < 0 else names[inboard],
                 names[outboard],
-                np.where(told, moved, np.nan),
-                np.where(told, wrench, 0.0),
+                np.where(known, displacement, np.nan),
+                np.where(known, wrench, 0.0),
                 _spread(states, kept, (inboard, outboard), place, axes),
                 states.run[kept],
                 kept,
             )
         )
-    return tuple(found)
+    return tuple(motions)
 
 
 def _run_means(values: Floats, run: Integers) -> Floats:
@@ -137,10 +137,10 @@ def _since_reference(states: LoadStates, kept: Integers, body: int) -> _Motion:
     """Return the motion of a target since its run's marked reference, or the least load where it was hidden in that."""
     n = len(kept)
     motion = _Motion(np.full((n, 3, 3), np.nan), np.full((n, 3), np.nan), np.full((n, 3), np.nan))
-    seen = np.isfinite(states.rotation[kept, body, 0, 0])
+    measured = np.isfinite(states.rotation[kept, body, 0, 0])
     load = np.sqrt(np.sum(np.nan_to_num(states.wrench) ** 2, axis=1))
     for members in run_members(states.run[kept]):
-        mine = members[seen[members]]
+        mine = members[measured[members]]
         if not len(mine):
             continue
         start = kept[mine[np.argmin(np.where(states.reference[kept[mine]], -1.0, load[kept[mine]]))]]
@@ -157,16 +157,18 @@ def _load(
     for number, motion in bodies.items():
         carriers.setdefault(states.setup.targets[number].body, motion)
     last, flange = chain.n_joints, chain.n_joints + 1
-    for one, other in ((last, flange), (flange, last)):
-        if one in carriers:
-            carriers.setdefault(other, carriers[one])
+    for start, end in ((last, flange), (flange, last)):
+        if start in carriers:
+            carriers.setdefault(end, carriers[start])
     still = _Motion.none(len(kept))
     setup = states.setup
     _, axes = attached_poses(chain, angles, setup.wrench_axes)
     point, _ = attached_poses(chain, angles, setup.wrench_point)
     axes = carriers.get(setup.wrench_axes.body, still).turn @ axes
     point = carriers.get(setup.wrench_point.body, still).carried(point)
-    force, moment = (np.einsum("nij,nj->ni", axes, states.wrench[kept, part]) for part in (slice(3), slice(3, 6)))
+    force, moment = (
+        np.einsum("nij,nj->ni", axes, states.wrench[kept, component]) for component in (slice(3), slice(3, 6))
+    )
     return force, moment, point
 
 
@@ -178,9 +180,9 @@ def _relative(outboard: _Motion, inboard: _Motion, place: Floats, axes: Floats) 
     place : (n, 3) the joint's origin, base axes, m.
     axes : (n, 3, 3) base_from_joint.
     """
-    moved = inboard.measured_from(outboard.carried(place)) - place
+    shifted = inboard.measured_from(outboard.carried(place)) - place
     turn = np.swapaxes(inboard.turn, 1, 2) @ outboard.turn
-    shift = np.einsum("nji,nj->ni", axes, moved)
+    shift = np.einsum("nji,nj->ni", axes, shifted)
     return np.concatenate([shift, np.einsum("nji,nj->ni", axes, vector_from_rotation(turn))], axis=1)
 
 
@@ -200,8 +202,8 @@ def _spread(states: LoadStates, kept: Integers, pair: tuple[int, int], place: Fl
         markers = states.setup.markers[body] if states.setup.markers else None
         if markers is None:
             return np.ones((n, 6))
-        seen = states.markers_measured[kept, body, : len(markers.names)]
-        pose = markers.covariance(seen, states.rotation[kept, body])
+        measured = states.markers_measured[kept, body, : len(markers.names)]
+        pose = markers.covariance(measured, states.rotation[kept, body])
         # the joint's origin goes with the body: its place errs with the turn too
         lever = np.cross(np.eye(3)[None], (place - states.position[kept, body])[:, None, :])
         rows = np.concatenate([np.eye(3) * np.ones((n, 1, 1)), np.swapaxes(lever, 1, 2)], axis=2)

@@ -70,7 +70,9 @@ def _taken_out(error: Floats, link: MeasuredLink, fit: Fit, observations: Observ
     measured = (place < len(data.index)) & (data.index[np.minimum(place, len(data.index) - 1)] == states)
     angles = np.ascontiguousarray(observations.angles[:, link.index[measured]].T)
     displacement = link.wrench[measured] @ error.T
-    parts = np.zeros((len(data.setup.targets), 6, data.n_states))
+    displacements = np.zeros((len(data.setup.targets), 6, data.n_states))
     for body, target in enumerate(data.setup.targets):
-        parts[body][:, place[measured]] = carried_to_target(fit.robot.chain, angles, link.link, displacement, target).T
-    return data.layout.of_targets(parts)
+        displacements[body][:, place[measured]] = carried_to_target(
+            fit.robot.chain, angles, link.link, displacement, target
+        ).T
+    return data.layout.of_targets(displacements)

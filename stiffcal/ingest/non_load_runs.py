@@ -22,8 +22,8 @@ class NonLoadRuns:
     """
 
     def __init__(self, campaign: Campaign) -> None:
-        found = {kind.name: kind.reduction(campaign) for kind in all_kinds()}
-        self._reductions = {name: reduction for name, reduction in found.items() if reduction is not None}
+        reductions = {kind.name: kind.reduction(campaign) for kind in all_kinds()}
+        self._reductions = {name: reduction for name, reduction in reductions.items() if reduction is not None}
 
     def __bool__(self) -> bool:
         return bool(self.entries)
@@ -54,10 +54,10 @@ class NonLoadRuns:
 
     def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
         """Return the tables of all kinds, by name; `settings` stand with them."""
-        found: dict[str, pa.Table] = {}
+        tables_by_name: dict[str, pa.Table] = {}
         for reduction in self._reductions.values():
-            found |= reduction.tables(settings)
-        return found
+            tables_by_name |= reduction.tables(settings)
+        return tables_by_name
 
     def check(self) -> tuple[list[str], list[str]]:
         """Return what is missing of these runs, and remarks on them, a line each.

@@ -137,11 +137,11 @@ def collect_raw_states(
     """Read tables and logs; None where there are no states yet. Runs without load states join `non_load`."""
     manifest, non_load = campaign.manifest, NonLoadRuns(campaign) if non_load is None else non_load
     progress("reading tables", None)
-    parts: list[RawStates] = []
+    tables: list[RawStates] = []
     try:
         table = tabled_states(campaign.folder, manifest, quality.update)
         if table is not None:
-            parts.append(table if ingest_options.only is None else of_run(table, ingest_options.only))
+            tables.append(table if ingest_options.only is None else of_run(table, ingest_options.only))
     except InputError as error:
         ingest_options.fault(error)
     try:
@@ -152,8 +152,8 @@ def collect_raw_states(
     runs: list[ReducedRun] = []
     for k, (run, sources) in enumerate(chosen):
         if ingest_options.collected is not None:  # files that are still to be measured are no faults there
-            named, held = log_files(campaign, run, sources), campaign.manifest.sources
-            sources = [name for name, file in named if is_there(campaign.folder, held[name], file)]
+            named, manifest_sources = log_files(campaign, run, sources), campaign.manifest.sources
+            sources = [name for name, file in named if is_there(campaign.folder, manifest_sources[name], file)]
         if not sources:
             continue
         logs = _read_logs(
@@ -169,20 +169,20 @@ def collect_raw_states(
             if reduction is not None:
                 if len(logs) == len(sources) and (reduction.reads_first_lines or not ingest_options.quick):
                     states = reduction.add(run, logs)
-                    parts += [] if states is None else [states]
+                    tables += [] if states is None else [states]
             elif ingest_options.quick and logs:
-                parts.append(beginning(run, logs))
+                tables.append(beginning(run, logs))
             elif len(logs) == len(sources):
                 reduced = reduce_run(run, logs, _tabled_holds(campaign, run, sources[0]))
                 runs.append(reduced)
-                parts.append(reduced.states)
+                tables.append(reduced.states)
         except InputError as error:
             ingest_options.fault(error)
     try:
         non_load.finish()
     except InputError as error:
         ingest_options.fault(error)
-    return (stacked(parts) if parts else None), runs
+    return (stacked(tables) if tables else None), runs
 
 
 def _within(progress: Progress, start: float, width: float, text: str, fraction: float | None = None) -> None:
@@ -212,15 +212,15 @@ def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, 
     """Return load states in base axes; frames to be estimated are found first, from the references."""
     manifest, chain = campaign.manifest, campaign.chain
     holding_kinds = {kind.name for kind in all_kinds() if kind.holds_flange}
-    held = any(run.experiment in holding_kinds for run in manifest.runs if run.id in set(gathered.run))
+    any_held = any(run.experiment in holding_kinds for run in manifest.runs if run.id in set(gathered.run))
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
-    states = load_states(gathered, manifest, chain, holding(setup) if held else setup)
+    states = load_states(gathered, manifest, chain, holding(setup) if any_held else setup)
     names = frames_to_estimate(manifest)
     if not names:
         return without_growth(states), None
-    found = register_frames(in_instrument_axes(states), manifest, chain, names)
-    setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain, found.frames))
-    return without_growth(load_states(gathered, manifest, chain, holding(setup) if held else setup)), found
+    registration = register_frames(in_instrument_axes(states), manifest, chain, names)
+    setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain, registration.frames))
+    return without_growth(load_states(gathered, manifest, chain, holding(setup) if any_held else setup)), registration
 
 
 def _ingested_runs(states: LoadStates, runs: Sequence[ReducedRun]) -> list[IngestedRun]:

@@ -203,10 +203,10 @@ def _next_fault(rods: Rods, readings: _RodReadings) -> tuple[RodFault | None, _R
         and trial.rods != best.rods
         and trial.score(count, floor) - best.score(count, floor) < DECISIVE
     ]
-    others = tuple(_label(trial, rods) for trial in close)
+    rivals = tuple(_label(trial, rods) for trial in close)
     names = tuple(rods.names[i] for i in best.rods)
     fault = RodFault(
-        best.kind, names, _size(best, readings), before, after, others, _sentence(best, names, before, after, others)
+        best.kind, names, _size(best, readings), before, after, rivals, _sentence(best, names, before, after, rivals)
     )  # fmt: skip
     return fault, best.mended
 

@@ -111,13 +111,15 @@ def placed_robot(campaign: Campaign) -> CompliantRobot:
     InputError : the model file names an effect, a place or a parameter that does not exist.
     """
     robot = _whole_robot(campaign)
-    return replace(robot, placed=tuple(one for one in robot.placed if not one.effect.in_motion))
+    return replace(
+        robot, placed=tuple(placed_effect for placed_effect in robot.placed if not placed_effect.effect.in_motion)
+    )
 
 
 def moving_effects(campaign: Campaign) -> tuple[PlacedEffect, ...]:
     """Return the effects of the model file that show in motion alone (friction of the drives), by joint."""
-    found = [one for one in _whole_robot(campaign).placed if one.effect.in_motion]
-    return tuple(sorted(found, key=lambda one: one.place.joints))
+    in_motion = [placed_effect for placed_effect in _whole_robot(campaign).placed if placed_effect.effect.in_motion]
+    return tuple(sorted(in_motion, key=lambda placed_effect: placed_effect.place.joints))
 
 
 def _whole_robot(campaign: Campaign) -> CompliantRobot:

@@ -47,16 +47,16 @@ def _measured(states: LoadStates) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
 
 
 def _what_is_there(states: LoadStates, n_runs: int) -> str:
-    parts = ["joint angles"]
+    contents = ["joint angles"]
     if np.any(states.wrench):
-        parts.append("loads")
+        contents.append("loads")
     if np.isfinite(states.position).any():
-        parts.append("places of the target")
+        contents.append("places of the target")
     if np.isfinite(states.lengths).any():
-        parts.append("lengths of rods")
+        contents.append("lengths of rods")
     if np.isfinite(states.displacement).any():
-        parts.append("readings of gauges")
-    return f"{_count(len(states), 'load state')} in {_count(n_runs, 'run')}, with {', '.join(parts)}"
+        contents.append("readings of gauges")
+    return f"{_count(len(states), 'load state')} in {_count(n_runs, 'run')}, with {', '.join(contents)}"
 
 
 def _what_is_missing(states: LoadStates, measured: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> str:
@@ -83,5 +83,5 @@ def _what_would_serve(states: LoadStates) -> str:
     return f'{mend}; or experiment = "{ABSOLUTE}"' if ABSOLUTE in kind_names() else mend
 
 
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}{'' if number == 1 else 's'}"
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -103,15 +103,15 @@ def _readings(states: LoadStates) -> tuple[Floats, int]:
         read = np.isfinite(states.displacement)
         alone = np.where(read.any(axis=1), np.sum(np.where(read, states.displacement, 0.0), axis=1), np.nan)
         return alone[:, None] if read.any() else np.zeros((n, 0)), 1
-    parts = [states.position.reshape(n, -1)]
+    columns = [states.position.reshape(n, -1)]
     for b in range(states.rotation.shape[1]):
         if np.isfinite(states.rotation[:, b]).all():
             turned = np.zeros((n, 3))
             for members in members_of(states.run):
                 first = states.rotation[members[0], b]
                 turned[members] = vector_from_rotation(states.rotation[members, b] @ first.T)
-            parts.append(turned)
-    return np.concatenate(parts, axis=1), 3
+            columns.append(turned)
+    return np.concatenate(columns, axis=1), 3
 
 
 def _misaligned(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Floats:

@@ -29,7 +29,7 @@ def repeated_rows(states: LoadStates) -> list[str]:
     if len(used) < 2:
         return []
     values = (states.joints, states.wrench, *readings)
-    table = np.nan_to_num(np.concatenate([part[used].reshape(len(used), -1) for part in values], axis=1))
+    table = np.nan_to_num(np.concatenate([signal[used].reshape(len(used), -1) for signal in values], axis=1))
     _, first, group = np.unique(table, axis=0, return_index=True, return_inverse=True)
     original = first[group.ravel()]
     copies = np.flatnonzero(original != np.arange(len(used)))

@@ -71,14 +71,14 @@ def tabled_states(
     for name, source in manifest.sources.items():
         if not source.is_states:
             continue
-        parts = []
+        tables = []
         for run, files in _files(manifest, name):
             display_name = next(iter(files.values()), "")
             observe = None if observer is None else partial(observer, name, display_name)
             rows = _joined(list(read_rows(folder, name, source, files, observe)))
-            parts.append(_labelled(manifest, name, run, rows, display_name))
-            _check_order(parts[-1], display_name, partial(_place, folder, source, files))
-        table = _concatenated(parts)
+            tables.append(_labelled(manifest, name, run, rows, display_name))
+            _check_order(tables[-1], display_name, partial(_place, folder, source, files))
+        table = _concatenated(tables)
         gathered = table if gathered is None else _joined_side_by_side(gathered, table, name)
     return gathered
 
@@ -91,12 +91,12 @@ def _files(manifest: Manifest, source: str) -> list[tuple[Run | None, dict[str, 
     return [(None, manifest.files_of(source))]
 
 
-def _joined(parts: Sequence[Rows]) -> Rows:
+def _joined(tables: Sequence[Rows]) -> Rows:
     return Rows(
-        np.concatenate([rows.number for rows in parts]),
-        np.concatenate([rows.time for rows in parts]),
-        [word for rows in parts for word in rows.run],
-        {name: np.concatenate([rows.signals[name] for rows in parts], axis=1) for name in parts[0].signals},
+        np.concatenate([rows.number for rows in tables]),
+        np.concatenate([rows.time for rows in tables]),
+        [word for rows in tables for word in rows.run],
+        {name: np.concatenate([rows.signals[name] for rows in tables], axis=1) for name in tables[0].signals},
     )
 
 
@@ -187,33 +187,33 @@ def of_run(gathered: RawStates, name: str) -> RawStates:
     return pick(gathered, np.array([run == name for run in gathered.run], dtype=np.bool_))
 
 
-def _concatenated(parts: Sequence[RawStates]) -> RawStates:
-    if len(parts) == 1:
-        return parts[0]
+def _concatenated(tables: Sequence[RawStates]) -> RawStates:
+    if len(tables) == 1:
+        return tables[0]
     return RawStates(
-        run=[name for states in parts for name in states.run],
-        number=np.concatenate([states.number for states in parts]),
-        time=np.concatenate([states.time for states in parts]),
-        hold=np.concatenate([states.hold for states in parts]),
-        signals=_stacked_signals([states.signals for states in parts], [len(states.run) for states in parts]),
-        scatter=_stacked_signals([states.scatter for states in parts], [len(states.run) for states in parts]),
-        n_readings=np.concatenate([states.n_readings for states in parts]),
-        set_aside=[reason for states in parts for reason in states.set_aside],
+        run=[name for states in tables for name in states.run],
+        number=np.concatenate([states.number for states in tables]),
+        time=np.concatenate([states.time for states in tables]),
+        hold=np.concatenate([states.hold for states in tables]),
+        signals=_stacked_signals([states.signals for states in tables], [len(states.run) for states in tables]),
+        scatter=_stacked_signals([states.scatter for states in tables], [len(states.run) for states in tables]),
+        n_readings=np.concatenate([states.n_readings for states in tables]),
+        set_aside=[reason for states in tables for reason in states.set_aside],
     )
 
 
-def stacked(parts: Sequence[RawStates]) -> RawStates:
+def stacked(tables: Sequence[RawStates]) -> RawStates:
     """Return the states of several runs one after the other; a signal that one of them lacks is NaN there."""
-    return _concatenated(parts)
+    return _concatenated(tables)
 
 
-def _stacked_signals(parts: Sequence[Mapping[str, Floats]], counts: Sequence[int]) -> dict[str, Floats]:
-    widths = {name: values.shape[1] for signals in parts for name, values in signals.items()}
+def _stacked_signals(tables: Sequence[Mapping[str, Floats]], counts: Sequence[int]) -> dict[str, Floats]:
+    widths = {name: values.shape[1] for signals in tables for name, values in signals.items()}
     return {
         name: np.concatenate(
             [
                 signals[name] if name in signals else np.full((n, width), np.nan)
-                for signals, n in zip(parts, counts, strict=True)
+                for signals, n in zip(tables, counts, strict=True)
             ]
         )
         for name, width in widths.items()

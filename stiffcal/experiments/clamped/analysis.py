@@ -106,13 +106,13 @@ def analyse_runs(
     InputError : the passes do not settle.
     """
     laws: dict[int, TorqueAngleLaw] = {}
-    coupled = any(not one.is_distinguishable for one in chains)
+    coupled = any(not chain.is_distinguishable for chain in chains)
     runs: list[ClampedRun] = []
     for number in range(1, MOST_PASSES + 1):
         before = laws
         runs = [
-            _analysed(own, one, laws) if one.is_excited else _unusable_run(own, one)
-            for own, one in zip(readings, chains, strict=True)
+            _analysed(own, chain, laws) if chain.is_excited else _unusable_run(own, chain)
+            for own, chain in zip(readings, chains, strict=True)
         ]
         runs = judged(runs)
         laws = {joint: widest(runs, joint).fit.law for joint in sorted({run.joint for run in runs if not run.left_out})}
@@ -224,9 +224,9 @@ def _between_cycles(angle: Floats, torque: Floats, used: NDArray[np.int64], swee
 
 def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
     """Name and leave out the poses in which the motion hardly exceeds the play, or that went one way only."""
-    found = []
+    judged_runs = []
     for run in runs:
-        peers = [one for one in runs if one.joint == run.joint and one.branches.angle.size and one.both_ways]
+        peers = [peer for peer in runs if peer.joint == run.joint and peer.branches.angle.size and peer.both_ways]
         reference = _play_of_joint(peers)
         why = run.left_out
         if not why and not run.both_ways:
@@ -238,13 +238,13 @@ def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
                 f"the motion, {np.rad2deg(run.motion):.3f}°, hardly exceeds the play, {np.rad2deg(reference):.3f}°: "
                 "the flanks are not reached"
             )
-        found.append(replace(run, left_out=why))
-    return found
+        judged_runs.append(replace(run, left_out=why))
+    return judged_runs
 
 
 def _play_of_joint(runs: Sequence[ClampedRun]) -> float:
     """Return the play as those poses see it that moved far beyond what they see, rad; the widest motion where none."""
     far = [run.play for run in runs if run.motion > 1.5 * run.play > 0.0]
-    wide = [run for run in runs if run.motion >= 0.7 * max(other.motion for other in runs)]
+    wide = [run for run in runs if run.motion >= 0.7 * max(candidate.motion for candidate in runs)]
     plays = [run.play for run in wide if run.play in far] or far
     return float(np.median(plays)) if plays else 0.0

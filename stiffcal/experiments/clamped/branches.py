@@ -60,8 +60,8 @@ def average_branches(angle: Floats, torque: Floats, sweep: Integers, up: NDArray
     angles, torques = means(angle), means(torque)
     rising = np.zeros(n_sweeps, dtype=np.bool_)
     rising[sweep[used]] = up[used]
-    parts = [_one_direction(angles[rising == way], torques[rising == way], way) for way in (True, False)]
-    stacked = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    directions = [_one_direction(angles[rising == way], torques[rising == way], way) for way in (True, False)]
+    stacked = [np.concatenate(column) for column in zip(*directions, strict=True)]
     spread, through = stacked[3], stacked[4].astype(np.int64)
     repeated = through > 1
     inside = float(np.sqrt(np.mean(spread[repeated] ** 2))) if repeated.any() else 0.0
@@ -73,13 +73,13 @@ def average_branches(angle: Floats, torque: Floats, sweep: Integers, up: NDArray
 def _one_direction(angle: Floats, torque: Floats, way: bool) -> tuple[Floats, ...]:
     """Return angle, torque, direction, spread and count of the bins that half sweeps of one direction went through."""
     through = np.count_nonzero(np.isfinite(torque), axis=0) if len(torque) else np.zeros(0, dtype=np.int64)
-    seen = through > 0
+    covered = through > 0
     # At the ends the noise of the angle chooses what falls into a bin: its mean is not the mean of the curve there.
-    ends: Integers = np.flatnonzero(seen)[[0, -1]] if seen.sum() > LEAST_BINS else np.zeros(0, dtype=np.int64)
-    seen[ends] = False
-    if not seen.any():
+    ends: Integers = np.flatnonzero(covered)[[0, -1]] if covered.sum() > LEAST_BINS else np.zeros(0, dtype=np.int64)
+    covered[ends] = False
+    if not covered.any():
         return tuple(np.zeros(0) for _ in range(5))
-    angle, torque, through = angle[:, seen], torque[:, seen], through[seen]
+    angle, torque, through = angle[:, covered], torque[:, covered], through[covered]
     mean = np.nanmean(torque, axis=0)
     squares = np.nansum((torque - mean) ** 2, axis=0)
     spread = np.where(through > 1, np.sqrt(squares / np.maximum(through - 1, 1)), np.nan)

@@ -68,8 +68,8 @@ class ClampedChain:
     @property
     def is_distinguishable(self) -> bool:
         """True where no other drive's give looks like the moved one's."""
-        others = np.delete(self.seen, self.joint - 1)
-        return bool(np.abs(others).max(initial=0.0) < 1e-3 * self.seen[self.joint - 1])
+        other_joints = np.delete(self.seen, self.joint - 1)
+        return bool(np.abs(other_joints).max(initial=0.0) < 1e-3 * self.seen[self.joint - 1])
 
     def angle(self, laws: Mapping[int, TorqueAngleLaw]) -> Floats:
         """Return (n,) φ = φ_a − φ_m of the moved joint, rad: its drive's give, the others' taken off.
@@ -121,15 +121,15 @@ def clamped_chain(
     angles = chain.model_angles(pose[None])
     drives = chain.drive_axes
     inverse, jacobian = clamped_inverse(chain, angles, setup.wrench_point)
-    seen = (inverse @ jacobian)[joint - 1]
+    visibility = (inverse @ jacobian)[joint - 1]
     start = np.median(readings.joints[: max(3, len(readings) // 200)], axis=0)
     motion = (readings.joints - start) @ chain.coupling.T @ np.linalg.inv(drives).T
     measured = bool(np.isfinite(readings.wrench).all())
-    held = _weight(chain, setup, angles) @ drives
+    weight_torque = _weight(chain, setup, angles) @ drives
     if measured:
         axes = attached_poses(chain, angles, setup.wrench_axes)[1][0]
         wrench = np.concatenate([readings.wrench[:, :3] @ axes.T, readings.wrench[:, 3:] @ axes.T], axis=1)
-        torque = wrench @ jacobian + held
+        torque = wrench @ jacobian + weight_torque
     else:
         torque = -np.nan_to_num(readings.torque)
         alone = np.zeros_like(torque)
@@ -138,16 +138,16 @@ def clamped_chain(
     give = np.zeros(len(readings)) if fixture is None else (wrench @ fixture.T) @ inverse[joint - 1]
     force = np.sqrt(np.sum(wrench[:, :3] ** 2, axis=1))
     pulled = force > 0.3 * force.max(initial=0.0)
-    own = torque[:, joint - 1] - (held[joint - 1] if measured else 0.0)
+    own = torque[:, joint - 1] - (weight_torque[joint - 1] if measured else 0.0)
     return ClampedChain(
         joint=joint,
         motion=motion,
         torque=torque,
-        seen=seen,
+        seen=visibility,
         fixture=give,
         source="force sensor" if measured else "motor torque",
         moments_measured=setup.moments_measured or not measured,
-        weight=float(held[joint - 1]),
+        weight=float(weight_torque[joint - 1]),
         lever=float(np.median(np.abs(own[pulled]) / force[pulled])) if measured and pulled.any() else float("nan"),
     )
 

@@ -139,22 +139,22 @@ def branches_table(runs: tuple[ClampedRun, ...]) -> pa.Table:
     """Return the averaged branches of all runs: angle, torque, direction, spread between cycles, the law's torque."""
     from stiffcal.store import table_of
 
-    parts = [run for run in runs if run.branches.angle.size]
+    runs_with_branches = [run for run in runs if run.branches.angle.size]
 
     def stacked(values: Sequence[NDArray[Any]]) -> NDArray[Any]:
         return np.concatenate(values) if values else np.zeros(0)
 
     return table_of(
         {
-            "run": [run.name for run in parts for _ in range(run.branches.angle.size)],
-            "joint": stacked([np.full(run.branches.angle.size, run.joint) for run in parts]),
-            "angle_rad": stacked([run.branches.angle for run in parts]),
-            "torque_Nm": stacked([run.branches.torque for run in parts]),
-            "up": stacked([run.branches.up for run in parts]),
-            "spread_Nm": stacked([run.branches.spread for run in parts]),
-            "half_sweeps": stacked([run.branches.n_sweeps for run in parts]),
-            "law_Nm": stacked([_law(run) for run in parts]),
-            "residual_Nm": stacked([run.branches.torque - _law(run) for run in parts]),
+            "run": [run.name for run in runs_with_branches for _ in range(run.branches.angle.size)],
+            "joint": stacked([np.full(run.branches.angle.size, run.joint) for run in runs_with_branches]),
+            "angle_rad": stacked([run.branches.angle for run in runs_with_branches]),
+            "torque_Nm": stacked([run.branches.torque for run in runs_with_branches]),
+            "up": stacked([run.branches.up for run in runs_with_branches]),
+            "spread_Nm": stacked([run.branches.spread for run in runs_with_branches]),
+            "half_sweeps": stacked([run.branches.n_sweeps for run in runs_with_branches]),
+            "law_Nm": stacked([_law(run) for run in runs_with_branches]),
+            "residual_Nm": stacked([run.branches.torque - _law(run) for run in runs_with_branches]),
         }
     )
 
@@ -172,49 +172,61 @@ def parameters_of(
     from stiffcal.identification.reported import amplitude_bounds
 
     by_joint = {joint.joint: joint for joint in joints}
-    found, unidentified = [], []
+    identified, unidentified = [], []
     forms: dict[str, Effect] = {}
     rows = []
-    for one in placed:
-        joint = by_joint.get(one.place.joints[0]) if one.place.kind == "joints" else None
-        other_effects = [other.effect.name for other in placed if other is not one and other.place == one.place]
-        values = {} if joint is None else one.effect.from_torque_angle(torque_angle(joint), other_effects)
+    for placed_effect in placed:
+        joint = by_joint.get(placed_effect.place.joints[0]) if placed_effect.place.kind == "joints" else None
+        other_effects = [
+            neighbour.effect.name
+            for neighbour in placed
+            if neighbour is not placed_effect and neighbour.place == placed_effect.place
+        ]
+        values = {} if joint is None else placed_effect.effect.from_torque_angle(torque_angle(joint), other_effects)
         if values:
-            forms.setdefault(one.effect.name, one.effect.form(values))
-        rows.append((one, joint, other_effects, values))
-    for one, joint, other_effects, values in rows:
+            forms.setdefault(placed_effect.effect.name, placed_effect.effect.form(values))
+        rows.append((placed_effect, joint, other_effects, values))
+    for placed_effect, joint, other_effects, values in rows:
         # joints that were not driven are written as those that were
-        effect = one.effect.form(values) if values else forms.get(one.effect.name, one.effect)
+        effect = (
+            placed_effect.effect.form(values) if values else forms.get(placed_effect.effect.name, placed_effect.effect)
+        )
         names = []
         for spec in effect.parameters:
-            name = one.parameter_name(spec.symbol)
+            name = placed_effect.parameter_name(spec.symbol)
             if name in fixed:
-                value = one.values.get(spec.symbol)
-                told = Parameter(name, effect.name, one.place, spec, value, None, None, True, True, False)
+                value = placed_effect.values.get(spec.symbol)
+                parameter = Parameter(
+                    name, effect.name, placed_effect.place, spec, value, None, None, True, True, False
+                )
             elif spec.symbol in values:
                 value, std = values[spec.symbol]
                 low, high = amplitude_bounds(spec)
                 # what a spring measures stands, however soft it is: bounds hold for what is searched
                 high = max(high, value + NORMAL_95 * std) if value > high else high
                 ends = max(low, value - NORMAL_95 * std), min(high, value + NORMAL_95 * std)
-                told = Parameter(name, effect.name, one.place, spec, value, std, ends, False, True, value <= low)
+                parameter = Parameter(
+                    name, effect.name, placed_effect.place, spec, value, std, ends, False, True, value <= low
+                )
             else:
-                told = Parameter(name, effect.name, one.place, spec, None, None, None, False, False, False)
+                parameter = Parameter(
+                    name, effect.name, placed_effect.place, spec, None, None, None, False, False, False
+                )
                 names.append(name)
-            found.append(identified_parameter(told))
+            identified.append(identified_parameter(parameter))
         if names:
-            reason = _why_unidentified(one, joint, other_effects)
+            reason = _why_unidentified(placed_effect, joint, other_effects)
             unidentified.append(UnidentifiedParameters(parameters=names, known=None, reason=reason))
-    return found, unidentified
+    return identified, unidentified
 
 
-def _why_unidentified(one: PlacedEffect, joint: ClampedJoint | None, other_effects: list[str]) -> str:
-    if one.place.kind != "joints":
+def _why_unidentified(placed_effect: PlacedEffect, joint: ClampedJoint | None, other_effects: list[str]) -> str:
+    if placed_effect.place.kind != "joints":
         return "clamped runs turn one joint at a time: what gives elsewhere needs load states"
     if joint is None:
-        return f"joint {one.place.joints[0]} was driven in no clamped run that can be used"
-    if other_effects and not one.effect.from_torque_angle(torque_angle(joint), other_effects):
-        if one.effect.from_torque_angle(torque_angle(joint), ()):
+        return f"joint {placed_effect.place.joints[0]} was driven in no clamped run that can be used"
+    if other_effects and not placed_effect.effect.from_torque_angle(torque_angle(joint), other_effects):
+        if placed_effect.effect.from_torque_angle(torque_angle(joint), ()):
             return "another law of the joint holds it too: " + ", ".join(other_effects)
     elif not joint.play_found:
         return "there is no play, and so no band in which it is crossed"
@@ -263,7 +275,7 @@ def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: t
         )
     if any(not run.chain.moments_measured for run in runs):
         words.append("no moments are measured: a joint's torque is that of the force's lever about its axis alone")
-    told = {joint.joint for joint in joints}
-    for number in sorted({run.joint for run in runs} - told):
+    with_result = {joint.joint for joint in joints}
+    for number in sorted({run.joint for run in runs} - with_result):
         words.append(f"joint {names[number - 1]} cannot be told: none of its clamped runs can be used")
     return words

@@ -41,11 +41,11 @@ def other_loaded(chain: ClampedChain) -> tuple[int, float] | None:
 
 def loaded_words(run: str, chain: ClampedChain, names: Sequence[str]) -> str:
     """Return what `other_loaded` means, in words; "" where nothing is wrong."""
-    found = other_loaded(chain)
-    if found is None:
+    loaded = other_loaded(chain)
+    if loaded is None:
         return ""
-    other, share = found
-    own, with_it = names[chain.joint - 1], names[other - 1]
+    other_joint, share = loaded
+    own, with_it = names[chain.joint - 1], names[other_joint - 1]
     size = f"{100.0 * share:.0f} % of that on {own}" if share < 10.0 else f"{share:.0f} times that on {own}"
     return (
         f"run {run}: as {own} turns, a torque on {with_it} follows, {size}; a held flange loads the moved joint alone: "

@@ -39,24 +39,24 @@ def heldout_clamped(runs: Sequence[ClampedRun]) -> list[HeldoutRun]:
 
     The middle of the play and the sensor's zero are the pose's own, as the reference of a load run is.
     """
-    found = []
-    told = {joint.joint: joint.far for joint in joints_of([run for run in runs if not run.left_out])}
+    heldout_runs = []
+    usable = {joint.joint: joint.far for joint in joints_of([run for run in runs if not run.left_out])}
     for run in runs:
         held_out = run.holdout and run.branches.angle.size and run.both_ways
         # what moved too little to tell the curve neither tells nor judges it
-        others = [one for one in told.get(run.joint, ()) if one is not run]
-        used = any(one is run for one in told.get(run.joint, ()))
-        if not (used or held_out) or not others:
+        peers = [peer for peer in usable.get(run.joint, ()) if peer is not run]
+        used = any(peer is run for peer in usable.get(run.joint, ()))
+        if not (used or held_out) or not peers:
             continue
-        joint = joints_of(others)[0]
+        joint = joints_of(peers)[0]
         own = run.fit.law
         friction = joint.friction or 0.0
         expected = replace(own, width=joint.width, band=joint.band or own.band, curve=joint.curve, friction=friction)
         law = _moved_to_data(expected, run.branches)
         residual = run.branches.torque - law.torque_at(run.branches.angle, run.branches.up)
         angle = angle_residual(run.branches, law)
-        found.append(HeldoutRun(run.name, run.joint, run.branches.torque, np.asarray(residual), angle))
-    return found
+        heldout_runs.append(HeldoutRun(run.name, run.joint, run.branches.torque, np.asarray(residual), angle))
+    return heldout_runs
 
 
 def _moved_to_data(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:

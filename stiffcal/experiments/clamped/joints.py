@@ -75,41 +75,43 @@ class ClampedJoint:
         angle = np.linspace(*self.reach, 801)
         torque, _ = self.torque_at(angle)
         torque = np.maximum.accumulate(torque)
-        found = []
+        tangents = []
         for share in _TANGENTS:
             wanted = share * (self.torque[1] if share > 0.0 else -self.torque[0])
             x = float(np.interp(wanted, torque, angle)) if share else 0.0
             slope = np.array([1.0, 2.0 * x, 3.0 * x * x])
             std = float(np.sqrt(max(slope @ self.covariance @ slope, 0.0)))
-            found.append((float(wanted), x, float(slope @ np.array(self.curve)), std))
-        return found
+            tangents.append((float(wanted), x, float(slope @ np.array(self.curve)), std))
+        return tangents
 
 
 def joints_of(runs: Sequence[ClampedRun]) -> list[ClampedJoint]:
     """Bring the runs of each joint together; joints without a usable run are left out."""
-    found = []
+    joints = []
     for joint in sorted({run.joint for run in runs}):
         mine = tuple(run for run in runs if run.joint == joint)
         used = tuple(run for run in mine if not run.left_out)
         if used:
-            found.append(_joint(joint, used, tuple(run for run in mine if run.left_out)))
-    return found
+            joints.append(_joint(joint, used, tuple(run for run in mine if run.left_out)))
+    return joints
 
 
 def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun, ...]) -> ClampedJoint:
     # the pose that sees finest decides whether there is a play, and those tell it that see about as well
     finest = min(runs, key=lambda run: run.resolution)
     with_play = [run for run in runs if run.fit.play_found and run.resolution < FINE * finest.resolution]
-    seen = finest in with_play or len(with_play) * 2 > len(runs)
+    has_play = finest in with_play or len(with_play) * 2 > len(runs)
     # a motion that reached little torque says little of the curve
     most = max(_largest_torque(run) for run in runs)
     far = tuple(run for run in runs if _largest_torque(run) >= FAR * most)
-    plays = np.array([run.play for run in with_play]) if seen else np.zeros(0)
-    resolution = float(np.mean([run.resolution for run in (with_play if seen else [finest])]))
+    plays = np.array([run.play for run in with_play]) if has_play else np.zeros(0)
+    resolution = float(np.mean([run.resolution for run in (with_play if has_play else [finest])]))
     within = [run.cycle_spread / np.sqrt(run.sweeps.cycles) for run in with_play if np.isfinite(run.cycle_spread)]
     between = float(np.std(plays, ddof=1) / np.sqrt(plays.size)) if plays.size > 1 else 0.0
-    width, width_std = _mean([(run.fit.law.width, run.fit.std("width")) for run in with_play]) if seen else (0.0, 0.0)
-    band, band_std = _mean([(run.fit.law.band, run.fit.std("band")) for run in with_play]) if seen else (0.0, 0.0)
+    width, width_std = (
+        _mean([(run.fit.law.width, run.fit.std("width")) for run in with_play]) if has_play else (0.0, 0.0)
+    )
+    band, band_std = _mean([(run.fit.law.band, run.fit.std("band")) for run in with_play]) if has_play else (0.0, 0.0)
     curve, covariance = _pooled(far)
     frictions = [run for run in far if run.friction_found]
     friction, friction_std = _mean([(run.fit.law.friction, run.fit.std("friction")) for run in frictions])
@@ -150,10 +152,10 @@ def _mean(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """Return the mean of (value, std) pairs, and its standard uncertainty: the scatter's or the stated one's."""
     if not values:
         return 0.0, 0.0
-    each = np.array([value for value, _ in values])
+    numbers = np.array([value for value, _ in values])
     stated = float(np.sqrt(np.sum(np.square([std for _, std in values])))) / len(values)
-    scatter = float(np.std(each, ddof=1)) / np.sqrt(each.size) if each.size > 1 else 0.0
-    return float(each.mean()), max(stated, scatter)
+    scatter = float(np.std(numbers, ddof=1)) / np.sqrt(numbers.size) if numbers.size > 1 else 0.0
+    return float(numbers.mean()), max(stated, scatter)
 
 
 def _pooled(runs: Sequence[ClampedRun]) -> tuple[tuple[float, float, float], Floats]:

@@ -79,7 +79,7 @@ def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
     used = [run for run in result.runs if not run.left_out]
     squares = [run.fit.rms**2 for run in used]
     angles = [angle_residual(run.branches, run.fit.law) for run in used]
-    told = np.concatenate(angles) if angles else np.zeros(0)
+    motor_angle = np.concatenate(angles) if angles else np.zeros(0)
     names = data.joint_names
     section = ClampedSection(
         definition=DEFINITION,
@@ -93,7 +93,7 @@ def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
         not_identifiable=unidentified if alone else [],
         effects=model_summary(placed_robot(data.campaign)).effects if alone else [],
         rms={
-            "motor_angle": float(np.sqrt(np.mean(told**2))) if told.size else None,
+            "motor_angle": float(np.sqrt(np.mean(motor_angle**2))) if motor_angle.size else None,
             "torque": float(np.sqrt(np.mean(squares))) if squares else None,
         },
         noise=_noise_of(result.runs),
@@ -115,17 +115,20 @@ def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
         return None
     heldout = heldout_clamped(result.runs)
     names = data.joint_names
-    single = [joint.joint for joint in result.joints if joint.joint not in {one.joint for one in heldout}]
+    single = [
+        joint.joint for joint in result.joints if joint.joint not in {heldout_run.joint for heldout_run in heldout}
+    ]
     warnings = [
         f"joint {names[joint - 1]} was driven in one usable pose alone: how it holds in others is not judged"
         for joint in single
     ]
-    torque = np.concatenate([one.torque for one in heldout]) if heldout else np.zeros(0)
-    angle = np.concatenate([one.angle for one in heldout]) if heldout else np.zeros(0)
-    whole = np.concatenate([one.measured for one in heldout]) if heldout else np.zeros(0)
+    torque = np.concatenate([heldout_run.torque for heldout_run in heldout]) if heldout else np.zeros(0)
+    angle = np.concatenate([heldout_run.angle for heldout_run in heldout]) if heldout else np.zeros(0)
+    whole = np.concatenate([heldout_run.measured for heldout_run in heldout]) if heldout else np.zeros(0)
     zero = _rms(whole)
     by_joint = [
-        _slice(names[j - 1], [one for one in heldout if one.joint == j]) for j in sorted({o.joint for o in heldout})
+        _slice(names[j - 1], [heldout_run for heldout_run in heldout if heldout_run.joint == j])
+        for j in sorted({o.joint for o in heldout})
     ]
     return ExperimentValidation(
         name=CLAMPED,
@@ -135,7 +138,7 @@ def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
         noise=_noise_of(result.runs),
         relative={"torque": None if not zero else (_rms(torque) or 0.0) / zero},
         zero_model={"torque": zero},
-        by={"run": [_slice(one.run, [one]) for one in heldout], "joint": by_joint},
+        by={"run": [_slice(heldout_run.run, [heldout_run]) for heldout_run in heldout], "joint": by_joint},
         section_scheme="leave one pose out",
         n_readings=int(torque.size),
         warnings=warnings,
@@ -148,8 +151,8 @@ def _noise_of(runs: Sequence[ClampedRun]) -> dict[str, float | None]:
     return {"torque": float(np.sqrt(np.mean(squares)))} if squares else {}
 
 
-def _slice(label: str, parts: Sequence[HeldoutRun]) -> Document:
-    torque, angle = (np.concatenate([getattr(part, key) for part in parts]) for key in ("torque", "angle"))
+def _slice(label: str, runs: Sequence[HeldoutRun]) -> Document:
+    torque, angle = (np.concatenate([getattr(run, key) for run in runs]) for key in ("torque", "angle"))
     nothing = {"translation": None, "rotation": None}
     return {
         "label": label,
@@ -192,20 +195,21 @@ def clamped_result(campaign: Campaign, readings: ClampedReadings | None) -> Clam
     if readings is None:
         return None
     written = {run.id: run for run in campaign.manifest.runs}
-    parts = [readings.of_run(number) for number in range(len(readings.runs))]
+    readings_of_runs = [readings.of_run(number) for number in range(len(readings.runs))]
     chains = [
-        chain_of_run(campaign, part, written.get(info.name)) for part, info in zip(parts, readings.runs, strict=True)
+        chain_of_run(campaign, run_readings, written.get(info.name))
+        for run_readings, info in zip(readings_of_runs, readings.runs, strict=True)
     ]
-    runs = analyse_runs(parts, chains)
+    runs = analyse_runs(readings_of_runs, chains)
     return ClampedResult(tuple(runs), tuple(joints_of(runs)))
 
 
-def check_clamped_runs(campaign: Campaign, parts: Sequence[ClampedReadings]) -> tuple[list[str], list[str]]:
+def check_clamped_runs(campaign: Campaign, readings_of_runs: Sequence[ClampedReadings]) -> tuple[list[str], list[str]]:
     """Return why runs cannot be used, and what contradicts itself in the others, in words, before anything is fitted.
 
     Parameters
     ----------
-    parts : readings, a run each.
+    readings_of_runs : readings, a run each.
 
     Raises
     ------
@@ -214,11 +218,11 @@ def check_clamped_runs(campaign: Campaign, parts: Sequence[ClampedReadings]) -> 
     """
     unusable, remarks = [], []
     written = {run.id: run for run in campaign.manifest.runs}
-    for part in parts:
-        name = part.runs[int(part.run[0])].name
-        chain = chain_of_run(campaign, part, written.get(name))
+    for run_readings in readings_of_runs:
+        name = run_readings.runs[int(run_readings.run[0])].name
+        chain = chain_of_run(campaign, run_readings, written.get(name))
         angle, torque = chain.angle({}), chain.torque[:, chain.joint - 1]
-        saturation = find_saturation(part, angle, torque, chain)
+        saturation = find_saturation(run_readings, angle, torque, chain)
         if chain.is_excited and cut_sweeps(angle, torque).count == 0:
             unusable.append(f"run {name}: {why_no_sweep(angle, torque, saturation)}")
         elif saturation is not None:

@@ -37,7 +37,7 @@ class ClampedReduction(RunsReduction):
             IngestedRun(id=run.id, clock_ahead_s=clocks, n_states=0, n_readings=len(readings), dropped=[])
         )
         # alone, clamped runs are identified joint by joint, from all their readings
-        together = any(other.experiment == "load" for other in self.campaign.manifest.runs)
+        together = any(run_in_manifest.experiment == "load" for run_in_manifest in self.campaign.manifest.runs)
         return clamped_states(readings, joint) if together else None
 
     def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:

@@ -57,20 +57,20 @@ def find_saturation(readings: ClampedReadings, angle: Floats, torque: Floats, ch
     readings : of one run. angle, torque : (n,) of the moved joint. chain : the run in drive coordinates.
     """
     if chain.source == "force sensor":
-        found = _cut_off(readings.wrench, angle)
-        if found is None:
+        cut_off = _cut_off(readings.wrench, angle)
+        if cut_off is None:
             return None
-        axis, limit, beyond = found
+        axis, limit, beyond = cut_off
         unit = "N" if axis < 3 else "N·m"
-        what = f"the force sensor's {_AXES[axis]}"
+        signal = f"the force sensor's {_AXES[axis]}"
     else:
         own = readings.torque[:, chain.joint - 1][:, None]
-        found = _cut_off(own, angle)
-        if found is None:
+        cut_off = _cut_off(own, angle)
+        if cut_off is None:
             return _of_motor(angle, torque)
-        _, limit, beyond = found
-        unit, what = "N·m", "the motor's torque, as logged,"
-    return Saturation(what, limit, unit, beyond, float(np.abs(torque[~beyond]).max(initial=0.0)))
+        _, limit, beyond = cut_off
+        unit, signal = "N·m", "the motor's torque, as logged,"
+    return Saturation(signal, limit, unit, beyond, float(np.abs(torque[~beyond]).max(initial=0.0)))
 
 
 def _cut_off(channels: Floats, angle: Floats) -> tuple[int, float, Booleans] | None:
@@ -88,7 +88,7 @@ def _cut_off(channels: Floats, angle: Floats) -> tuple[int, float, Booleans] | N
             continue
         same = np.concatenate([[False], np.diff(values) == 0.0])
         between = same & (values != values.max()) & (values != values.min())
-        usual, turning = (1 + int(np.ptp(_longest(part))) for part in (between, between & moving))
+        usual, turning = (1 + int(np.ptp(_longest(mask))) for mask in (between, between & moving))
         fine = np.diff(np.unique(values)).min() < FINE * float(noise_of(values[:, None])[0])
         for extreme in (values.max(), values.min()):
             at = values == extreme

@@ -51,7 +51,7 @@ def clamped_states(readings: ClampedReadings, joint: int) -> RawStates | None:
     if not used.size:
         return None
     key = sweeps.number[used] * STEPS + step[used]
-    found, member = np.unique(key, return_inverse=True)
+    poses, member = np.unique(key, return_inverse=True)
     middle = _middle_weights(place[used] - step[used] - 0.5, member)
     count = np.bincount(member)
     rest = np.arange(max(3, len(readings) // 200))
@@ -62,7 +62,7 @@ def clamped_states(readings: ClampedReadings, joint: int) -> RawStates | None:
         return np.concatenate([first[None], np.stack(columns, axis=1)])
 
     time = middles(readings.time[:, None])[:, 0]
-    n = len(found) + 1
+    n = len(poses) + 1
     name = readings.runs[int(readings.run[0])].name
     return RawStates(
         run=[name] * n,

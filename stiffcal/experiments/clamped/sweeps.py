@@ -79,15 +79,15 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
             "add torque_constant = [N*m per ampere, one per joint] to the joints signal"
             if unscaled else "add a source with a wrench, or torque = […] (or current with torque_constant)",
         )  # fmt: skip
-    seen = np.isfinite(wrench).all(axis=1) if sources["wrench"] else np.ones(n, dtype=np.bool_)
+    complete = np.isfinite(wrench).all(axis=1) if sources["wrench"] else np.ones(n, dtype=np.bool_)
     info = RunInfo(run.id, run.experiment, run.holdout, run.tags)
     readings = ClampedReadings(
         runs=(info,),
-        run=np.zeros(int(seen.sum()), dtype=np.int64),
-        time=angles.time[seen],
-        joints=angles.mean["joints"][seen],
-        wrench=wrench[seen],
-        torque=torque[seen],
+        run=np.zeros(int(complete.sum()), dtype=np.int64),
+        time=angles.time[complete],
+        joints=angles.mean["joints"][complete],
+        wrench=wrench[complete],
+        torque=torque[complete],
         two_clocks=np.array([two_clocks]),
     )
     if len(readings) < 2:
@@ -108,15 +108,15 @@ def _at(blocks: Blocks, name: str, time: Floats) -> Floats:
     return np.stack(columns, axis=1)
 
 
-def _clock(run: Run, name: str, angles: Blocks, other: Blocks) -> SourceClockOffset:
+def _clock(run: Run, name: str, angles: Blocks, wrench_log: Blocks) -> SourceClockOffset:
     """Return how much more the other log's clock shows than that of the angles."""
-    if other is angles:
+    if wrench_log is angles:
         return SourceClockOffset(0.0, 0.0)
     if name in run.clock_ahead_s:
         return SourceClockOffset(float(run.clock_ahead_s[name]), 0.0, "given in the manifest")
     joints = angles.mean["joints"]
-    moved = joints[:, int(np.argmax(np.ptp(joints, axis=0)))]
-    offset = lag_of(angles.time, moved, other.time, other.mean["wrench"])
+    angle = joints[:, int(np.argmax(np.ptp(joints, axis=0)))]
+    offset = lag_of(angles.time, angle, wrench_log.time, wrench_log.mean["wrench"])
     if offset is None:
         raise InputError.at(
             FaultCode.CLOCK_UNKNOWN,
@@ -252,11 +252,11 @@ def moved_joint(run: str, joints: Floats, given: int | None, names: tuple[str, .
             f"joint {largest + 1} ({names[largest]}) moved by {np.rad2deg(span[largest]):.3g}°: "
             f"write moved_joint = {largest + 1}, or measure again",
         )  # fmt: skip
-    others = [k for k in range(span.size) if k != joint and span[k] > max(ALONE * span[joint], floor[k])]
-    if others:
+    moving = [k for k in range(span.size) if k != joint and span[k] > max(ALONE * span[joint], floor[k])]
+    if moving:
         raise InputError.at(
             FaultCode.MOTION_WRONG, f"run {run}", "moved_joint",
-            f"joint {others[0] + 1} ({names[others[0]]}) moved too, by {np.rad2deg(span[others[0]]):.3g}° against "
+            f"joint {moving[0] + 1} ({names[moving[0]]}) moved too, by {np.rad2deg(span[moving[0]]):.3g}° against "
             f"{np.rad2deg(span[joint]):.3g}° of joint {joint + 1}",
             "drive one joint at a time, each in a run of its own, and name it with moved_joint",
         )  # fmt: skip
@@ -298,7 +298,7 @@ def cut_sweeps(angle: Floats, torque: Floats) -> Sweeps:
 
 def _corners(place: Floats, least: float) -> list[int]:
     """Return indices where `place` turns back by at least `least`, the first and last extreme among them."""
-    found: list[int] = []
+    corners: list[int] = []
     low = high = 0
     rising: bool | None = None
     for k in range(1, place.size):
@@ -307,11 +307,11 @@ def _corners(place: Floats, least: float) -> list[int]:
         if place[k] < place[low]:
             low = k
         if rising is not False and place[high] - place[k] > least:
-            found.append(high)
+            corners.append(high)
             rising, low = False, k
         elif rising is not True and place[k] - place[low] > least:
-            found.append(low)
+            corners.append(low)
             rising, high = True, k
     if rising is not None:
-        found.append(high if rising else low)
-    return found
+        corners.append(high if rising else low)
+    return corners

@@ -108,13 +108,13 @@ class TorqueAngleLaw:
         step = 1e-3 * max(self.width, 1e-9)
         force = 1e-3 * max(self.band, 1e-9)
         base = self.torque_at(data.angle, data.up)
-        moved = [
+        varied = [
             (replace(self, width=self.width + step), step),
             (replace(self, middle=self.middle + step), step),
             (replace(self, zero=self.zero + force), force),
             (replace(self, friction=self.friction + force), force),
         ]
-        columns = np.stack([(law.torque_at(data.angle, data.up) - base) / size for law, size in moved], axis=1)
+        columns = np.stack([(law.torque_at(data.angle, data.up) - base) / size for law, size in varied], axis=1)
         sizes = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         answer, *_ = np.linalg.lstsq(columns / sizes, data.torque - base, rcond=1e-8)
         return float(answer[0] / sizes[0])
@@ -182,9 +182,9 @@ def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
     ------
     InputError : the steps of the law that is chosen do not settle.
     """
-    both = bool(data.up.any() and not data.up.all())
-    without = _fit(data, with_play=False, with_friction=both, with_lag=with_lag and both)
-    with_play = _fit(data, with_play=True, with_friction=both, with_lag=with_lag and both)
+    both_ways = bool(data.up.any() and not data.up.all())
+    without = _fit(data, with_play=False, with_friction=both_ways, with_lag=with_lag and both_ways)
+    with_play = _fit(data, with_play=True, with_friction=both_ways, with_lag=with_lag and both_ways)
     # what repeats from cycle to cycle is shape: the scatter between cycles decides, but for misfits of the law itself
     noise = max(data.noise, 0.5 * with_play.rms, 1e-12)
     n = data.angle.size
@@ -195,9 +195,9 @@ def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
     chosen = with_play if gain > 30.0 and wide else without
     if not chosen.settled:
         # One that is not chosen may stay where it is: its misfit is then larger, and speaks the less for it.
-        lag = with_lag and both
+        lag = with_lag and both_ways
         chosen = _fit(
-            data, with_play=chosen is with_play, with_friction=both, with_lag=lag, evaluations=MOST_EVALUATIONS
+            data, with_play=chosen is with_play, with_friction=both_ways, with_lag=lag, evaluations=MOST_EVALUATIONS
         )
     if not chosen.settled:
         raise InputError.at(
@@ -228,11 +228,11 @@ def _fit(
     shares = _STARTS if with_play else _STARTS[:1]
     starts = [np.clip(_start(scaled, share), lower + 1e-9, upper - 1e-9) for share in shares]
     starts.sort(key=lambda v: float(np.sum(misfit(v) ** 2)))
-    found = [
+    solutions = [
         least_squares(misfit, v, bounds=(lower, upper), x_scale=np.maximum(np.abs(v), 0.05), max_nfev=evaluations)
         for v in starts[:MOST_STARTS]
     ]
-    best = min(found, key=lambda one: float(one.cost))
+    best = min(solutions, key=lambda solution: float(solution.cost))
     law = _law_of(scaled, best.x)
     return replace(_unscaled(scaled, law, centre), settled=bool(best.status > 0))
 
@@ -294,13 +294,13 @@ def _unscaled(scaled: _Scaled, law: TorqueAngleLaw, centre: float) -> SeriesFit:
     """Return the fit in rad and N·m, with the covariance of its parameters at that place."""
     a, t = scaled.angle_unit, scaled.torque_unit
     values = np.array([law.middle, law.width, law.band, law.zero, law.friction, law.drag, *law.curve])
-    play, both = scaled.with_play, scaled.with_friction
-    free = np.array([True, play, play, play, both, both, True, True, True])
+    play, with_friction = scaled.with_play, scaled.with_friction
+    free = np.array([True, play, play, play, with_friction, with_friction, True, True, True])
     up = scaled.data.up
 
     def at(v: Floats, lag: float) -> Floats:
-        moved = TorqueAngleLaw(v[0], v[1], v[2], v[3], v[4], lag, (v[6], v[7], v[8]), law.reach, v[5])
-        return moved.torque_at(scaled.angle, up)
+        varied = TorqueAngleLaw(v[0], v[1], v[2], v[3], v[4], lag, (v[6], v[7], v[8]), law.reach, v[5])
+        return varied.torque_at(scaled.angle, up)
 
     residual = at(values, law.lag) - scaled.torque
     steps = np.maximum(1e-4 * np.abs(values), 1e-5)

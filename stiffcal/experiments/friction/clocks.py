@@ -40,8 +40,8 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
     away = np.arange(other_time[0], other_time[-1], step)
     if min(even.size, away.size) < 4 * WINDOW:
         return SourceClockOffset(None, None, "the logs are too short to be aligned")
-    moved = np.stack([np.interp(even, time, column) for column in angle.T], axis=1)
-    place, velocity, acceleration = smoothed(moved, WINDOW, step)
+    even_angle = np.stack([np.interp(even, time, column) for column in angle.T], axis=1)
+    place, velocity, acceleration = smoothed(even_angle, WINDOW, step)
     even = even[WINDOW // 2 : WINDOW // 2 + velocity.shape[0]]
     still = 0.01 * np.abs(velocity).max(axis=0)
     way = np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
@@ -59,11 +59,11 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
     value, left = _refined(designs, even, other_time, torque, lag, NEARBY_S, whole)
     if left > 1.0 - LEAST_EXPLAINED:
         return SourceClockOffset(None, None, "the torques do not follow the motion")
-    parts = np.array_split(np.arange(even.size), PARTS)
+    blocks = np.array_split(np.arange(even.size), PARTS)
     answers = []
-    for part in parts:
+    for block in blocks:
         inside = np.zeros(even.size, dtype=np.bool_)
-        inside[part] = True
+        inside[block] = True
         if any(np.ptp(design[inside, 0]) < 2.0 for design in designs):
             continue
         answers.append(_refined(designs, even, other_time, torque, value, 0.1 * NEARBY_S, inside)[0])
@@ -99,7 +99,7 @@ def _refined(
     share = 1.0
     for _ in range(6):
         lags = np.linspace(low, high, 13)
-        left = [_left(designs, time, other_time, torque, each, inside) for each in lags]
+        left = [_left(designs, time, other_time, torque, trial_lag, inside) for trial_lag in lags]
         k = int(np.argmin(left))
         share = left[k]
         low, high = float(lags[max(k - 1, 0)]), float(lags[min(k + 1, 12)])
@@ -110,13 +110,13 @@ def _left(
     designs: list[Floats], time: Floats, other_time: Floats, torque: Floats, lag: float, inside: NDArray[np.bool_]
 ) -> float:
     """Return the mean over joints of the share of the torque's variance that motion leaves unexplained."""
-    shown = time + lag
-    common = inside & (shown >= other_time[0]) & (shown <= other_time[-1])
+    shifted_time = time + lag
+    common = inside & (shifted_time >= other_time[0]) & (shifted_time <= other_time[-1])
     if common.sum() < 30:
         return 1.0
     shares = []
     for k, design in enumerate(designs):
-        y = np.interp(shown[common], other_time, torque[:, k])
+        y = np.interp(shifted_time[common], other_time, torque[:, k])
         X = design[common]
         gram = X.T @ X
         answer = np.linalg.solve(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), X.T @ y)

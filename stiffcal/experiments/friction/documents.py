@@ -80,18 +80,18 @@ def unknown_parameters(placed: PlacedEffect) -> list[IdentifiedParameter]:
 
 
 def gaps(
-    data: MeasuredRuns, steady: SteadyReadings | None, placed: tuple[PlacedEffect, ...], found: set[int]
+    data: MeasuredRuns, steady: SteadyReadings | None, placed: tuple[PlacedEffect, ...], fitted_joints: set[int]
 ) -> list[UnidentifiedParameters]:
     """Return the joints of the model of which these runs say nothing, and why.
 
     Parameters
     ----------
-    found : joints that were fitted.
+    fitted_joints : joints that were fitted.
     """
     missing = []
     for effect in placed:
         joint = effect.place.joints[0]
-        if joint in found:
+        if joint in fitted_joints:
             continue
         name = data.joint_names[joint - 1]
         own = np.zeros(0, dtype=np.str_) if steady is None else steady.set_aside[steady.joint == joint]
@@ -107,42 +107,43 @@ def gaps(
 def heldout_gap(joint: JointFrictionFit) -> UnidentifiedParameters:
     """Return the optional part of the law that a joint does not show, and why."""
     names = [parameter.name for parameter in joint.parameters if parameter.value is None]
-    unseen = [symbol for symbol, seen in joint.seen.items() if not seen]
+    unseen = [symbol for symbol, is_measured in joint.seen.items() if not is_measured]
     reason = f"{' and '.join(unseen)} friction is not seen: " + "; ".join(joint.verdict[symbol] for symbol in unseen)
     return UnidentifiedParameters(parameters=names, known=None, reason=reason)
 
 
 def joint_friction(
-    data: MeasuredRuns, fit: FrictionFit, one: JointFrictionFit, placed: tuple[PlacedEffect, ...]
+    data: MeasuredRuns, fit: FrictionFit, joint_fit: JointFrictionFit, placed: tuple[PlacedEffect, ...]
 ) -> JointFrictionResult:
     """Return what is told of one joint: how it was measured, what is left, its curve with standard uncertainty."""
     from stiffcal.experiments.friction.fitting import friction_curve
 
-    own = fit.rows.joint == one.joint
-    effect = next(each for each in placed if each.place.joints == (one.joint,))
-    low, high = one.lowest, one.highest
+    own = fit.rows.joint == joint_fit.joint
+    effect = next(placed_effect for placed_effect in placed if placed_effect.place.joints == (joint_fit.joint,))
+    low, high = joint_fit.lowest, joint_fit.highest
     # half on the slow part, which is drawn on its own
     speed = np.unique(
         np.concatenate([np.linspace(low, high, CURVE_POINTS // 2), np.geomspace(low, high, CURVE_POINTS)])
     )
-    torque, std = friction_curve(one, effect, speed)
+    torque, std = friction_curve(joint_fit, effect, speed)
     steady = bool(fit.rows.steady[own].any())
     return JointFrictionResult(
-        joint=one.joint,
-        name=data.joint_names[one.joint - 1],
+        joint=joint_fit.joint,
+        name=data.joint_names[joint_fit.joint - 1],
         method="steady velocities" if steady else "weight and inertia modelled",
-        n_readings=one.n_rows,
-        n_speeds=one.n_speeds if steady else None,
+        n_readings=joint_fit.n_rows,
+        n_speeds=joint_fit.n_speeds if steady else None,
         lowest_speed=low,
         highest_speed=high,
         rms=rms_of(fit.residual[own]),
-        noise=one.noise,
+        noise=joint_fit.noise,
         optional={
-            symbol: OptionalTerm(seen=seen, why=one.verdict.get(symbol, "")) for symbol, seen in one.seen.items()
+            symbol: OptionalTerm(seen=is_measured, why=joint_fit.verdict.get(symbol, ""))
+            for symbol, is_measured in joint_fit.seen.items()
         },
-        between_directions=between_directions(data, fit, one.joint),
+        between_directions=between_directions(data, fit, joint_fit.joint),
         curve=FittedCurve(velocity=speed, torque=torque, std=std),
-        covariance=SymbolCovariance(symbols=list(one.free), matrix=one.covariance),
+        covariance=SymbolCovariance(symbols=list(joint_fit.free), matrix=joint_fit.covariance),
     )
 
 
@@ -186,10 +187,10 @@ def bearing_frictions(fit: FrictionFit) -> list[BearingFriction]:
 def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
     """Return what a reader of the numbers must know, in words."""
     words = []
-    for one in fit.joints:
-        name = data.joint_names[one.joint - 1]
-        shared = between_directions(data, fit, one.joint)
-        own = fit.rows.joint == one.joint
+    for joint_fit in fit.joints:
+        name = data.joint_names[joint_fit.joint - 1]
+        shared = between_directions(data, fit, joint_fit.joint)
+        own = fit.rows.joint == joint_fit.joint
         if shared is not None and not shared.weight_possible:
             level, noise = abs(shared.mean), rms_of(fit.residual[own])
             if level > 4.0 * noise / math.sqrt(own.sum()) and level > 0.02 * rms_of(fit.friction[own]):
@@ -197,12 +198,12 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
                     f"joint {name} carries no weight, yet its drive needs {2.0 * level:.3g} N·m more in one direction "
                     "than in the other: friction differs by direction, or the torque's zero is off"
                 )
-        for each in one.parameters:
-            if each.fixed and each.why:
-                words.append(f"{each.name}: {each.why}")
-            elif each.at_bound:
-                words.append(f"{each.name} lies on the edge of what is possible")
-        if all((one.values().get(symbol, 0.0) <= 0.0) for symbol in ("coulomb",) if symbol in one.values()):
+        for parameter in joint_fit.parameters:
+            if parameter.fixed and parameter.why:
+                words.append(f"{parameter.name}: {parameter.why}")
+            elif parameter.at_bound:
+                words.append(f"{parameter.name} lies on the edge of what is possible")
+        if all((joint_fit.values().get(symbol, 0.0) <= 0.0) for symbol in ("coulomb",) if symbol in joint_fit.values()):
             words.append(f"joint {name}: the drive pushes against its motion; check the sign of torque or gear_ratio")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
         words.append(
@@ -227,7 +228,7 @@ def expected_words(fit: FrictionFit) -> str:
 
 def noise_of_fit(fit: FrictionFit) -> dict[str, float | None]:
     """Return the scatter of repeats, N·m, over all joints; empty where a joint has too few."""
-    known = [(one.noise, one.n_rows) for one in fit.joints]
+    known = [(joint_fit.noise, joint_fit.n_rows) for joint_fit in fit.joints]
     if not known or any(noise is None for noise, _ in known):
         return {}
     squares = sum((noise or 0.0) ** 2 * n for noise, n in known)

@@ -71,7 +71,7 @@ class JointFrictionFit:
 
     def values(self) -> dict[str, float]:
         """Return symbol to value of what is known."""
-        return {one.spec.symbol: one.value for one in self.parameters if one.value is not None}
+        return {parameter.spec.symbol: parameter.value for parameter in self.parameters if parameter.value is not None}
 
 
 @dataclass(frozen=True)
@@ -124,28 +124,28 @@ def fit_friction(
     ValueError
         No row belongs to a joint with an effect.
     """
-    rows = rows.select(np.isin(rows.joint, [one.place.joints[0] for one in placed]))
+    rows = rows.select(np.isin(rows.joint, [effect.place.joints[0] for effect in placed]))
     if len(rows) == 0:
         raise ValueError("no reading of friction belongs to a joint of the model")
-    parts = []
-    for part in together(rows):
-        own = rows.select(part)
-        laws = [initial_friction_law(one, fixed) for one in placed if one.place.joints[0] in own.joint]
-        parts.append((part, PartFit(own, laws).run()))
-    return _whole(rows, parts)
+    groups = []
+    for group in together(rows):
+        own = rows.select(group)
+        laws = [initial_friction_law(effect, fixed) for effect in placed if effect.place.joints[0] in own.joint]
+        groups.append((group, PartFit(own, laws).run()))
+    return _whole(rows, groups)
 
 
-def _whole(rows: FrictionRows, parts: list[tuple[Booleans, PartFit]]) -> FrictionFit:
+def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]]) -> FrictionFit:
     """Put the parts together in the order of the rows."""
     friction, nuisance, sigma = np.zeros(len(rows)), np.zeros(len(rows)), np.ones(len(rows))
     unknowns, spread = np.zeros(rows.nuisance.shape[1]), np.zeros(rows.nuisance.shape[1])
     joints: list[JointFrictionFit] = []
     condition, dof, chi2, scaled = 1.0, 0, 0.0, False
-    for part, fit in parts:
-        friction[part], sigma[part] = fit.friction(), fit.sigma
-        felt = felt_columns(rows.nuisance[part])
+    for group, fit in groups:
+        friction[group], sigma[group] = fit.friction(), fit.sigma
+        felt = felt_columns(rows.nuisance[group])
         unknowns[felt], spread[felt] = fit.unknowns(), fit.unknowns_std()
-        nuisance[part] = rows.nuisance[np.ix_(part, felt)] @ unknowns[felt]
+        nuisance[group] = rows.nuisance[np.ix_(group, felt)] @ unknowns[felt]
         condition = max(condition, fit.condition())
         estimated = sum(len(law.free_nonlinear) for law in fit.laws) + fit.matrix.shape[1]
         dof += len(fit.rows) - fit.basis.shape[1] - estimated
@@ -153,7 +153,7 @@ def _whole(rows: FrictionRows, parts: list[tuple[Booleans, PartFit]]) -> Frictio
         scaled = scaled or any(fit.noise[law.joint] is None for law in fit.laws)
         joints += [_joint_fit(fit, law) for law in fit.laws]
     return FrictionFit(
-        joints=tuple(sorted(joints, key=lambda one: one.joint)),
+        joints=tuple(sorted(joints, key=lambda joint_fit: joint_fit.joint)),
         rows=rows,
         friction=friction,
         nuisance=nuisance,
@@ -193,8 +193,8 @@ def _parameter(
 ) -> FrictionParameter:
     name = law.placed.parameter_name(spec.symbol)
     effect = law.placed.effect.name
-    unmeasured = [one for one, shapes in law.placed.effect.optional.items()
-              if spec.symbol in (one, *shapes) and one not in law.amplitudes]  # fmt: skip
+    unmeasured = [symbol for symbol, shapes in law.placed.effect.optional.items()
+              if spec.symbol in (symbol, *shapes) and symbol not in law.amplitudes]  # fmt: skip
     if unmeasured:
         why = f"{unmeasured[0]} friction is not seen: {law.verdict.get(unmeasured[0], '')}"
         return FrictionParameter(name, effect, law.joint, spec, None, None, None, False, False, why)
@@ -210,14 +210,14 @@ def _parameter(
     return FrictionParameter(name, effect, law.joint, spec, value, std, interval, False, at_bound)
 
 
-def friction_curve(one: JointFrictionFit, placed: PlacedEffect, speed: Floats) -> tuple[Floats, Floats]:
+def friction_curve(joint_fit: JointFrictionFit, placed: PlacedEffect, speed: Floats) -> tuple[Floats, Floats]:
     """Return (n,) friction and its standard uncertainty at velocities (n,), N·m, as fitted."""
-    values = one.values()
+    values = joint_fit.values()
     shape = placed.shape() | {s: values[s] for s in placed.shape() if s in values}
     columns = placed.effect.torque_columns(speed, shape)
     torque = np.asarray(sum(values.get(symbol, 0.0) * column for symbol, column in columns.items()))
     slopes = []
-    for symbol in one.free:
+    for symbol in joint_fit.free:
         if symbol in columns:
             slopes.append(columns[symbol])
             continue
@@ -226,5 +226,5 @@ def friction_curve(one: JointFrictionFit, placed: PlacedEffect, speed: Floats) -
         slope = sum(values.get(s, 0.0) * (ends[0][s] - ends[1][s]) / (2.0 * small) for s in columns)
         slopes.append(np.asarray(slope))
     matrix = np.stack(slopes, axis=1) if slopes else np.zeros((speed.size, 0))
-    variance = np.einsum("ni,ij,nj->n", matrix, one.covariance, matrix)
+    variance = np.einsum("ni,ij,nj->n", matrix, joint_fit.covariance, matrix)
     return torque, np.sqrt(np.maximum(variance, 0.0))

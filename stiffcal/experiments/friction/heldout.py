@@ -44,18 +44,18 @@ def heldout_friction(
     placed, fixed : as for the fit.
     """
     residual = np.full(len(rows), np.nan)
-    for part in together(rows):
-        seen = np.flatnonzero(part & ~holdout)
-        pieces = np.unique(rows.piece[seen])
+    for group in together(rows):
+        fitted = np.flatnonzero(group & ~holdout)
+        pieces = np.unique(rows.piece[fitted])
         if pieces.size >= LEAST_PIECES:
             for piece in pieces:
-                out = seen[rows.piece[seen] == piece]
-                residual[out] = _left_out(rows, np.setdiff1d(seen, out), out, placed, fixed)
-        kept_out = np.flatnonzero(part & holdout)
+                out = fitted[rows.piece[fitted] == piece]
+                residual[out] = _left_out(rows, np.setdiff1d(fitted, out), out, placed, fixed)
+        kept_out = np.flatnonzero(group & holdout)
         for piece in np.unique(rows.piece[kept_out]):
-            if seen.size:
+            if fitted.size:
                 out = kept_out[rows.piece[kept_out] == piece]
-                residual[out] = _left_out(rows, seen, out, placed, fixed)
+                residual[out] = _left_out(rows, fitted, out, placed, fixed)
     if not np.isfinite(residual).any():
         return HeldoutFriction("none", residual)
     kinds = ["each speed"] if rows.steady.any() else []
@@ -65,23 +65,25 @@ def heldout_friction(
 
 def _left_out(
     rows: FrictionRows,
-    seen: NDArray[np.int64],
+    fitted_rows: NDArray[np.int64],
     out: NDArray[np.int64],
     placed: tuple[PlacedEffect, ...],
     fixed: frozenset[str],
 ) -> Floats:
-    joints = set(rows.joint[seen].tolist())
-    effects = tuple(one for one in placed if one.place.joints[0] in joints)
+    joints = set(rows.joint[fitted_rows].tolist())
+    effects = tuple(placed_effect for placed_effect in placed if placed_effect.place.joints[0] in joints)
     kept = np.zeros(len(rows), dtype=np.bool_)
-    kept[seen] = True
+    kept[fitted_rows] = True
     fit = fit_friction(rows.select(kept), effects, fixed)
     friction = np.full(out.size, np.nan)
-    values = {one.joint: one.values() for one in fit.joints}
-    for one in effects:
-        joint = one.place.joints[0]
+    values = {placed_effect.joint: placed_effect.values() for placed_effect in fit.joints}
+    for placed_effect in effects:
+        joint = placed_effect.place.joints[0]
         own = rows.joint[out] == joint
-        shape = one.shape() | {symbol: values[joint][symbol] for symbol in one.shape() if symbol in values[joint]}
-        columns = one.effect.torque_columns(rows.velocity[out][own], shape)
+        shape = placed_effect.shape() | {
+            symbol: values[joint][symbol] for symbol in placed_effect.shape() if symbol in values[joint]
+        }
+        columns = placed_effect.effect.torque_columns(rows.velocity[out][own], shape)
         friction[own] = sum(values[joint].get(symbol, 0.0) * column for symbol, column in columns.items())
     left = np.asarray(rows.torque[out] - friction)
     steady = rows.steady[out]

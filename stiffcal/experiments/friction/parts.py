@@ -59,7 +59,9 @@ def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
     if not placed:
         return _without_effect(data)
     rows = friction_rows(data)
-    usable = rows is not None and bool(np.isin(rows.joint, [one.place.joints[0] for one in placed]).any())
+    usable = rows is not None and bool(
+        np.isin(rows.joint, [placed_effect.place.joints[0] for placed_effect in placed]).any()
+    )
     if rows is None or not usable:
         return _nothing_identified(data, placed)
     fixed = _fixed(data)
@@ -79,12 +81,12 @@ def friction_rows(data: MeasuredRuns) -> FrictionRows | None:
     from stiffcal.experiments.friction.rows import motion_rows, stacked_rows, steady_rows
 
     steady, motion = friction_readings(data)
-    parts = []
+    tables = []
     if steady is not None and steady.used.any():
-        parts.append(steady_rows(steady))
+        tables.append(steady_rows(steady))
     if motion is not None and motion.one_way.any():
-        parts.append(motion_rows(motion, data.campaign.chain))
-    return stacked_rows(parts) if parts else None
+        tables.append(motion_rows(motion, data.campaign.chain))
+    return stacked_rows(tables) if tables else None
 
 
 def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
@@ -94,7 +96,7 @@ def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
     rows, placed = friction_rows(data), moving_effects(data.campaign)
     if rows is None or not placed:
         return None
-    rows = rows.select(np.isin(rows.joint, [one.place.joints[0] for one in placed]))
+    rows = rows.select(np.isin(rows.joint, [placed_effect.place.joints[0] for placed_effect in placed]))
     if len(rows) == 0:
         return None
     from stiffcal.experiments.friction.fitting import fit_friction
@@ -108,29 +110,30 @@ def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
         warnings.append("friction: fewer than three speeds, this is the error of the fit")
         residual = np.full(len(rows), np.nan)
         residual[~held_out] = fit.residual
-    seen = np.isfinite(residual)
+    judged = np.isfinite(residual)
     size = np.full(len(rows), np.nan)
     size[~held_out] = fit.friction_measured
     names = data.joint_names
     by_joint = [
-        slice_entry(names[joint - 1], residual[seen & (rows.joint == joint)]) for joint in np.unique(rows.joint[seen])
+        slice_entry(names[joint - 1], residual[judged & (rows.joint == joint)])
+        for joint in np.unique(rows.joint[judged])
     ]
     by_run = [
-        slice_entry(str(run), residual[seen & (rows.run == run)]) for run in dict.fromkeys(rows.run[seen].tolist())
+        slice_entry(str(run), residual[judged & (rows.run == run)]) for run in dict.fromkeys(rows.run[judged].tolist())
     ]
-    rms = rms_of(residual[seen])
+    rms = rms_of(residual[judged])
     zero = rms_of(size[np.isfinite(size)])
     return ExperimentValidation(
         name="friction",
         scheme=heldout.scheme,
         rms={"torque": rms},
-        largest={"torque": float(np.abs(residual[seen]).max())},
+        largest={"torque": float(np.abs(residual[judged]).max())},
         noise=noise_of_fit(fit),
         relative={"torque": rms / zero if zero else None},
         zero_model={"torque": zero},
         by={"run": by_run, "joint": by_joint},
         section_scheme=heldout.scheme,
-        n_readings=int(seen.sum()),
+        n_readings=int(judged.sum()),
         warnings=warnings,
     )
 
@@ -190,31 +193,35 @@ def _lack_of_fit(fit: FrictionFit) -> VarianceRatio | None:
 
 def _part(data: MeasuredRuns, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
     """Return the part of a fit."""
-    by_joint = {one.joint: one for one in fit.joints}
+    by_joint = {joint_result.joint: joint_result for joint_result in fit.joints}
     parameters: list[IdentifiedParameter] = []
-    for one in placed:
-        found = by_joint.get(one.place.joints[0])
+    for placed_effect in placed:
+        joint_fit = by_joint.get(placed_effect.place.joints[0])
         parameters += (
-            unknown_parameters(one)
-            if found is None
-            else [identified_friction_parameter(each) for each in found.parameters]
+            unknown_parameters(placed_effect)
+            if joint_fit is None
+            else [identified_friction_parameter(parameter) for parameter in joint_fit.parameters]
         )
     section = FrictionSection(
         effects=[effect.type for effect in effects_in_model(placed)],
-        joints=[joint_friction(data, fit, one, placed) for one in fit.joints],
+        joints=[joint_friction(data, fit, joint_result, placed) for joint_result in fit.joints],
         lack_of_fit=_lack_of_fit(fit),
         bearings=bearing_frictions(fit),
     )
-    names = {one.place.joints[0]: one for one in placed}
-    free = [names[one.joint].parameter_name(symbol) for one in fit.joints for symbol in one.free]
+    effect_of_joint = {placed_effect.place.joints[0]: placed_effect for placed_effect in placed}
+    free = [
+        effect_of_joint[joint_result.joint].parameter_name(symbol)
+        for joint_result in fit.joints
+        for symbol in joint_result.free
+    ]
     covariance = np.zeros((len(free), len(free)))
     done = 0
     for one_joint in fit.joints:
-        part = slice(done, done + len(one_joint.free))
-        covariance[part, part] = one_joint.covariance
-        done = part.stop
+        span = slice(done, done + len(one_joint.free))
+        covariance[span, span] = one_joint.covariance
+        done = span.stop
     unidentified = gaps(data, friction_readings(data)[0], placed, set(by_joint)) + [
-        heldout_gap(one) for one in fit.joints if not all(one.seen.values())
+        heldout_gap(joint_result) for joint_result in fit.joints if not all(joint_result.seen.values())
     ]
     return ExperimentFit(
         name="friction",
@@ -224,7 +231,7 @@ def _part(data: MeasuredRuns, fit: FrictionFit, placed: tuple[PlacedEffect, ...]
         effects=effects_in_model(placed),
         rms={"torque": rms_of(fit.residual)},
         noise=noise_of_fit(fit),
-        noise_source="repeats" if any(one.noise is not None for one in fit.joints) else "none",
+        noise_source="repeats" if any(joint_result.noise is not None for joint_result in fit.joints) else "none",
         n_runs=len(set(fit.rows.run.tolist())),
         n_readings=len(fit.rows),
         reduced_chi2=fit.reduced_chi2,

@@ -81,7 +81,7 @@ def _panel(curve: FrictionCurve, limit: float | None, title: str) -> Panel:
 
 def _range(*values: Floats, zero: bool) -> tuple[float, float]:
     """Return the ends of the torque axis: from zero where all speeds are shown, else closely around the readings."""
-    everything = np.concatenate([part for part in values if part.size] or [np.zeros(1)])
+    everything = np.concatenate([numbers for numbers in values if numbers.size] or [np.zeros(1)])
     low, high = float(everything.min()), float(everything.max())
     margin = 0.08 * max(high - low, 0.02 * abs(high), 1e-9)
     return (min(0.0, low - margin) if zero else low - margin), high + margin

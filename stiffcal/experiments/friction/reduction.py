@@ -45,13 +45,13 @@ class FrictionRunsReduction(RunsReduction):
 
     def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
         """Return passes, and samples of other motion."""
-        found: dict[str, pa.Table] = {}
+        tables: dict[str, pa.Table] = {}
         names = self.campaign.chain.joint_names
         if self._friction is not None and self._friction.steady is not None:
-            found[FRICTION] = steady_table(self._friction.steady, names)
+            tables[FRICTION] = steady_table(self._friction.steady, names)
         if self._friction is not None and self._friction.motion is not None:
-            found[FREE_MOTION] = motion_table(self._friction.motion, names)
-        return found
+            tables[FREE_MOTION] = motion_table(self._friction.motion, names)
+        return tables
 
     def check(self) -> tuple[list[str], list[str]]:
         """Name every joint whose friction the model asks for and no run shows."""
@@ -62,7 +62,7 @@ class FrictionRunsReduction(RunsReduction):
         steady, motion = self._friction.steady, self._friction.motion
         measured = set() if steady is None else set(steady.joint[steady.used].tolist())
         if motion is not None:
-            measured |= {k + 1 for k, moved in enumerate(motion.one_way.T) if moved.any()}
+            measured |= {k + 1 for k, one_way in enumerate(motion.one_way.T) if one_way.any()}
         names = self.campaign.chain.joint_names
         asked = [effect.place.joints[0] for effect in moving_effects(self.campaign)]
         missing = [joint for joint in asked if joint not in measured]

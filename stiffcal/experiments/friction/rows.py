@@ -184,24 +184,24 @@ def _bearings(motion: FreeMotion, chain: Chain) -> tuple[Floats, list[Unknown], 
     return (np.stack(columns, axis=2) if columns else np.zeros((n, count, 0))), unknowns, clear
 
 
-def stacked_rows(parts: Sequence[FrictionRows]) -> FrictionRows:
+def stacked_rows(tables: Sequence[FrictionRows]) -> FrictionRows:
     """Return the equations of several kinds, each with unknowns of its own beside friction."""
-    total = sum(part.nuisance.shape[1] for part in parts)
+    total = sum(table.nuisance.shape[1] for table in tables)
     nuisance, done = [], 0
-    for part in parts:
-        wide = np.zeros((len(part), total))
-        wide[:, done : done + part.nuisance.shape[1]] = part.nuisance
-        done += part.nuisance.shape[1]
+    for table in tables:
+        wide = np.zeros((len(table), total))
+        wide[:, done : done + table.nuisance.shape[1]] = table.nuisance
+        done += table.nuisance.shape[1]
         nuisance.append(wide)
     repeat, piece, ahead_repeat, ahead_piece = [], [], 0, 0
-    for part in parts:
-        repeat.append(part.repeat + ahead_repeat)
-        piece.append(part.piece + ahead_piece)
-        ahead_repeat += int(part.repeat.max(initial=-1)) + 1
-        ahead_piece += int(part.piece.max(initial=-1)) + 1
+    for table in tables:
+        repeat.append(table.repeat + ahead_repeat)
+        piece.append(table.piece + ahead_piece)
+        ahead_repeat += int(table.repeat.max(initial=-1)) + 1
+        ahead_piece += int(table.piece.max(initial=-1)) + 1
 
     def joined(name: str) -> NDArray[np.generic]:
-        return np.concatenate([getattr(part, name) for part in parts])
+        return np.concatenate([getattr(table, name) for table in tables])
 
     return FrictionRows(
         joint=np.asarray(joined("joint"), dtype=np.int64),
@@ -213,12 +213,12 @@ def stacked_rows(parts: Sequence[FrictionRows]) -> FrictionRows:
         piece=np.concatenate(piece),
         source=np.asarray(joined("source"), dtype=np.int64),
         run=np.asarray(joined("run"), dtype=np.str_),
-        unknown=tuple(unknown for part in parts for unknown in part.unknown),
+        unknown=tuple(unknown for table in tables for unknown in table.unknown),
     )
 
 
 def together(rows: FrictionRows) -> list[Booleans]:
     """Split rows into parts that share no unknown: the joints of one motion go together, others alone."""
     moving = set(rows.joint[~rows.steady].tolist())
-    parts = [np.isin(rows.joint, list(moving))] if moving else []
-    return parts + [rows.joint == joint for joint in np.unique(rows.joint) if joint not in moving]
+    groups = [np.isin(rows.joint, list(moving))] if moving else []
+    return groups + [rows.joint == joint for joint in np.unique(rows.joint) if joint not in moving]

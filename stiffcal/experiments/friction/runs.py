@@ -150,20 +150,22 @@ def _find_clock(
     run: Run, clocks: dict[str, SourceClockOffset], torque: str, lead: str, time: Floats, angle: Floats, blocks: Blocks
 ) -> None:
     """Find the torques' clock against that of the angles, one of which is known; raise where it cannot be found."""
-    moved = [k - 1 for k in _moving(angle)]
-    found = SourceClockOffset(None, None, "no joint moved")
-    if moved:
-        found = torque_clock(time, angle[:, moved], blocks.time, blocks.mean["joints.torque"][:, moved])
-    if found.value is None:
-        reason = f"torques and angles come from devices with clocks of their own: {found.reason}"
+    moving_joints = [k - 1 for k in _moving(angle)]
+    offset = SourceClockOffset(None, None, "no joint moved")
+    if moving_joints:
+        offset = torque_clock(
+            time, angle[:, moving_joints], blocks.time, blocks.mean["joints.torque"][:, moving_joints]
+        )
+    if offset.value is None:
+        reason = f"torques and angles come from devices with clocks of their own: {offset.reason}"
         raise InputError.at(
             FaultCode.CLOCK_UNKNOWN, "campaign.toml", f"run {run.id}", reason,
             f"give clock_ahead_s = {{ {torque if lead in clocks else lead} = … }} for this run",
         )  # fmt: skip
     if lead in clocks:
-        clocks[torque] = SourceClockOffset((clocks[lead].value or 0.0) + found.value, found.std)
+        clocks[torque] = SourceClockOffset((clocks[lead].value or 0.0) + offset.value, offset.std)
     else:
-        clocks[lead] = SourceClockOffset((clocks[torque].value or 0.0) - found.value, found.std)
+        clocks[lead] = SourceClockOffset((clocks[torque].value or 0.0) - offset.value, offset.std)
 
 
 def _source_of(logs: Mapping[str, Blocks], signal: str) -> str | None:
@@ -198,18 +200,18 @@ def _on_clock(
             "campaign.toml", f"run {run.id}", f"{signal} and the angles come from devices with clocks of their own",
             f"give clock_ahead_s = {{ {unknown[0]} = … }} for this run",
         )  # fmt: skip
-    shown = logs[lead].time - (clocks[lead].value or 0.0) + (clocks[source].value or 0.0)
-    return np.stack([np.interp(shown, blocks.time, column) for column in blocks.mean[signal].T], axis=1)
+    source_time = logs[lead].time - (clocks[lead].value or 0.0) + (clocks[source].value or 0.0)
+    return np.stack([np.interp(source_time, blocks.time, column) for column in blocks.mean[signal].T], axis=1)
 
 
 def _check_velocity(place: str, time: Floats, angle: Floats, velocity: Floats) -> None:
     """Raise where the logged velocity is not that of the angles."""
-    moved = np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None], axis=0)
+    integrated = np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None], axis=0)
     joint = int(np.argmax(np.ptp(angle, axis=0)))
-    seen, logged = float(np.ptp(angle[:, joint])), float(np.ptp(moved[:, joint]))
-    way = float((angle[1:, joint] - angle[1:, joint].mean()) @ moved[:, joint])
-    if seen > LEAST_TRAVEL_RAD and (abs(logged - seen) > VELOCITY_AGREES * seen or way < 0.0):
-        factor = (logged / seen) * (1.0 if way > 0.0 else -1.0)
+    travel, logged = float(np.ptp(angle[:, joint])), float(np.ptp(integrated[:, joint]))
+    way = float((angle[1:, joint] - angle[1:, joint].mean()) @ integrated[:, joint])
+    if travel > LEAST_TRAVEL_RAD and (abs(logged - travel) > VELOCITY_AGREES * travel or way < 0.0):
+        factor = (logged / travel) * (1.0 if way > 0.0 else -1.0)
         raise InputError.at(
             FaultCode.UNIT_IMPLAUSIBLE, "campaign.toml", f"{place}, joints.velocity",
             f"the logged velocity of joint {joint + 1} is {factor:.3g} times that of its angles",
@@ -236,23 +238,25 @@ def reduce_friction(runs: Sequence[FrictionRun], chain: Chain) -> FrictionReduct
     InputError
         A run in which nothing moved, or in which the joint that the manifest names stood still.
     """
-    moved = [_moved(run, chain) for run in runs]
-    found = [_passes(run, k, moved[k][0]) if len(moved[k]) == 1 else ([], []) for k, run in enumerate(runs)]
+    moved_of_run = [_moved(run, chain) for run in runs]
+    passes_of_run = [
+        _passes(run, k, moved_of_run[k][0]) if len(moved_of_run[k]) == 1 else ([], []) for k, run in enumerate(runs)
+    ]
     # a joint that holds its velocity in one run is measured that way, and runs that never held one are dropped
-    held = {moved[k][0] for k, (passes, lost) in enumerate(found) if len(passes) > len(lost)}
+    with_passes = {moved_of_run[k][0] for k, (passes, lost) in enumerate(passes_of_run) if len(passes) > len(lost)}
     passes: list[JointPass] = []
     motions: list[FreeMotion] = []
     dropped: dict[str, tuple[UnusedStretch, ...]] = {}
     warnings: list[str] = []
     for k, run in enumerate(runs):
-        if len(moved[k]) == 1 and moved[k][0] in held:
-            passes += found[k][0]
-            dropped[run.info.name] = tuple(found[k][1])
-            warnings += _words(run, chain, moved[k][0], found[k][1])
+        if len(moved_of_run[k]) == 1 and moved_of_run[k][0] in with_passes:
+            passes += passes_of_run[k][0]
+            dropped[run.info.name] = tuple(passes_of_run[k][1])
+            warnings += _words(run, chain, moved_of_run[k][0], passes_of_run[k][1])
             continue
         motions.append(free_motion(run.info, chain, run.time, run.angle, run.torque))
-        names = ", ".join(chain.joint_names[j - 1] for j in moved[k])
-        why = "several joints move at once" if len(moved[k]) > 1 else "no velocity is ever held"
+        names = ", ".join(chain.joint_names[j - 1] for j in moved_of_run[k])
+        why = "several joints move at once" if len(moved_of_run[k]) > 1 else "no velocity is ever held"
         warnings.append(f"run {run.info.name} ({names}): {why}, so weight and inertia are modelled, not averaged out")
     steady = _steady(tuple(run.info for run in runs), passes)
     if steady is not None:
@@ -261,12 +265,12 @@ def reduce_friction(runs: Sequence[FrictionRun], chain: Chain) -> FrictionReduct
 
 
 def _moved(run: FrictionRun, chain: Chain) -> list[int]:
-    moved = moved_joints(run)
+    moving = moved_joints(run)
     place = f"run {run.info.name}"
-    if run.moved_joint is not None and run.moved_joint not in moved:
+    if run.moved_joint is not None and run.moved_joint not in moving:
         name = chain.joint_names[run.moved_joint - 1]
-        others = ", ".join(chain.joint_names[k - 1] for k in moved)
-        mend = f"joint {others} moved: correct moved_joint" if moved else "check the log"
+        moving_names = ", ".join(chain.joint_names[k - 1] for k in moving)
+        mend = f"joint {moving_names} moved: correct moved_joint" if moving else "check the log"
         raise InputError.at(
             FaultCode.MOTION_WRONG,
             "campaign.toml",
@@ -274,7 +278,7 @@ def _moved(run: FrictionRun, chain: Chain) -> list[int]:
             f"joint {name} never moved in this run",
             mend,
         )
-    if not moved:
+    if not moving:
         raise InputError.at(
             FaultCode.MOTION_WRONG,
             "campaign.toml",
@@ -282,26 +286,26 @@ def _moved(run: FrictionRun, chain: Chain) -> list[int]:
             "no joint moved in this run",
             "check the log, or leave the run out",
         )
-    return [run.moved_joint] if run.moved_joint is not None and len(moved) == 1 else moved
+    return [run.moved_joint] if run.moved_joint is not None and len(moving) == 1 else moving
 
 
 def _passes(run: FrictionRun, number: int, joint: int) -> tuple[list[JointPass], list[UnusedStretch]]:
     k = joint - 1
     velocity = None if run.velocity is None else run.velocity[:, k]
-    held, lost = steady_passes(JointLog(run.time, run.angle[:, k], run.torque[:, k], velocity))
-    others = run.angle.mean(axis=0)
-    others[k] = 0.0
-    return [JointPass(one, number, joint, others) for one in held], lost
+    steady, lost = steady_passes(JointLog(run.time, run.angle[:, k], run.torque[:, k], velocity))
+    other_angles = run.angle.mean(axis=0)
+    other_angles[k] = 0.0
+    return [JointPass(steady_pass, number, joint, other_angles) for steady_pass in steady], lost
 
 
 def _words(run: FrictionRun, chain: Chain, joint: int, lost: Sequence[UnusedStretch]) -> list[str]:
     name = chain.joint_names[joint - 1]
-    told: dict[str, int] = {}
-    for one in lost:
-        told[one.reason] = told.get(one.reason, 0) + 1
+    count_of_reason: dict[str, int] = {}
+    for lost_stroke in lost:
+        count_of_reason[lost_stroke.reason] = count_of_reason.get(lost_stroke.reason, 0) + 1
     return [
         f"run {run.info.name}, joint {name}: {count if count > 1 else 'a'} reading{'s' * (count > 1)} dropped: {reason}"
-        for reason, count in told.items()
+        for reason, count in count_of_reason.items()
     ]
 
 
@@ -309,20 +313,20 @@ def _steady(infos: tuple[RunInfo, ...], passes: Sequence[JointPass]) -> SteadyRe
     if not passes:
         return None
     readings = readings_of(passes)
-    codes, texts = set_aside_columns([one.set_aside for one in readings])
+    codes, texts = set_aside_columns([reading.set_aside for reading in readings])
     return SteadyReadings(
         runs=infos,
-        run=np.array([one.moved.run for one in readings], dtype=np.int64),
-        joint=np.array([one.moved.joint for one in readings], dtype=np.int64),
-        velocity=np.array([one.velocity for one in readings]),
-        torque=np.array([one.torque for one in readings]),
-        stretch=np.array([one.stretch for one in readings], dtype=np.int64),
-        low=np.array([one.low for one in readings]),
-        high=np.array([one.high for one in readings]),
-        start=np.array([float(one.moved.held.time[0]) for one in readings]),
-        end=np.array([float(one.moved.held.time[-1]) for one in readings]),
-        n_readings=np.array([one.n_readings for one in readings], dtype=np.int64),
-        scatter=np.array([one.scatter for one in readings]),
+        run=np.array([reading.moved.run for reading in readings], dtype=np.int64),
+        joint=np.array([reading.moved.joint for reading in readings], dtype=np.int64),
+        velocity=np.array([reading.velocity for reading in readings]),
+        torque=np.array([reading.torque for reading in readings]),
+        stretch=np.array([reading.stretch for reading in readings], dtype=np.int64),
+        low=np.array([reading.low for reading in readings]),
+        high=np.array([reading.high for reading in readings]),
+        start=np.array([float(reading.moved.held.time[0]) for reading in readings]),
+        end=np.array([float(reading.moved.held.time[-1]) for reading in readings]),
+        n_readings=np.array([reading.n_readings for reading in readings], dtype=np.int64),
+        scatter=np.array([reading.scatter for reading in readings]),
         set_aside=texts,
         set_aside_code=codes,
     )
@@ -337,7 +341,7 @@ def _one_way_words(steady: SteadyReadings, chain: Chain) -> list[str]:
         for code in np.unique(steady.set_aside_code[own & ~steady.used]):
             alike = own & (steady.set_aside_code == code)
             speeds = np.unique(np.abs(steady.velocity[alike]).round(3))
-            shown = ", ".join(f"{speed:.3g}" for speed in speeds[:4]) + (", …" if speeds.size > 4 else "")
+            listed = ", ".join(f"{speed:.3g}" for speed in speeds[:4]) + (", …" if speeds.size > 4 else "")
             count, reason = alike.sum(), steady.set_aside[alike][0]
-            words.append(f"joint {name}: {count} of {own.sum()} readings set aside (at {shown} rad/s): {reason}")
+            words.append(f"joint {name}: {count} of {own.sum()} readings set aside (at {listed} rad/s): {reason}")
     return words

@@ -105,11 +105,11 @@ class PartFit:
             for law in self.laws:
                 own = self.own[law.joint]
                 for steady in (True, False):
-                    part = own & (self.rows.steady == steady)
-                    if part.any() and not (steady and self.noise[law.joint]):
-                        left = self.residual[part] * self.sigma[part]
-                        share = max(1.0 - self._unknowns(part) / part.sum(), 0.2)
-                        self.sigma[part] = max(float(np.sqrt(np.mean(left**2) / share)), 1e-12)
+                    chosen = own & (self.rows.steady == steady)
+                    if chosen.any() and not (steady and self.noise[law.joint]):
+                        left = self.residual[chosen] * self.sigma[chosen]
+                        share = max(1.0 - self._unknowns(chosen) / chosen.sum(), 0.2)
+                        self.sigma[chosen] = max(float(np.sqrt(np.mean(left**2) / share)), 1e-12)
             self._whiten()
             # What is left of data without noise is rounding, and never the same.
             if np.all(np.abs(self.sigma - before) <= SETTLED * self.sigma + 1e-9 * largest):
@@ -123,19 +123,19 @@ class PartFit:
             )  # fmt: skip
         self.solve()
 
-    def _unknowns(self, part: Booleans) -> float:
+    def _unknowns(self, chosen: Booleans) -> float:
         """Unknowns that these rows pay for: those beside friction by their leverage, and the amplitudes."""
-        return float((self.basis[part] ** 2).sum()) + 2.0
+        return float((self.basis[chosen] ** 2).sum()) + 2.0
 
     def whitened(self, law: FrictionLaw, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
         """Return the columns of one joint, whitened and projected, for all rows."""
         own = self.own[law.joint]
-        found = {}
+        whitened_columns = {}
         for symbol, column in law.columns(self.rows.velocity[own], shape).items():
             wide = np.zeros(len(self.rows))
             wide[own] = column / self.sigma[own]
-            found[symbol] = self._projected(wide)
-        return found
+            whitened_columns[symbol] = self._projected(wide)
+        return whitened_columns
 
     def solve(self) -> Floats:
         """Find all amplitudes at the present shapes; return the whitened residual."""
@@ -159,12 +159,12 @@ class PartFit:
         if columns:
             lower = np.array([law.placed.effect.spec(symbol).lower for law, symbol in self.names])
             upper = np.array([law.placed.effect.spec(symbol).upper for law, symbol in self.names])
-            found = np.asarray(np.linalg.lstsq(self.matrix, target, rcond=RANK)[0])
-            if (found < lower).any() or (found > upper).any():
-                found = lsq_linear(self.matrix, target, (lower, upper), tol=1e-12).x
-            for (law, symbol), one in zip(self.names, found, strict=True):
-                self.amplitude[law.joint, symbol] = float(one)
-            target = target - self.matrix @ found
+            solution = np.asarray(np.linalg.lstsq(self.matrix, target, rcond=RANK)[0])
+            if (solution < lower).any() or (solution > upper).any():
+                solution = lsq_linear(self.matrix, target, (lower, upper), tol=1e-12).x
+            for (law, symbol), amplitude in zip(self.names, solution, strict=True):
+                self.amplitude[law.joint, symbol] = float(amplitude)
+            target = target - self.matrix @ solution
         self.residual = target
         return target
 
@@ -196,7 +196,11 @@ class PartFit:
         law.verdict[symbol] = f"the information criterion falls by {gain:.3g} against a cost of {cost:.3g}"
         if law.seen[symbol]:
             law.amplitudes.append(symbol)
-            law.free_nonlinear = [one for one in law.placed.effect.optional[symbol] if not law.held(one)]
+            law.free_nonlinear = [
+                symbol_of_shape
+                for symbol_of_shape in law.placed.effect.optional[symbol]
+                if not law.held(symbol_of_shape)
+            ]
 
     def _effective(self, own: Booleans) -> float:
         """Return how many readings these rows are worth; samples of motion overlap by half."""
@@ -221,14 +225,14 @@ class PartFit:
             return self.solve()
 
         start = np.array([np.log(law.shape[symbol]) for law, symbol in where])
-        found = least_squares(at, np.clip(start, lower + 1e-6, upper - 1e-6), bounds=(lower, upper), xtol=1e-8)
-        if found.status <= 0:
+        solution = least_squares(at, np.clip(start, lower + 1e-6, upper - 1e-6), bounds=(lower, upper), xtol=1e-8)
+        if solution.status <= 0:
             names = ", ".join(law.placed.parameter_name(symbol) for law, symbol in where)
             raise InputError.at(
                 FaultCode.NO_CONVERGENCE, "campaign.toml", "runs", f"the fit of {names} does not settle",
                 "measure more velocities, or fix them in model.toml",
             )  # fmt: skip
-        at(found.x)
+        at(solution.x)
 
     def _judge(self, law: FrictionLaw) -> None:
         """Take an optional part out again where its interval holds zero; hold shapes that nothing tells."""
@@ -251,7 +255,7 @@ class PartFit:
                 law.seen[symbol] = False
                 law.verdict[symbol] += f", but its 95 % interval ({value:.3g} ± {NORMAL_95 * std:.2g} N·m) holds zero"
                 law.amplitudes.remove(symbol)
-                law.free_nonlinear = [one for one in law.free_nonlinear if one not in shapes]
+                law.free_nonlinear = [shape_symbol for shape_symbol in law.free_nonlinear if shape_symbol not in shapes]
                 self.solve()
 
     def covariance(self, law: FrictionLaw) -> tuple[list[str], Floats]:
@@ -267,17 +271,17 @@ class PartFit:
             robust = inverse @ (scores.T @ scores) @ inverse * len(scores) / max(len(scores) - 1, 1)
             larger = np.sqrt(np.maximum(np.diagonal(robust) / np.diagonal(inverse), 1.0))
             whole = inverse * larger[:, None] * larger[None, :]
-        own = [k for k, (one, _) in enumerate(names) if one is law]
+        own = [k for k, (owner, _) in enumerate(names) if owner is law]
         return [names[k][1] for k in own], np.asarray(whole[np.ix_(own, own)], dtype=np.float64)
 
     def friction(self) -> Floats:
         """Return (k,) N·m, the friction of every row as fitted."""
-        found = np.zeros(len(self.rows))
+        torque = np.zeros(len(self.rows))
         for law in self.laws:
             own = self.own[law.joint]
             columns = law.columns(self.rows.velocity[own])
-            found[own] = sum(self.amplitude[law.joint, symbol] * columns[symbol] for symbol in law.amplitudes)
-        return found
+            torque[own] = sum(self.amplitude[law.joint, symbol] * columns[symbol] for symbol in law.amplitudes)
+        return torque
 
     def unknowns(self) -> Floats:
         """Return (m,) weight, inertia and zeros."""
@@ -313,8 +317,10 @@ class PartFit:
                 small = 1e-4 * law.shape[symbol]
                 ends = [self.whitened(law, law.shape | {symbol: law.shape[symbol] + way * small}) for way in (1, -1)]
                 slope = sum(
-                    self.amplitude[law.joint, one] * (ends[0][one] - ends[1][one]) / (2.0 * small)
-                    for one in law.amplitudes
+                    self.amplitude[law.joint, amplitude_symbol]
+                    * (ends[0][amplitude_symbol] - ends[1][amplitude_symbol])
+                    / (2.0 * small)
+                    for amplitude_symbol in law.amplitudes
                 )
                 names.append((law, symbol))
                 columns.append(np.asarray(slope)[:, None])
@@ -334,7 +340,7 @@ def _grid(law: FrictionLaw, symbol: str, speed: Floats) -> list[dict[str, float]
         else:
             values.append([spec.typical])
     names = law.placed.effect.optional[symbol]
-    return [law.shape | dict(zip(names, one, strict=True)) for one in product(*values)]
+    return [law.shape | dict(zip(names, combination, strict=True)) for combination in product(*values)]
 
 
 def _shape_bounds(law: FrictionLaw, symbol: str, speed: Floats) -> tuple[float, float]:

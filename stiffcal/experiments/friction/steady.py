@@ -143,9 +143,9 @@ def steady_passes(log: JointLog) -> tuple[list[Pass], list[UnusedStretch]]:
     passes: list[Pass] = []
     dropped: list[UnusedStretch] = []
     for first, last in strokes:
-        held = _longest_steady_piece(log.time[first : last + 1], log.angle[first : last + 1], noise)
-        if held is not None:
-            passes.append(_pass_of(log, slice(first + held[0], first + held[1] + 1)))
+        steady_piece = _longest_steady_piece(log.time[first : last + 1], log.angle[first : last + 1], noise)
+        if steady_piece is not None:
+            passes.append(_pass_of(log, slice(first + steady_piece[0], first + steady_piece[1] + 1)))
         elif abs(float(log.angle[last] - log.angle[first])) > 0.5 * longest:  # others are moves to the start
             dropped.append(
                 UnusedStretch(float(log.time[first]), float(log.time[last]), _never_steady(log, first, last))
@@ -207,7 +207,9 @@ def _longest_steady_piece(time: Floats, angle: Floats, noise: float) -> tuple[in
 def _bends(time: Floats, angle: Floats, first: int, last: int, noise: float) -> bool:
     """Tell whether the velocity changes slowly over the length of a piece, as around the fastest moment of a swing."""
     away = np.linspace(-1.0, 1.0, last - first + 1)
-    _, linear, square, cubic = (float(each) for each in np.polynomial.legendre.legfit(away, angle[first : last + 1], 3))
+    _, linear, square, cubic = (
+        float(coefficient) for coefficient in np.polynomial.legendre.legfit(away, angle[first : last + 1], 3)
+    )
     # the slopes of Legendre's second and third polynomials span 6 and 7.5; noise leaves √((2k + 1)/n) in the k-th
     change = 6.0 * abs(square) + 7.5 * abs(cubic)
     doubt = noise * (6.0 * np.sqrt(5.0) + 7.5 * np.sqrt(7.0)) / np.sqrt(away.size)
@@ -233,10 +235,10 @@ def _narrowed(time: Floats, angle: Floats, width: int) -> tuple[int, int] | None
     return int(whole[0]) + margin, int(whole[-1]) + width - margin
 
 
-def _pass_of(log: JointLog, part: slice) -> Pass:
-    time, angle = log.time[part], log.angle[part]
-    velocity = _slope(time, angle) if log.velocity is None else float(log.velocity[part].mean())
-    return Pass(time, angle, log.torque[part], velocity)
+def _pass_of(log: JointLog, rows: slice) -> Pass:
+    time, angle = log.time[rows], log.angle[rows]
+    velocity = _slope(time, angle) if log.velocity is None else float(log.velocity[rows].mean())
+    return Pass(time, angle, log.torque[rows], velocity)
 
 
 def _slope(time: Floats, value: Floats) -> float:
@@ -285,36 +287,39 @@ def readings_of(passes: Sequence[JointPass]) -> list[SteadyTorque]:
     -------
     One reading per pass, in the order given; those without a pass the other way, or off the stretch, say so.
     """
-    found: dict[int, SteadyTorque] = {}
+    readings: dict[int, SteadyTorque] = {}
     for number, level in enumerate(_levels(passes)):
         members, short = _sharing([passes[k].held for k in level])
         chosen = [level[k] for k in members]
-        held = [passes[k].held for k in chosen]
-        low, high = max(one.low for one in held), min(one.high for one in held)
-        both = len({np.sign(one.velocity) for one in held}) == 2
+        members_held = [passes[k].held for k in chosen]
+        low, high = (
+            max(steady_pass.low for steady_pass in members_held),
+            min(steady_pass.high for steady_pass in members_held),
+        )
+        both_directions = len({np.sign(steady_pass.velocity) for steady_pass in members_held}) == 2
         for k in chosen:
-            found[k] = _reading(passes[k], number, low, high, IN_USE if both else ONE_WAY)
+            readings[k] = _reading(passes[k], number, low, high, IN_USE if both_directions else ONE_WAY)
         for k in (level[i] for i in short):
-            one = passes[k].held
-            found[k] = _reading(passes[k], number, one.low, one.high, SHORT)
-    return [found[k] for k in range(len(passes))]
+            steady_pass = passes[k].held
+            readings[k] = _reading(passes[k], number, steady_pass.low, steady_pass.high, SHORT)
+    return [readings[k] for k in range(len(passes))]
 
 
-def _reading(moved: JointPass, stretch: int, low: float, high: float, set_aside: SetAside) -> SteadyTorque:
+def _reading(joint_pass: JointPass, stretch: int, low: float, high: float, set_aside: SetAside) -> SteadyTorque:
     """Average a pass between two angles, to a fraction of a sample: weight must be alike in both directions."""
-    held = moved.held
-    slope = _slope(held.time, held.angle)
-    middle_time, middle_angle = float(held.time.mean()), float(held.angle.mean())
+    steady = joint_pass.held
+    slope = _slope(steady.time, steady.angle)
+    middle_time, middle_angle = float(steady.time.mean()), float(steady.angle.mean())
     ends = sorted(middle_time + (angle - middle_angle) / slope for angle in (low, high))
-    start, end = max(ends[0], float(held.time[0])), min(ends[1], float(held.time[-1]))
-    area = np.concatenate([[0.0], np.cumsum(0.5 * (held.torque[1:] + held.torque[:-1]) * np.diff(held.time))])
+    start, end = max(ends[0], float(steady.time[0])), min(ends[1], float(steady.time[-1]))
+    area = np.concatenate([[0.0], np.cumsum(0.5 * (steady.torque[1:] + steady.torque[:-1]) * np.diff(steady.time))])
     if end > start:
-        torque = float(np.interp(end, held.time, area) - np.interp(start, held.time, area)) / (end - start)
+        torque = float(np.interp(end, steady.time, area) - np.interp(start, steady.time, area)) / (end - start)
     else:
-        torque = float(held.torque.mean())
-    inside = held.torque[(held.time >= start) & (held.time <= end)]
+        torque = float(steady.torque.mean())
+    inside = steady.torque[(steady.time >= start) & (steady.time <= end)]
     scatter = float(inside.std(ddof=1)) if inside.size > 1 else 0.0
-    return SteadyTorque(moved, stretch, low, high, held.velocity, torque, scatter, int(inside.size), set_aside)
+    return SteadyTorque(joint_pass, stretch, low, high, steady.velocity, torque, scatter, int(inside.size), set_aside)
 
 
 def _levels(passes: Sequence[JointPass]) -> list[list[int]]:
@@ -326,27 +331,29 @@ def _levels(passes: Sequence[JointPass]) -> list[list[int]]:
         if k in taken:
             continue
         level, last = [k], abs(passes[k].held.velocity)
-        for other in order:
-            speed = abs(passes[other].held.velocity)
-            alike = passes[other].joint == passes[k].joint and _same_pose(passes[k], passes[other])
-            if other != k and other not in taken and alike and last <= speed <= last * (1.0 + SAME_SPEED):
-                level.append(other)
+        for candidate in order:
+            speed = abs(passes[candidate].held.velocity)
+            alike = passes[candidate].joint == passes[k].joint and _same_pose(passes[k], passes[candidate])
+            if candidate != k and candidate not in taken and alike and last <= speed <= last * (1.0 + SAME_SPEED):
+                level.append(candidate)
                 last = speed
         taken.update(level)
         levels.append(sorted(level))
     return sorted(levels)
 
 
-def _same_pose(one: JointPass, other: JointPass) -> bool:
-    return bool(np.abs(one.others - other.others).max(initial=0.0) < SAME_POSE_RAD)
+def _same_pose(first: JointPass, second: JointPass) -> bool:
+    return bool(np.abs(first.others - second.others).max(initial=0.0) < SAME_POSE_RAD)
 
 
 def _sharing(passes: Sequence[Pass]) -> tuple[list[int], list[int]]:
     """Return which passes share a stretch long enough, and which do not."""
-    low = float(np.median([one.low for one in passes]))
-    high = float(np.median([one.high for one in passes]))
+    low = float(np.median([steady_pass.low for steady_pass in passes]))
+    high = float(np.median([steady_pass.high for steady_pass in passes]))
     length = max(high - low, 1e-12)
-    shared = [min(one.high, high) - max(one.low, low) >= LEAST_SHARED * length for one in passes]
+    shared = [
+        min(steady_pass.high, high) - max(steady_pass.low, low) >= LEAST_SHARED * length for steady_pass in passes
+    ]
     if sum(shared) == 0:
         return list(range(len(passes))), []
     return [k for k, fits in enumerate(shared) if fits], [k for k, fits in enumerate(shared) if not fits]
