@@ -53,15 +53,15 @@ class ExperimentKind:
     """Whether ``plot --run`` draws one run of this kind."""
 
     def reduction(self, campaign: Campaign) -> RunsReduction | None:
-        """Return what takes the logs of this kind's runs; None where they make load states like any other."""
+        """Return the reduction of the logs of this kind's runs; None where they make load states like any other."""
         return None
 
     def simulation(self) -> RunSimulation[Any] | None:
-        """Return what simulates the runs of this kind; None where these are load cycles."""
+        """Return the simulation of the runs of this kind; None where these are load cycles."""
         return None
 
     def fit(self, data: MeasuredRuns) -> ExperimentFit | None:
-        """Return what the runs of this kind add to ``identify``; None where the campaign holds none.
+        """Return the part of ``identify`` for the runs of this kind; None where the campaign holds none.
 
         Raises
         ------
@@ -71,7 +71,7 @@ class ExperimentKind:
         return None
 
     def validate(self, data: MeasuredRuns) -> ExperimentValidation | None:
-        """Return what the runs of this kind add to ``validate``; None where there is nothing to judge.
+        """Return the part of ``validate`` for the runs of this kind; None where there is nothing to judge.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class ExperimentKind:
         return None
 
     def law(self, identified: Document) -> FittedLaw | None:
-        """Return what ``diagnose`` judges where there are no load states; None where nothing was identified.
+        """Return the law that ``diagnose`` judges where there are no load states; None where nothing was identified.
 
         Parameters
         ----------
@@ -90,11 +90,11 @@ class ExperimentKind:
         return None
 
     def overview(self, identified: Document) -> Overview | None:
-        """Return what ``identify`` shows in the terminal; None where it holds nothing of this kind."""
+        """Return the overview that ``identify`` prints in the terminal; None where it holds nothing of this kind."""
         return None
 
     def page(self, data: MeasuredRuns, identified: Document) -> Page | None:
-        """Return what the report shows; None where the campaign holds nothing of this kind.
+        """Return the page of the report; None where the campaign holds nothing of this kind.
 
         Parameters
         ----------

@@ -32,7 +32,7 @@ class MeasuredRuns:
         return self.campaign.chain.joint_names
 
     def read(self, name: str, from_table: Callable[[pa.Table], T]) -> T | None:
-        """Return what a table holds, None where there is no such table.
+        """Return the content of a table, None where there is no such table.
 
         Parameters
         ----------

@@ -61,7 +61,7 @@ class RunsReduction(ABC):
 
     @abstractmethod
     def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
-        """Return what goes into the store, by name: those of the kind's `tables` that these runs fill.
+        """Return the tables for the store, by name: those of the kind's `tables` that these runs fill.
 
         Parameters
         ----------
@@ -69,7 +69,7 @@ class RunsReduction(ABC):
         """
 
     def check(self) -> tuple[list[str], list[str]]:
-        """Return what is missing to use these runs, and remarks on them, a line each, before anything is fitted.
+        """Return the faults that prevent using these runs, and remarks on them, a line each, before anything is fitted.
 
         Raises
         ------

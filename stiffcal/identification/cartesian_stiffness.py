@@ -2,7 +2,7 @@
 
 K̂ᵀ = (Σ ΔX ΔXᵀ)⁻¹ Σ ΔX Wᵀ takes the displacement for exact and the wrench for what errs. With a camera it is the other
 way round: noise in ΔX then draws K towards zero, most in directions in which the robot is stiff. The compliance
-C = Σ ΔX Wᵀ (Σ W Wᵀ)⁻¹, and its inverse, has no such bias and stands beside it.
+C = Σ ΔX Wᵀ (Σ W Wᵀ)⁻¹, and its inverse, has no such bias and is given next to it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from stiffcal.reduction.load_cycles import run_members
 # Full: even in its weakest direction the displacement follows the wrench by more than noise would let it seem so once
 # in a thousand poses.
 NOT_FULL_P = 1e-3
-# Lengths by which moments and turns are put beside forces and shifts, m.
+# Lengths by which moments and turns are compared with forces and shifts, m.
 LENGTH_M = 0.5
 FEWEST = 14
 # Directions of the wrench below this share of the largest are rounding.

@@ -13,11 +13,11 @@ from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import members_of
 
-# Below this nothing is said from repeats at all: the noise would be known to no better than a third.
+# Below this nothing is derived from repeats at all: the noise would be known to no better than a third.
 LEAST_DOF = 6
 # Contrasts beyond this multiple of their median length come from bumped readings.
 WILD = 6.0
-# So many contrasts tell a standard deviation to one per cent.
+# So many contrasts determine a standard deviation to one per cent.
 MOST_CONTRASTS = 2000
 
 

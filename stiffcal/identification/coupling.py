@@ -111,7 +111,7 @@ def without_measured_links(
 ) -> tuple[CompliantRobot, frozenset[str]]:
     """Return the model of what is left when the rods' part is out, and its parameters that are held.
 
-    A link whose twist the rods do not tell may still twist, and does nothing else.
+    A link whose twist the rods do not determine may still twist, and does nothing else.
     """
     twists = {link.link for link in links if not np.isfinite(link.compliance.matrix[3, 3])}
     rodded = {link.link for link in links}
@@ -147,10 +147,10 @@ def without_rods(states: LoadStates) -> LoadStates:
 
 
 def without_links(states: LoadStates, chain: Chain, links: tuple[MeasuredLink, ...]) -> LoadStates:
-    """Take out of the measured motion what the rods say that their links did; states without rods are set aside.
+    """Take out of the measured motion that of the links as the rods measured it; states without rods are set aside.
 
-    What they say is the compliance that they give, under the load of each state: the readings of single states would
-    bring their noise along, magnified at the tool. A twist that the rods do not see stays in. The rods are gone from
+    Taken out is the compliance that they give, under the load of each state: the readings of single states would
+    bring their noise along, magnified at the tool. A twist that no rod measures stays in. The rods are gone from
     what is returned.
     """
     data = observe(states, chain)

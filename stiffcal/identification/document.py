@@ -51,7 +51,7 @@ def identified_parameter(parameter: Parameter) -> IdentifiedParameter:
 
 
 def model_summary(robot: CompliantRobot) -> ModelSummary:
-    """Return what the model holds: balance and effects with places."""
+    """Return the content of the model: balance and effects with places."""
     places: dict[str, dict[str, list[Any]]] = {}
     for placed in robot.placed:
         of_effect = places.setdefault(placed.effect.name, {})
@@ -62,7 +62,7 @@ def model_summary(robot: CompliantRobot) -> ModelSummary:
 
 
 def unidentified_parameters(ambiguity: Ambiguity) -> UnidentifiedParameters:
-    """Return what these data do not distinguish, and what is known of it."""
+    """Return the sets that these data do not distinguish, and what is known of them."""
     return UnidentifiedParameters(
         parameters=list(ambiguity.names),
         known=ambiguity.known or None,
@@ -82,7 +82,7 @@ def rejected_states(states: LoadStates) -> list[RejectedState]:
 
 
 def noise_per_axis(fit: Fit) -> NoisePerAxis | None:
-    """Return what a single reading scatters; None where it is not known."""
+    """Return the scatter of a single reading; None where it is not known."""
     noise, layout = fit.noise, fit.data.layout
     if noise is None:
         return None
@@ -101,7 +101,7 @@ def noise_per_axis(fit: Fit) -> NoisePerAxis | None:
 
 
 def measured_links(fit: Fit) -> tuple[MeasuredLink, ...]:
-    """Return what the rods of a fitted campaign say of their links."""
+    """Return the results of the rods of a fitted campaign for their links."""
     sigma = None if fit.noise is None else fit.noise.length
     return measure_links(fit.data, fit.robot, sigma) if fit.data.layout.rods else ()
 
@@ -119,7 +119,7 @@ def correlated_parameters(fit: Fit) -> list[CorrelatedParameters]:
 
 
 def fit_warnings(fit: Fit) -> list[str]:
-    """Return what a reader of the numbers must know, in words."""
+    """Return the warnings on the numbers, as sentences."""
     words = []
     if not fit.robot.chain.masses_known:
         words.append("link masses are not known: the sag under weight is left out")

@@ -1,7 +1,7 @@
-"""Joint compliances identified in dual quaternions (Li et al. 2019, paper 003, eq. 30 to 35), beside the matrix form.
+"""Joint compliances identified in dual quaternions (Li et al. 2019, paper 003, eq. 30 to 35), next to the matrix form.
 
 y = A x, with y the change of the target's eight components and A the columns ∂q̂/∂θⱼ τⱼ. Eight components are six
-displacements seen through the exact linear map L of `stiffcal.mechanics.dual_quaternions`; a weight of the six goes
+displacements mapped by the exact linear map L of `stiffcal.mechanics.dual_quaternions`; a weight of the six goes
 over as Pᵀ W P. With it the two forms are one estimate to rounding, at any orientation. The paper leaves the weight out,
 and counts metres and pure numbers alike (eq. 35): that is another estimate, which changes with the unit of length, and
 is given apart.
@@ -50,7 +50,7 @@ class TwoForms:
     """One campaign identified in both forms."""
 
     names: tuple[str, ...]
-    """p full parameter names: the compliances that the fit tells."""
+    """p full parameter names: the compliances that the fit determines."""
     matrix: Floats
     """(p,) rad/(N·m), each form carried on until its steps are rounding, with the same weights."""
     dual: Floats

@@ -1,4 +1,4 @@
-"""What a fit found: parameters with uncertainty, residuals, and what the data cannot tell."""
+"""What a fit found: parameters with uncertainty, residuals, and what the data cannot determine."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Parameter:
     fixed: bool
     """Held at the model file's value."""
     identifiable: bool
-    """Whether these data can tell it apart."""
+    """Whether these data distinguish it from the others."""
     at_bound: bool
     """The estimate lies on the edge of possible values."""
 
@@ -61,7 +61,7 @@ class Parameter:
 
     @property
     def above_noise(self) -> bool | None:
-        """Whether a size is told from none at all, at three standard uncertainties; None where it is not free."""
+        """Whether a size differs from zero at three standard uncertainties; None where it is not free."""
         if self.value is None or self.std is None or self.spec.role is not ParameterRole.AMPLITUDE or self.spec.inverse:
             return None
         return bool(abs(self.value) > ABOVE_NOISE * self.std)
@@ -82,7 +82,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Ambiguity:
-    """Parameters that these data cannot tell apart, and what of them is known."""
+    """Parameters that these data cannot distinguish from each other, and what of them is known."""
 
     names: tuple[str, ...]
     """The parameters."""
@@ -113,9 +113,9 @@ class Fit:
     condition: float
     """Condition number of the whitened observation matrix with columns of unit length."""
     ambiguities: tuple[Ambiguity, ...]
-    """What cannot be told apart."""
+    """Sets of parameters that cannot be distinguished."""
     noise: Noise | None
-    """Instrument noise, or None where it cannot be told."""
+    """Instrument noise, or None where it cannot be determined."""
     noise_length: dict[str, float | None]
     """{"translation", "rotation"}, with rods "length": rms length of the noise, wrench noise included; None where not
     known.
@@ -135,7 +135,7 @@ class Fit:
     iterations: int
     """Gauss–Newton steps taken."""
     held: frozenset[str] = frozenset()
-    """Full names of parameters left at their neutral value because nothing tells them apart."""
+    """Full names of parameters left at their neutral value because nothing distinguishes them."""
     left: float | None = None
     """The last step, in standard uncertainties per parameter, where the fit did not settle; None where it did."""
 

@@ -1,4 +1,4 @@
-"""What the data can tell apart, and what not.
+"""What the data can distinguish, and what not.
 
 With columns scaled to unit length, a direction in which the whitened observation matrix is shorter than 1e-3 is one in
 which two signatures agree to a tenth of a per cent: less than the model itself can be trusted, so that a number from it
@@ -19,13 +19,13 @@ from stiffcal.identification.fit import Ambiguity
 
 # Signatures that agree to this are one signature.
 SAME_REGRESSOR = 1e-3
-# In a direction that the data do not see, parameters with a share above this take part.
+# In a direction that the data do not determine, parameters with a share above this take part.
 TAKES_PART = 0.1
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Which of p parameters can be told."""
+    """Which of p parameters can be determined."""
 
     identifiable: Booleans
     """(p,)."""
@@ -34,7 +34,7 @@ class Identifiability:
     condition: float
     """Ratio of the largest to the smallest singular value, columns of unit length; infinite where a column is zero."""
     ambiguities: tuple[Ambiguity, ...]
-    """Sets that cannot be told apart."""
+    """Sets that cannot be distinguished."""
 
 
 def check_identifiability(
@@ -45,13 +45,13 @@ def check_identifiability(
     needed: Booleans | None = None,
     noise_dominated: Booleans | None = None,
 ) -> Identifiability:
-    """Find what the whitened, triangular observation matrix cannot tell.
+    """Find what the whitened, triangular observation matrix cannot determine.
 
     Parameters
     ----------
     factor : (p, p) triangular factor of the whitened observation matrix.
     names : p full parameter names.
-    upper : (p,) largest value that is possible; a standard uncertainty beyond it tells nothing.
+    upper : (p,) largest value that is possible; a standard uncertainty beyond it is no information.
     yielding : (p,) True for shape parameters: where one of them takes part, it alone is called unknown, because the
         law's size is still known with the shape at its best value.
     needed : (p,) True for those that should not stand back where another of their set can.
@@ -101,9 +101,9 @@ def check_identifiability(
 def _stand_back(
     unit: Floats, left_out: Booleans, gives_way: Booleans, stays: Booleans, blind_below: float
 ) -> list[int]:
-    """Hold one parameter after the other until the data see every direction of those left; return them.
+    """Hold one parameter after the other until the data determine every direction of those left; return them.
 
-    Of a set that cannot be told apart the one that came last into the model stands back; the others then stand for the
+    Of such a set the one that came last into the model stands back; the others then stand for the
     set in predictions. One at a time: sets that overlap mix in the singular vectors, and two taken at once could both
     be what one set needs. DeformedChain parameters that take part are held all at once, and are not returned.
 
@@ -156,11 +156,11 @@ def _name_ambiguity(blind: Floats, length: Floats, names: list[str]) -> Ambiguit
     """Say which combination is known, orthogonal to the blind direction."""
     if len(names) == 1:
         return Ambiguity((names[0],), "", "no load in these data turns it")
-    # In scaled parameters y = length × x the data see what is across ``blind``; for two, one combination.
+    # In scaled parameters y = length × x the data determine what is across ``blind``; for two, one combination.
     if len(names) == 2:
         across = np.array([-blind[1], blind[0]]) * length
         size = np.abs(across)
-        # The first of two that only rounding tells apart: the sign of the combination hangs on it.
+        # The first of two that only rounding distinguishes: the sign of the combination hangs on it.
         across = across / across[int(np.argmax(size >= (1.0 - 1e-9) * size.max()))]
         return Ambiguity(
             tuple(names),

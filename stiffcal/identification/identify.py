@@ -1,8 +1,8 @@
 """From load states to a fit: Gauss–Newton on the balanced robot, weights from the noise.
 
 The steps: a first-order pass on the rigid chain gives a start; with it the wrench's noise is carried through the model
-and repeats tell the noise; then Gauss–Newton steps on the finite balance, until a step is small against the standard
-uncertainties. Parameters that the data cannot tell apart are left out of the last steps and named.
+and repeats give the noise; then Gauss–Newton steps on the finite balance, until a step is small against the standard
+uncertainties. Parameters that the data cannot distinguish are left out of the last steps and named.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-# A step below this share of the standard uncertainty changes nothing that anyone can see.
+# A step below this share of the standard uncertainty changes nothing of any use.
 SMALL_STEP = 1e-3
 # Laws with corners (friction, play) make steps rattle at this level, and in large campaigns, whose steps are dear and
 # whose uncertainties are small against what any model leaves out, it is as invisible.
@@ -79,7 +79,7 @@ class Settings:
     noise: Noise | None = None
     """Take this noise instead of estimating it."""
     noise_dominated: frozenset[str] = field(default_factory=frozenset)
-    """Full names of parameters that only the wrench's noise turns: not told."""
+    """Full names of parameters that only the wrench's noise turns: not determined."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ def _gauss_newton(
         change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)) / np.sqrt(n_free))
         amplitude, iterations = updated, iterations + 1
         robot = _with_estimates(robot, columns, amplitude)
-        # Steps contract evenly: the next one is foretold by this one and the ratio to the last.
+        # Steps contract evenly: the next one is predicted by this one and the ratio to the last.
         predicted_without_pose = change * min(1.0, change / last) if iterations > 1 else change
         settled = change < small or (predicted_without_pose < small and not robust)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
@@ -229,7 +229,7 @@ def _gauss_newton(
 
 
 def _some_runs(problem: Problem) -> Problem:
-    """Return the problem of some runs, enough to start from and to tell the noise; a small problem as it is."""
+    """Return the problem of some runs, enough to start from and to determine the noise; a small problem as it is."""
     data = problem.data
     chosen = starting_runs(data.run)
     if chosen is None:
@@ -283,10 +283,10 @@ def _solve(
     start: Floats,
     noise_dominated: frozenset[str],
 ) -> tuple[Floats, Identifiability]:
-    """Solve for the new amplitudes; those that cannot be told apart stay neutral: at zero, shapes where they are.
+    """Solve for the new amplitudes; those that cannot be distinguished stay neutral: at zero, shapes where they are.
 
     Where sets overlap, the others can carry what is known only if the right ones stand back, because compliances
-    cannot be negative: those are told by the solution with all of them free.
+    cannot be negative: those are determined by the solution with all of them free.
     """
     checked = _check_identifiability(reduced, robot, columns, noise_dominated)
     lower, upper = bounds_of(robot, columns)

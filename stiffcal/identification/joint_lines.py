@@ -24,7 +24,7 @@ COMPONENTS: tuple[Component, ...] = ("tx", "ty", "tz", "rx", "ry", "rz")
 ABOVE_NOISE = 3.0
 # Couplings are thirty to a joint and looked for, not expected: a robot that has none shows one in so many campaigns.
 FALSE_COUPLINGS = 0.01
-# A curve is believed where a straight line would be so bent by chance: of 36 straight ones a curve is seen in one
+# A curve is believed where a straight line would be so bent by chance: of 36 straight ones a curve is found in one
 # campaign out of a hundred.
 CURVED_P = 0.01 / 36.0
 # A direction of the wrench below this share of the largest (lengths scaled by 0.5 m) is not loaded.
@@ -57,7 +57,7 @@ class JointLine:
 
     @property
     def above_noise(self) -> bool:
-        """True where the compliance is told from nothing, and has the sign that a spring's has."""
+        """True where the compliance differs from zero significantly, and has the sign that a spring's has."""
         return bool(self.compliance > ABOVE_NOISE * self.std)
 
     @property
@@ -68,7 +68,7 @@ class JointLine:
 
 @dataclass(frozen=True)
 class JointComplianceMatrix:
-    """What one joint's own displacements say of it."""
+    """What one joint's own displacements give for it."""
 
     joint: int
     """From 1."""
@@ -83,7 +83,7 @@ class JointComplianceMatrix:
     curved component is its slope at no load.
     """
     coupled: float
-    """Standard uncertainties beyond which an element beside the diagonal is no chance (`FALSE_COUPLINGS`)."""
+    """Standard uncertainties beyond which an element off the diagonal is no chance (`FALSE_COUPLINGS`)."""
 
     @property
     def couplings(self) -> tuple[tuple[str, str], ...]:
@@ -99,7 +99,7 @@ def joint_compliance(motion: JointMotion, n_joints: int = 6) -> JointComplianceM
 
     Parameters
     ----------
-    n_joints : how many are looked at: couplings are told from chance among those of all.
+    n_joints : how many are looked at: couplings are distinguished from chance among those of all.
     """
     lines = tuple(_line(motion, axis) for axis in range(6))
     matrix, std = _matrix(motion, lines)

@@ -1,7 +1,7 @@
 """Each joint by itself: how its two links move against each other, over the wrench that it carries (paper 001).
 
 With a target on every link the six-dimensional displacement of a joint is measured, not inferred: link k's motion since
-the run's reference, seen from link k−1. In the joint's own axes, about the joint's origin, it answers the load's
+the run's reference, relative to link k−1. In the joint's own axes, about the joint's origin, it answers the load's
 wrench moved there (001, eq. 4): W_k = (R F, R (T + (p_load − p_k) × F)). Where the loaded robot holds its links is
 measured too: sensor, load and joint go with the targets on their links, so that levers are those of the deformed robot.
 Nothing of any model is in it but kinematics.
@@ -34,7 +34,7 @@ class JointMotion:
     """The two targets' names; "" inboard of joint 1 where the base itself carries none."""
     displacement: Floats
     """(n, 6) m and rad, joint axes, about the joint's origin, since the run's reference; NaN where one of the two
-    bodies was not seen, or that which carries the force sensor.
+    bodies was not measured, or that which carries the force sensor.
     """
     wrench: Floats
     """(n, 6) N and N·m that the load puts on the joint, joint axes, about its origin."""
@@ -114,7 +114,7 @@ def _run_means(values: Floats, run: Integers) -> Floats:
 
 @dataclass(frozen=True)
 class _Motion:
-    """A body's motion since its run's reference: x → turn (x − there) + here, base axes; NaN where it was not seen."""
+    """A body's motion since its run's reference: x → turn (x − there) + here, base axes; NaN where not measured."""
 
     turn: Floats  # (n, 3, 3)
     here: Floats  # (n, 3)
@@ -173,7 +173,7 @@ def _load(
 
 
 def _relative(outboard: _Motion, inboard: _Motion, place: Floats, axes: Floats) -> Floats:
-    """Return (n, 6) how the outboard body has moved since the reference, seen from the inboard one.
+    """Return (n, 6) how the outboard body has moved since the reference, relative to the inboard one.
 
     Parameters
     ----------

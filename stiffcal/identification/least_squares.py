@@ -44,7 +44,7 @@ class Reduced:
     """(m, n) the model's displacements that the problem was linearised about, where it was built from blocks."""
 
     def solve(self) -> Floats:
-        """Return the minimum of smallest norm (directions that the data do not see stay at zero)."""
+        """Return the minimum of smallest norm (directions that the data do not determine stay at zero)."""
         return least_squares(self.factor, self.target)
 
     def solve_bounded(self, lower: Floats, upper: Floats) -> tuple[Floats, Booleans]:

@@ -1,6 +1,6 @@
 """How well joints are known where their links' part was taken out of the tool's motion: the rods' noise goes into them.
 
-What the rods say of a link is a compliance with a covariance. An error of it is taken out of the tool's motion with it,
+What the rods give for it is a compliance with a covariance. An error of it is taken out of the tool's motion with it,
 in all states alike, and the fit of what remains lays it at the joints' door: δθ = (Aᵀ W A)⁻¹ Aᵀ W δy. It does not show
 in the fit's residuals, so that it is added to what the fit itself states.
 """

@@ -1,7 +1,7 @@
 """Links that carry rods, in a campaign: how each has moved, what it carried, and its share of the tool's deflection.
 
 This needs a model only to turn the load into what the link's end carries, and for that a rigid robot is nearly as good
-as a fitted one: levers change by well under a percent. Nothing of the joints' stiffness goes into what the rods say.
+as a fitted one: levers change by well under a percent. Nothing of the joints' stiffness goes into the rods' result.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class MeasuredLink:
     wrench: Floats
     """(n, 6) what its end carried beyond weight, beam axes, N and N·m."""
     at_tool: Floats
-    """(n, 6) what that displacement moves the first target by, base axes, m and rad; a twist that the rods do not see
+    """(n, 6) what that displacement moves the first target by, base axes, m and rad; a twist that no rod measures
     counts as none.
     """
     share: float
@@ -57,7 +57,7 @@ def measure_links(data: Observations, robot: CompliantRobot, sigma: float | None
     ----------
     data : the observations.
     robot : the chain, with whatever effects are known; none will do.
-    sigma : standard uncertainty of a rod's reading in one state, m, as repeats tell it; None: as the manifest states.
+    sigma : standard uncertainty of a rod's reading in one state, m, by repeats; None: as the manifest states.
         The reference reading's own is not in it: it is the same for all states of a run.
     """
     measured_links = []

@@ -1,8 +1,8 @@
 """How noisy the readings are: from repeats of the same load, else from what the manifest states.
 
 The scatter of repeats has four sources: the tracker's translation and rotation, and the force sensor's force and moment
-carried through the robot's compliance S (with gauges or rods: theirs beside the tracker's). Repeats never hit the same
-load, so the model's displacement is subtracted first: of two like loads it only has to tell a few per cent. With d a
+carried through the robot's compliance S (with gauges or rods: theirs next to the tracker's). Repeats never hit the same
+load, so the model's displacement is subtracted first: of two like loads it only has to hold to a few per cent. With d a
 contrast of a group of repeats (coefficients that sum to zero, squares that sum to one):
 
     d ~ N(0, σ_t² I_t + σ_r² I_r + S (σ_F² I_F + σ_M² I_M) Sᵀ)
@@ -36,7 +36,7 @@ from stiffcal.identification.rows import (
 from stiffcal.identification.variance_components import variance_components
 from stiffcal.measurements.load_states import Sigma
 
-# m and rad: repeats that agree to what a balance is found to are copies, and say nothing of the noise.
+# m and rad: repeats that agree to what a balance is found to are copies, and carry no information on the noise.
 LEAST_SCATTER = 1e-12
 
 # With fewer degrees of freedom the scatter of repeats is itself known to no better than 18 %, and the manifest's word
@@ -105,7 +105,7 @@ class Whitening:
     """What turns residuals into independent numbers of unit variance."""
 
     scale: Floats
-    """(m, n) 1/σ where the covariance is diagonal; zero where nothing was seen."""
+    """(m, n) 1/σ where the covariance is diagonal; zero where nothing was measured."""
     lower: Floats | None = None
     """(m, m, n) inverse of the covariance's Cholesky factor, or None where it is diagonal."""
 
@@ -247,7 +247,7 @@ def rms_by_measure(squares: Floats, data: Observations) -> dict[str, float | Non
 
     Parameters
     ----------
-    squares : (m, n) what is summed where it was seen.
+    squares : (m, n) what is summed where it was measured.
     """
     rms_of: dict[str, float | None] = {}
     for measure, kinds in MEASURES.items():

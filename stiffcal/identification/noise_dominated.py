@@ -1,7 +1,7 @@
 """Parameters that only the force sensor's noise turns.
 
 A load that leaves a joint alone still reads a little torque about it: noise times the lever. A fit takes that reading
-for a load, sees no displacement follow it, and calls the joint stiff, with a small error bar: the classical bias of a
+for a load, finds no displacement follow it, and calls the joint stiff, with a small error bar: the classical bias of a
 regressor with errors of its own. Where noise makes half of what seems to turn a parameter or more, nothing is known of
 it.
 """
@@ -35,12 +35,12 @@ def noise_dominated_parameters(
     data : the observations.
     robot : chain and effects.
     fixed : full names of parameters that are not free.
-    noise : of the readings; without any of the wrench nothing drowns.
+    noise : of the readings; without any of the wrench nothing is hidden in noise.
     """
     columns = [column for column in free_columns(robot, fixed) if column.role is ParameterRole.AMPLITUDE]
     if not columns or not noise.of_wrench:
         return frozenset()
-    # One draw for all states: some hundred readings tell the mean square to a few per cent.
+    # One draw for all states: some hundred readings determine the mean square to a few per cent.
     drawn = noise.of_wrenches(data)[: len(data.wrench)] * np.random.default_rng(0).standard_normal(data.wrench.shape)
     if not data.setup.moments_measured:
         drawn[3:] = 0.0

@@ -66,7 +66,7 @@ def start_nonlinear(
 
 
 def remaining_squares(base: Floats, columns: Floats) -> float:
-    """Return what is left of the last row of ``base`` after the other rows and ``columns`` took what they can."""
+    """Return the rest of the last row of ``base`` after the other rows and ``columns`` took what they can."""
     stack = np.concatenate([base[:-1], columns, base[-1:]])
     scale = np.sqrt(np.sum(stack**2, axis=1))
     kept = scale > 0.0

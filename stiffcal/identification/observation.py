@@ -1,4 +1,4 @@
-"""The observation: what the model says of what was measured in each state, block by block.
+"""The observation: the model's prediction of what was measured in each state, block by block.
 
 The observation matrix holds the first-order columns J_k[:, a] × (law's term): the direction of a Gauss–Newton step
 about the balanced shape (002, eq. 9 and 12). What was measured comes from `stiffcal.identification.readings`, and can
@@ -67,7 +67,7 @@ class ParameterColumn:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What the model says of a block of states."""
+    """The model's prediction of a block of states."""
 
     part: slice
     """Which states."""

@@ -1,4 +1,4 @@
-"""How far each pose is known by the points that it comes from: what stands beside the noise of a pose with all points.
+"""How far each pose is known by the points that it comes from: what stands next to the noise of a pose with all points.
 
 Where poses are read there is no such thing: every one errs alike, displacement and turn apart.
 """
@@ -19,7 +19,7 @@ class PoseSpread:
     """Covariance of the rows of n states per unit of noise: σ_t² translation + σ_r² rotation."""
 
     translation: Floats
-    """(m, n) on the diagonal; 1 where a place was read or all points were seen, 0 but for displacements."""
+    """(m, n) on the diagonal; 1 where a place was read or all points were measured, 0 but for displacements."""
     rotation: Floats
     """(m, m, n); the unit matrix of the turns' rows where a pose was read."""
 

@@ -124,7 +124,7 @@ def _reference_of_runs(states: LoadStates) -> Integers:
 
 
 def observe(states: LoadStates, chain: Chain) -> Observations:
-    """Turn load states into observations for a fit; readings set aside are not seen."""
+    """Turn load states into observations for a fit; readings set aside count as not measured."""
     reference = _reference_of_runs(states)
     is_deflection = states.deflection_given
     pieces: list[Floats] = []

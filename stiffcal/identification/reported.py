@@ -1,4 +1,4 @@
-"""What a fit says of each parameter: value, standard uncertainty, interval; or that the data do not tell it."""
+"""What a fit gives for each parameter: value, standard uncertainty, interval; or that the data do not determine it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def reported_parameters(
     Parameters
     ----------
     robot : valued.
-    spread : full name to standard uncertainty of the amplitude, for those that were told.
+    spread : full name to standard uncertainty of the amplitude, for those that were determined.
     quantile : half width of the interval in standard uncertainties.
     fixed : full names that kept their values.
     """

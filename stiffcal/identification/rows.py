@@ -3,7 +3,7 @@
 Everything a law does reaches the rows through one small displacement of a node. A target's component moves with it by
 the lever; a gauge by the lever along its direction; a rod only with the node of its own link, by what the displacement
 of the link's end does to the distance of its ends (`stiffcal.mechanics.rods`). Joints and bearings leave it alone: that
-is how rods tell a bending link from a tilting bearing (paper 000).
+is how rods distinguish a bending link from a tilting bearing (paper 000).
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ MEASURES: dict[str, tuple[int, ...]] = {
     "length": (LENGTH,),
     "motor_angle": (MOTOR,),
 }
-# Measures that are told only where their rows are.
+# Measures that are determined only where their rows are.
 OPTIONAL = ("length", "motor_angle")
 
 
 @dataclass(frozen=True)
 class GaugeRows:
-    """Rows that see a target along a direction: gauges that no state reads together share one."""
+    """Rows that measure a target along a direction: gauges that no state reads together share one."""
 
     row: Integers
     """(g,) their places among the m rows."""
@@ -68,7 +68,7 @@ class RodRows:
 
 @dataclass(frozen=True)
 class MotorRows:
-    """Rows that see what the motors of a clamped robot had to turn: the flange is held, the drives give."""
+    """Rows that measure what the motors of a clamped robot had to turn: the flange is held, the drives give."""
 
     row: Integers
     """(J,) their places among the m rows, one per drive."""
@@ -114,7 +114,7 @@ class RowLayout:
         return replace(self, gauges=gauges, motors=motors)
 
     def of_targets(self, full: Floats) -> Floats:
-        """Return (…, m, n) rows of targets' displacements (…, B, 6, n); rods see none of them."""
+        """Return (…, m, n) rows of targets' displacements (…, B, 6, n); rods measure none of them."""
         if self.plain:
             if self._every_component(full.shape[-3]):
                 return full.reshape(*full.shape[:-3], -1, full.shape[-1])

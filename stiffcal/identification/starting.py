@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans
 
-# From there the whole needs two steps, and five thousand states tell the
+# From there the whole needs two steps, and five thousand states give the
 # noise to a per cent.
 START_STATES, START_RUNS = 5000, 40
 

@@ -53,7 +53,7 @@ def torques_about_joints(states: LoadStates, robot: CompliantRobot) -> Floats:
 
 
 def load_columns(states: LoadStates, robot: CompliantRobot) -> Mapping[str, NDArray[Any]]:
-    """Return what every state carries as columns of a table: ``branch``, ``load_N``, ``tau_1_Nm``, ``tau_2_Nm``, ….
+    """Return the loads of every state as columns of a table: ``branch``, ``load_N``, ``tau_1_Nm``, ``tau_2_Nm``, ….
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What was measured and what the model says of it, state by state, as a table of the store."""
+"""What was measured and the model's prediction of it, state by state, as a table of the store."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
-# Shares of the total variance that still move by less than this are settled: a hundredth of what repeats can tell.
+# Shares of the total variance that still move by less than this are settled: a hundredth of what repeats can resolve.
 SETTLED = 1e-4
 MOST_STEPS = 200
 ROUNDING = 1e-10

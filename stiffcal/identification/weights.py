@@ -37,7 +37,7 @@ class Weights:
 
 
 def wrench_matters(stated: Noise | None) -> bool:
-    """Return whether the weights, or the noise to be told, depend on how the wrench moves the model."""
+    """Return whether the weights, or the noise to be estimated, depend on how the wrench moves the model."""
     return stated is None or stated.of_wrench
 
 
@@ -54,10 +54,10 @@ def estimate_weights(
     Parameters
     ----------
     data : the observations.
-    blocks : what the present model says of them, with its sensitivity where `wrench_matters`.
+    blocks : the present model's prediction of them, with its sensitivity where `wrench_matters`.
     groups : positions of states that repeat each other.
     stated : the manifest's noise, or None.
-    stated_noise : noise to take instead of all that the data say, or None.
+    stated_noise : noise to take instead of all that the data give, or None.
     equal : leave the wrench's share out of the weights.
     """
     if stated_noise is not None and not wrench_matters(stated_noise):
@@ -87,7 +87,7 @@ def weighed_alike(
     ----------
     weights : whose noise is taken over.
     data : the observations to weigh.
-    blocks : what the model says of them, with its sensitivity where the wrench's noise is carried.
+    blocks : the model's prediction of them, with its sensitivity where the wrench's noise is carried.
     """
     if not weights.carried:
         return Weights(weights.noise, weights.assumed, False, whiten(weights.assumed, data, None), None), iter(blocks)
@@ -180,7 +180,7 @@ def offset_free_residual(robot: CompliantRobot, data: Observations, whitening: W
 
 
 def without_offsets(data: Observations, predicted: Floats | None, whitening: Whitening) -> Floats:
-    """Return (m, n) measured minus predicted (nothing: measured alone), runs' offsets taken out, 0 where not seen."""
+    """Return (m, n) measured minus predicted (nothing: measured alone), runs' offsets taken out, 0 where none."""
     residual = np.where(data.measured_mask, data.measured - (0.0 if predicted is None else predicted), 0.0)
     if data.free_offset:
         residual = np.where(data.measured_mask, take_out_offsets(residual[None], data.run, whitening)[0][0], 0.0)
@@ -191,13 +191,13 @@ def huber_whitening(full: Whitening, last: Whitening, data: Observations, predic
     """Return weights lowered for readings whose whitened length is beyond 2.5 times the typical one.
 
     Translation and rotation of a reading, gauges and rods are judged apart. The median sets the scale: it bears wild
-    readings, also where they have swollen the noise told from repeats.
+    readings, also where they have swollen the noise determined from repeats.
 
     Parameters
     ----------
     full : weights of readings as they should be.
     last : the lowered weights of the last step, which the runs' offsets are taken with.
-    data, predicted : the observations and what the model says of them.
+    data, predicted : the observations and the model's prediction of them.
     """
     white = full.apply(without_offsets(data, predicted, last))
     factor = np.ones_like(data.measured)

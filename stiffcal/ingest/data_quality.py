@@ -25,12 +25,12 @@ from stiffcal.reduction.rezeroed import rezeroed_runs
 from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
 
-# States below which nothing is said of rods: a quick look has one of each run.
+# States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12
 
 
 class DataQuality:
-    """One watch per source and file of a campaign."""
+    """The quality of the data by source and file of a campaign."""
 
     def __init__(self, campaign: Campaign) -> None:
         self._campaign = campaign
@@ -39,7 +39,7 @@ class DataQuality:
     def update(self, source: str, file: str, rows: Rows, run: str = "") -> None:
         """Look at rows as they stream past; raises `InputError` at what cannot be.
 
-        One file may hold the logs of several runs, each with its own clock: `run` tells them apart.
+        One file may hold the logs of several runs, each with its own clock: `run` distinguishes them.
         """
         key = (source, file, run)
         if key not in self.logs:
@@ -67,7 +67,7 @@ class DataQuality:
         ]
 
     def remarks(self) -> list[str]:
-        """Return what may be wrong without being a fault."""
+        """Return warnings: doubts that are no faults."""
         remarks = [remark for watch in self.logs.values() for remark in watch.remarks()]
         for (source, _, _), watch in self.logs.items():
             other_logs = [log for (name, _, _), log in self.logs.items() if name == source and log is not watch]
@@ -80,7 +80,7 @@ class DataQuality:
 def check_load_states(
     states: LoadStates, campaign: Campaign, estimated: bool, partial_logs: bool = False
 ) -> tuple[list[Fault], list[str]]:
-    """Return what cannot be in the load states, as faults, and what is doubtful, as warnings.
+    """Return faults, of what cannot be in the load states, and warnings, of what is doubtful.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def check_load_states(
     partial_logs : True where more states are to come: of logs only the beginning was read, or files are not there yet.
     """
     chain, manifest = campaign.chain, "campaign.toml"
-    # Where the controller was correcting, what is seen is not what the load did.
+    # Where the controller was correcting, what is measured is not what the load did.
     loads = np.array([run.experiment == "load" and not run.compensated for run in states.runs], dtype=np.bool_)
     chosen = states.select(loads[states.run] & states.used)
     faults = check_displacements([run.name for run in states.runs], chosen.run, chosen.position, manifest)

@@ -1,4 +1,4 @@
-"""Whether a store holds what its campaign says now, and whether that is the user's own work."""
+"""Whether a store agrees with its campaign, and whether that is the user's own work."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Freshness:
 
 
 def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Freshness:
-    """Look whether a store holds what the campaign says now.
+    """Check whether a store agrees with its campaign.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def _provenance_of(snapshot: Snapshot) -> Provenance:
 
 
 def _remember_settled(campaign: Campaign, digest: str, known: str, files: list[str]) -> None:
-    """Record what the file system says of sources that were hashed just now, so that the next command need not."""
+    """Record what the file system gives for sources that were hashed just now, so that the next command need not."""
     from stiffcal.store import sources_state
     from stiffcal.store.origin import remember
 
@@ -111,7 +111,7 @@ def _damage_of(names: list[str]) -> str:
 
 
 def without_damaged(store: Store, notify: Callable[[str], None]) -> str:
-    """Take what is damaged out of a store whose states are sound, so that it is computed again; say so.
+    """Take what is damaged out of a store whose states are sound, so that it is computed again, and report it.
 
     Returns
     -------

@@ -70,7 +70,7 @@ def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progre
 
 
 def _keep_what_others_wrote(writing: Any, tables: tuple[str, ...], documents: tuple[str, ...]) -> None:
-    """Carry over history and fits; they say themselves from which states they come."""
+    """Carry over history and fits; they hold themselves from which states they come."""
     kept = [name for name in tables if name not in (STATES, *tables_of_logs()) and not name.startswith(RECORDINGS)]
     kept += [name for name in documents if name not in (INGEST, PROVENANCE)]
     writing.keep(*dict.fromkeys(kept))

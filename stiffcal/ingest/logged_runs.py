@@ -1,4 +1,4 @@
-"""Which runs the logs hold: each with its own files, or one log for all, told apart by its run column."""
+"""Which runs the logs hold: each with its own files, or one log for all, distinguished by its run column."""
 
 from __future__ import annotations
 

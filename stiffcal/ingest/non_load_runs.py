@@ -29,7 +29,7 @@ class NonLoadRuns:
         return bool(self.entries)
 
     def of_kind(self, experiment: str) -> RunsReduction | None:
-        """Return what takes the runs of a kind of experiment; None where these make load states."""
+        """Return the reduction of a kind of experiment; None where these make load states."""
         return self._reductions.get(experiment)
 
     @property
@@ -60,7 +60,7 @@ class NonLoadRuns:
         return tables_by_name
 
     def check(self) -> tuple[list[str], list[str]]:
-        """Return what is missing of these runs, and remarks on them, a line each.
+        """Return the faults of these runs, and remarks on them, a line each.
 
         Raises
         ------

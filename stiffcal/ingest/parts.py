@@ -37,5 +37,5 @@ def is_needed(name: str) -> bool:
 
 
 def missing_parts(snapshot: Snapshot) -> list[str]:
-    """Return what every campaign's store holds once its logs are read, and this one does not."""
+    """Return the tables that a store holds once its logs are read, and this one lacks."""
     return [name for name in _OF_EVERY_CAMPAIGN if name not in (*snapshot.tables, *snapshot.documents)]

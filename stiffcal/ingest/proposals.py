@@ -1,7 +1,7 @@
 """Logs that lie in a campaign and that its manifest does not name: what they seem to be, and lines to copy.
 
 The usual exports are known by words in their first lines: ATI's force-torque sensors, Beckhoff's TwinCAT Scope, Leica's
-and Nikon's trackers, traces of robot controllers. What a column is, its name tells; every guess is marked with ``# ?``.
+and Nikon's trackers, traces of robot controllers. A column is guessed by its name; every guess is marked with ``# ?``.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ class _SniffedLog(NamedTuple):
 
 
 def _sniff(folder: Path, file: str) -> _SniffedLog | None:
-    """Return what a log seems to be, or None where neither device nor signals are understood."""
+    """Return the guessed kind of a log, or None where neither device nor signals are understood."""
     path, kind = folder / file, format_of(file)
     text = _first_bytes(path).decode("latin-1")
     device, name = _maker(path.name.replace("_", " ") + "\n" + (text if kind == "csv" else ""))

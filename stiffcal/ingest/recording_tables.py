@@ -21,7 +21,7 @@ _SI = {
 
 
 def recording_name(run: str, source: str) -> str:
-    """Return what the table of a run's recording by a source is called in the store.
+    """Return the store's name for the table of a run's recording by a source.
 
     Examples
     --------

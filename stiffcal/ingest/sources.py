@@ -55,7 +55,7 @@ def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
 
 
 def ingest_settings(campaign: Campaign) -> dict[str, Any]:
-    """Return what besides the files shapes the load states: manifest, robot, what computes."""
+    """Return the inputs of the load states other than files: manifest, robot, what computes."""
     manifest: Mapping[str, Any] = campaign.manifest.model_dump(mode="json", exclude={"thresholds", "plugins", "name"})
     robot: Mapping[str, Any] = campaign.robot.model_dump(mode="json")
     return {"manifest": dict(manifest), "robot": dict(robot), "revision": REVISION}

@@ -3,8 +3,8 @@
 The end's displacement is δ = T z, z the amplitudes that the rods carry. A conservative link answers the wrench w at its
 end by δ = C w with C symmetric, so that z = S Tᵀ w and C = T S Tᵀ with S symmetric: that is what is fitted, to the
 rods' readings themselves, each run with an offset of its own, because the reading that they count from is as noisy as
-the others. Rods that leave a bending moment out cannot tell so much. Then the link counts as an even beam, which
-answers every wrench with five flexibilities, and the wrench says how much of the bending each load makes.
+the others. Rods that leave a bending moment out cannot determine so much. Then the link counts as an even beam, which
+answers every wrench with five flexibilities, and the wrench gives how much of the bending each load makes.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class LinkCompliance:
     link: str
     """The link's name."""
     matrix: Floats
-    """(6, 6); NaN where these rods or these loads do not tell."""
+    """(6, 6); NaN where these rods or these loads do not determine it."""
     std: Floats
     """(6, 6) standard uncertainty."""
     slopes: Floats
@@ -69,7 +69,7 @@ class LinkCompliance:
     twist: Torsion | None = None
     """The rods' verdict on the twist, where its compliance is not known; None where it is."""
     gaps: tuple[str, ...] = ()
-    """In words, what else these loads do not tell."""
+    """In words, what else these loads do not determine."""
 
     @property
     def not_identifiable(self) -> tuple[str, ...]:
@@ -92,7 +92,7 @@ class LinkCompliance:
         return np.asarray(np.sqrt(np.einsum("nip,pq,niq->ni", by_wrench, self.covariance, by_wrench)))
 
     def with_twist(self, torsional_rigidity: float, length: float) -> LinkCompliance:
-        """Return the compliance with the twist that the rods do not see, L/GJ, taken from elsewhere."""
+        """Return the compliance with the twist that the rods do not measure, L/GJ, taken from elsewhere."""
         matrix, std = self.matrix.copy(), self.std.copy()
         matrix[3], matrix[:, 3], std[3], std[:, 3] = 0.0, 0.0, 0.0, 0.0
         matrix[3, 3] = length / torsional_rigidity
@@ -187,7 +187,7 @@ def _beam_basis(rods: Rods, shape: BeamProperties) -> list[tuple[Floats, Floats]
 
 
 def _centring(run: Integers | None, n: int) -> Callable[[Floats], Floats]:
-    """Return what takes each run's mean out of (n, …) rows."""
+    """Return a function that takes each run's mean out of (n, …) rows."""
     if run is None:
         return lambda rows: rows
     _, number = np.unique(run, return_inverse=True)

@@ -36,7 +36,7 @@ LOOSE = 0.20
 # where noise is not known) …
 EXPLAINED, EXPLAINED_BLINDLY = 0.75, 0.5
 # … and beats no fault by this much in Schwarz' criterion ("very strong": Kass and Raftery 1995). Faults closer to the
-# best than this are named beside it.
+# best than this are named together with it.
 DECISIVE = 10.0
 MOST_FAULTS = 3
 # A swapped or exchanged rod may leave this much more, squared, than the same rod called loose.
@@ -49,7 +49,7 @@ class RodFault:
 
     kind: FaultKind
     """"loose", "swapped-sign", "exchanged", "drifting", "warming" (all rods grow with the logged temperature), or
-    "unexplained": something contradicts, and no single fault says what.
+    "unexplained": something contradicts, and no single fault explains it.
     """
     rods: tuple[str, ...]
     """Names of the rods."""
@@ -62,7 +62,7 @@ class RodFault:
     alternatives: tuple[str, ...]
     """Other faults that explain the data as well, in words."""
     sentence: str
-    """What was seen and what to do, in words."""
+    """What was measured and what to do, in words."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def find_rod_faults(
     rods, shape : the rods and their link.
     lengths : (n, m) changes of length since each run's reference, m.
     wrench : (n, 6) at the link's outboard end in beam axes, since the reference; None where not known. Then at least
-        one rod more than unknowns is needed to see anything, and two to name a loose one.
+        one rod more than unknowns is needed to detect anything, and two to name a loose one.
     time : (n,) s, for drift.
     run : (n,) each run with an offset of its own.
     temperature : (n,) K, for rods that grow with it.
@@ -212,7 +212,7 @@ def _next_fault(rods: Rods, readings: _RodReadings) -> tuple[RodFault | None, _R
 
 
 def _closest(ranked: list[_Trial], count: int, sigma: float) -> _Trial:
-    """Return the first; of faults that a stated noise cannot tell from it, the one that leaves least."""
+    """Return the first; of faults that a stated noise cannot distinguish from it, the one that leaves least."""
     first = ranked[0]
     if first.kind is None:
         return first

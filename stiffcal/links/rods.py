@@ -1,9 +1,9 @@
 """Links measured by integral deformation sensors (paper 000): from the rods' lengths to how the link's end has moved.
 
-The known side is the link: its rods tell how it bends, whatever the joints do. Unknown are the amplitudes of the
+The known side is the link: its rods determine how it bends, whatever the joints do. Unknown are the amplitudes of the
 fields that a wrench at its end can make (`stiffcal.mechanics.beam`): one for each degree of freedom first, tip force
 per plane, tension and torsion, then a tip moment per plane, because the next link puts a moment on this one's end. Each
-is taken up as long as the rods can carry it. What they cannot carry counts as zero, and what that may cost is said.
+is taken up as long as the rods can carry it. What they cannot carry counts as zero, and what that may cost is reported.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ LARGEST_GAIN = 1e3
 # three to one: J/(I2 + I3) is 0.32 for a full rectangle of 3:1, 0.42 for a box of even wall, up to 1 for a circle; G/E
 # is 0.37 or more for Poisson's ratios up to 0.35. An open section has next to none.
 LEAST_TORSION = 0.11
-# A rod that reads less than this of a field that moves the end by one does not see it.
+# A rod that reads less than this of a field that moves the end by one does not measure it.
 BLIND = 1e-9
 SigmaSource: TypeAlias = Literal["stated", "residuals", "none"]
 """Where the standard uncertainty of a rod's reading is from."""
@@ -46,7 +46,7 @@ class ShapeError:
 
 @dataclass(frozen=True)
 class Torsion:
-    """Whether the rods tell how the link twists."""
+    """Whether the rods determine how the link twists."""
 
     identifiable: bool
     """True where the estimate's fourth component is an estimate."""
@@ -79,7 +79,7 @@ class RodDesign:
     carried: tuple[int, ...]
     """k indices into `UNKNOWNS`."""
     blind: tuple[int, ...]
-    """Indices of what no rod sees."""
+    """Indices of what no rod measures."""
     left_out: tuple[int, ...]
     """Indices of the rest."""
     matrix: Floats
@@ -123,8 +123,8 @@ class LinkEstimate:
     residual: Floats
     """(n, m) read minus explained, m."""
     disagreement: Floats
-    """(m,) by how many of its standard uncertainties each rod differs from what the others say of it, rms over the
-    states; NaN where the others cannot say.
+    """(m,) by how many of its standard uncertainties each rod differs from what the others give for it, rms over the
+    states; NaN where the others do not determine it.
     """
     sigma: Floats
     """(m,) m, as stated, or from the residuals."""
@@ -184,7 +184,7 @@ def rod_design(rods: Rods, shape: BeamProperties, unknowns: tuple[str, ...] | No
     Examples
     --------
     Four rods at the corners of a link, all alike, carry a force in each plane and tension; a moment would look to them
-    like a force, and no rod along the fibre sees an even twist.
+    like a force, and no rod along the fibre measures an even twist.
 
     >>> from stiffcal.measurements.rods import rods_between
     >>> corners = np.array([[0.05, y, z] for y in (-0.1, 0.1) for z in (-0.08, 0.08)])
@@ -216,7 +216,7 @@ def rod_design(rods: Rods, shape: BeamProperties, unknowns: tuple[str, ...] | No
 
 
 def _gain(fields: Floats, motions: Floats) -> float:
-    """Return by how much an error of the rods can be magnified at the link's end; infinite where they cannot tell."""
+    """Return by how much an error of the rods can be magnified at the link's end; infinite where undetermined."""
     if not fields.shape[1] or np.linalg.svd(fields, compute_uv=False)[-1] < BLIND:
         return np.inf if fields.shape[1] else 0.0
     return float(np.linalg.norm(motions @ np.linalg.pinv(fields), 2))
@@ -236,7 +236,7 @@ def estimate_link(
     ----------
     rods, shape : the rods and their link.
     lengths : (n, m) changes of length since the state that counts as unloaded, m.
-    sigma : (m,) standard uncertainty of one such change, m; None: as the rods say, else from their disagreement.
+    sigma : (m,) standard uncertainty of one such change, m; None: as the rods state, else from their disagreement.
     unknowns, spare : see `rod_design`.
     """
     design = rod_design(rods, shape, unknowns, spare)
@@ -283,7 +283,7 @@ def _disagreement(design: RodDesign, solve: Floats, residual: Floats, sigma: Flo
 def shape_errors(
     rods: Rods, shape: BeamProperties, design: RodDesign, solve: Floats | None = None
 ) -> tuple[ShapeError, ...]:
-    """Return what each field that the rods do not carry would do to the estimate of the end.
+    """Return the error of the end's estimate by each field that the rods do not carry.
 
     Parameters
     ----------
@@ -345,7 +345,7 @@ def bounded_by_load(torsion: Torsion, moment: Floats, bending: Floats) -> Torsio
 
     Parameters
     ----------
-    torsion : as the rods alone tell it.
+    torsion : as the rods alone give it.
     moment : (n,) moment about the link that its end carried, N·m.
     bending : (2,) the end's turns about x2 and x3 per moment, rad/(N·m), as the rods give them; NaN where they do not.
     """
@@ -358,7 +358,7 @@ def bounded_by_load(torsion: Torsion, moment: Floats, bending: Floats) -> Torsio
 
 
 def describe_design(design: RodDesign) -> tuple[str, ...]:
-    """Return in words what the rods carry, what they take as absent, and what they do not see."""
+    """Return in words what the rods carry, what they take as absent, and what they do not measure."""
     sentences = [f"{len(design.matrix)} rods carry {', '.join(design.names) or 'nothing'}"]
     if design.left_out:
         sentences.append(f"taken as absent: {', '.join(UNKNOWNS[u] for u in design.left_out)}")

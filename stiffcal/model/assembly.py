@@ -1,4 +1,4 @@
-"""From the model file to the robot as the model sees it: effects found in the catalogue, placed and valued."""
+"""From the model file to the modelled robot: effects found in the catalogue, placed and valued."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def compliant_robot(
     Parameters
     ----------
     chain : the robot.
-    model : what model.toml says.
+    model : what model.toml states.
     catalogue : effects by name (`find_effects`).
     values : parameter values by full name, over those of the model file.
 

@@ -38,7 +38,7 @@ def needs_plugins(campaign: Campaign) -> bool:
 
 
 def key_of_plugins(campaign: Campaign) -> str:
-    """Return what tells which of the campaign's own effects a diagnosis tries, "" where there are none."""
+    """Return a key of the campaign's own effects that a diagnosis tries, "" where there are none."""
     if not campaign.manifest.plugins:
         return ""
     try:

@@ -1,4 +1,4 @@
-"""The robot as the model sees it: a chain and the sum of the effects placed on it."""
+"""The modelled robot: a chain and the sum of the effects placed on it."""
 
 from __future__ import annotations
 

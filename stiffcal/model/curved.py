@@ -15,7 +15,7 @@ _SOURCE = "the straight line's slope changed by a third at {load:g} {unit}, as p
 
 
 def curve_specs(straight: ParameterSpec, load: float, largest: float) -> tuple[ParameterSpec, ...]:
-    """Return the square's and the cube's amplitude beside a straight spring.
+    """Return the square's and the cube's amplitude in addition to a straight spring.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ def _inverse(rigid: Floats) -> Floats:
 
 
 def unit_wrenches(chain: Chain, shape: DeformedChain, inputs: Inputs) -> tuple[Floats, Floats]:
-    """Return what the nodes carry per unit of the reading, without weight.
+    """Return the loads of the nodes per unit of the reading, without weight.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def _is_node(chain: Chain, node: int) -> bool:
 
 
 def node_wrenches(chain: Chain, shape: DeformedChain, inputs: Inputs, forces: Floats | None = None) -> Floats:
-    """Return what every node carries: load and outboard weight, in node axes about the node's shifted origin.
+    """Return the load of every node: load and outboard weight, in node axes about the node's shifted origin.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ class ParameterSpec:
     upper: float
     """Bounds of possible values."""
     typical: float
-    """a size met on industrial robots; ``source`` says where the number is from."""
+    """a size met on industrial robots; ``source`` states where the number is from."""
     source: str
     """Where ``typical`` is from."""
     role: ParameterRole = ParameterRole.AMPLITUDE
@@ -205,7 +205,7 @@ class Observed:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What was seen, in words with numbers; made by an effect's ``evidence``."""
+    """What was measured, in words with numbers; made by an effect's ``evidence``."""
 
     text: str
     meaning: str
@@ -226,7 +226,7 @@ class Covariate:
 
 @dataclass(frozen=True)
 class TorqueAngle:
-    """What a clamped joint's torque over angle says, each a value with its standard uncertainty, SI."""
+    """What a clamped joint's torque over angle gives, each a value with its standard uncertainty, SI."""
 
     curve: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
     """p1, p2, p3 of τ = p1 φ + p2 φ² + p3 φ³, counted from the flank."""
@@ -259,7 +259,7 @@ class Effect(ABC):
     general: ClassVar[bool] = False
     """True where the law holds whatever its place can do: it is no rival of what it holds as a special case."""
     curve: ClassVar[tuple[str, ...]] = ()
-    """Symbols of the law's curved form (`form`), where it has one beside the straight."""
+    """Symbols of the law's curved form (`form`), where it has one in addition to the straight."""
     optional: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
     """Amplitudes that are kept only where the data show them, and the shape parameters that go with each."""
 
@@ -284,7 +284,7 @@ class Effect(ABC):
         return self
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Return what is missing to tell this effect from these data, or None where it can be tried."""
+        """Return the data missing to determine this effect from these data, or None where it can be tried."""
         return None
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
@@ -299,13 +299,13 @@ class Effect(ABC):
         return ()
 
     def joint_torque(self, place: Place, chain: Chain, angles: Floats, values: Values) -> Floats | None:
-        """Return (n,) torque that acts beside the drive of the place's joint, N·m, or None."""
+        """Return (n,) torque that acts in parallel with the drive of the place's joint, N·m, or None."""
         return None
 
     def from_torque_angle(
         self, torque_angle: TorqueAngle, other_effects: Iterable[str]
     ) -> Mapping[str, tuple[float, float]]:
-        """Return symbol to (value, standard uncertainty) of what a clamped joint's torque over angle says.
+        """Return symbol to (value, standard uncertainty) of what a clamped joint's torque over angle gives.
 
         Parameters
         ----------
@@ -329,7 +329,7 @@ class Effect(ABC):
     def observation_shift(self, place: Place, observed: Observed, values: Values) -> Floats | None:
         """Return (B, 6, n) the finite shift of the observation, or None where it is the sum of amplitude × column.
 
-        For observation laws that bend: `observation_columns` is then the slope, called with the displacement as seen.
+        For observation laws that bend: `observation_columns` is then the slope at the measured displacement.
         """
         return None
 
@@ -353,11 +353,11 @@ class Effect(ABC):
         }
 
     def impossible(self, values: Values) -> str | None:
-        """Return why these values cannot be, where bounds alone do not tell, or None."""
+        """Return why these values cannot be, where bounds alone do not decide, or None."""
         return None
 
     def possible_near(self, values: Values, information: Floats, reach: float) -> bool:
-        """Return whether values that can be lie so near that these data do not tell them from ``values``.
+        """Return whether values that can be lie so near that these data do not distinguish them from ``values``.
 
         Parameters
         ----------
@@ -368,7 +368,7 @@ class Effect(ABC):
         return self.impossible(values) is None
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
-        """Return what the residual of this effect follows."""
+        """Return the covariate that the residual of this effect follows."""
         return None
 
     def spec(self, symbol: str) -> ParameterSpec:

@@ -30,7 +30,7 @@ from stiffcal.model.no_balance import no_balance
 # 1e-12 rad is 3 pm at three metres: a hundred-thousandth of the best tracker's noise.
 TOLERANCE = 1e-12
 MAX_SWEEPS = 200
-# Below this ratio of two sweeps' changes the next sweep's change is foretold well enough to be left out.
+# Below this ratio of two sweeps' changes the next sweep's change is predicted well enough to be left out.
 EVEN_CONTRACTION = 0.05
 
 
@@ -79,7 +79,7 @@ def node_displacements(robot: CompliantRobot, terms: list[tuple[PlacedEffect, Te
 
 
 def _add_side_torques(robot: CompliantRobot, angles: Floats, wrench: Floats) -> None:
-    """Add torques that act beside a drive (balancing springs) to what its joint carries."""
+    """Add torques that act in parallel with a drive (balancing springs) to what its joint carries."""
     for placed_effect in robot.placed:
         torque = placed_effect.effect.joint_torque(placed_effect.place, robot.chain, angles, placed_effect.values)
         if torque is not None:
@@ -160,7 +160,7 @@ class Balance:
     """(n, J) whole torque about the joints' axes at rest, N·m."""
     nodes: Floats
     """(n, 2J + 2, 6) every node's own small displacement, from the weight-only state, in the node's axes, m and rad; 2k
-    is the outboard end of link k in beam axes, which the rods on the link see.
+    is the outboard end of link k in beam axes, which the rods on the link measure.
     """
 
 

@@ -58,7 +58,7 @@ def checked_effect(effect: object, file: str) -> Effect:
 
 
 def _wrong_attribute(member: type[Effect]) -> str:
-    """Return what is wrong with the constants of an effect, "" where nothing is."""
+    """Return the fault of the constants of an effect, "" where nothing is."""
     name = member.name
     if not isinstance(name, str) or not 0 < len(name) <= 100:
         return f"name is no text of 1 to 100 characters: {_shown(name)}"

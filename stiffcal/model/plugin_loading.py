@@ -1,4 +1,4 @@
-"""Running plugin code that the user trusts: the bytes that were hashed, as modules that see each other and no folder.
+"""Running plugin code that the user trusts: the bytes that were hashed, as modules that import each other only.
 
 Each set of files is a package of its own in `sys.modules`, named by its hash, so that two campaigns with files of the
 same name stay apart. Its modules import each other by their plain names; what is not among them comes from installed
@@ -95,7 +95,7 @@ def fault_of(error: BaseException, name: str) -> InputError:
     Parameters
     ----------
     error : what it raised.
-    name : the file, where the exception does not say which.
+    name : the file, where the exception does not name it.
     """
     file, line, error = place_in_plugin(error) or (name, 0, error)
     if isinstance(error, SyntaxError) and error.lineno:
@@ -109,7 +109,7 @@ def fault_of(error: BaseException, name: str) -> InputError:
 
 
 def _text_of(error: BaseException) -> str:
-    """Return what an exception of plugin code says of itself, shortened; "" where that raises another one."""
+    """Return the message of an exception of plugin code, shortened; "" where that raises another one."""
     try:
         text = str(error.msg if isinstance(error, SyntaxError) else error)
     except BaseException:

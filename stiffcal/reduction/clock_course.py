@@ -1,8 +1,8 @@
-"""Clocks that do not run evenly beside each other: a drift in parts per million, a jump in the middle of a run.
+"""Clocks that do not run evenly relative to each other: a drift in parts per million, a jump in the middle of a run.
 
 One offset per run is what the states are made with. Here the run is cut into pieces, each aligned by itself, and what
-the offsets do from piece to piece is told, where it is more than their own uncertainty and matters to a hold. How fast
-a clock gains on the other, and how well that is known, stands beside its offset in any case.
+the offsets do from piece to piece is given, where it is more than their own uncertainty and matters to a hold. How fast
+a clock gains on the other, and how well that is known, stands next to its offset in any case.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ CLEARLY = 4.0  # times the squares left by a straight line that a step must save
 def clock_courses(
     run: str, shared: Sequence[SharedSignal], clocks: Mapping[str, SourceClockOffset]
 ) -> tuple[dict[str, SourceClockOffset], list[str]]:
-    """Look how the clocks run beside that of the load.
+    """Find how the clocks run relative to that of the load.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def clock_courses(
 
     Returns
     -------
-    The clocks, with their rates where these can be told, and a line for every one that does not run evenly.
+    The clocks, with their rates where these can be determined, and a line for every one that does not run evenly.
     """
     with_rates = dict(clocks)
     leading = next((signal for signal in shared if signal.leads and clocks[signal.source].value is not None), shared[0])
@@ -81,7 +81,7 @@ def _cut(signal: SharedSignal, begin: float, end: float) -> SharedSignal:
 def _course(
     run: str, leader: str, name: str, time: Floats, offset: Floats, std: Floats
 ) -> tuple[float, float, list[str]]:
-    """Return how fast a clock gains on the other, its standard uncertainty, and what is to be told of it."""
+    """Return how fast a clock gains on the other, its standard uncertainty, and a warning on it."""
     weight = 1.0 / np.maximum(std, 1e-3) ** 2
     about = np.average(time, weights=weight)
     leverage = float(weight @ (time - about) ** 2)

@@ -30,7 +30,7 @@ SETTLED_S = 1e-6  # a lag that moves by less has settled: a fiftieth of the quic
 
 @dataclass(frozen=True)
 class SharedSignal:
-    """What a device saw that another may have seen too, on its own clock."""
+    """What a device measured that another may have measured too, on its own clock."""
 
     source: str
     """The source's name."""
@@ -187,7 +187,7 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
     n_free = u.shape[1] * y.shape[1]
     if share[best] * min(len(u), len(y)) < 4.0 * n_free + 60.0 or share[best] < 0.02:
         return f"{second.source} does not follow what {first.source} saw"
-    # the next best lag outside the peak: loads that repeat exactly cannot tell one cycle from the next
+    # the next best lag outside the peak: loads that repeat exactly do not distinguish one cycle from the next
     falls = np.flatnonzero(gain < 0.5 * gain[best])
     left = falls[falls < best].max(initial=-1)
     right = falls[falls > best].min(initial=gain.size)
@@ -202,7 +202,7 @@ def _interval(time: Floats) -> float:
 
 
 def _on_grid(signal: SharedSignal, step: float) -> Floats:
-    """Return the values averaged in steps from the log's start, gaps filled from beside them."""
+    """Return the values averaged in steps from the log's start, gaps filled from their neighbours."""
     index = np.floor((signal.time - signal.time[0]) / step + 1e-6).astype(np.int64)
     n = int(index[-1]) + 1
     count = np.bincount(index, minlength=n)
@@ -215,7 +215,7 @@ def _on_grid(signal: SharedSignal, step: float) -> Floats:
 
 
 def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
-    """Regress y (N, c) on u (M, p) at every lag: y[i] beside u[i - lag].
+    """Regress y (N, c) on u (M, p) at every lag: y[i] against u[i - lag].
 
     Returns lags, the gain in log-likelihood over a constant, and the share of y's square sum that is explained.
     """
@@ -299,7 +299,7 @@ def _steps_agree(
 
 
 def _step(signal: SharedSignal, begin: float, end: float) -> Floats | None:
-    """Return what a log changed by from the first to the last quarter of a stretch, None where it has no readings."""
+    """Return the change of a log from the first to the last quarter of a stretch, None where it has no readings."""
     quarter = 0.25 * (end - begin)
     a, b, c, d = np.searchsorted(signal.time, [begin, begin + quarter, end - quarter, end])
     if a >= b or c >= d:
@@ -308,7 +308,7 @@ def _step(signal: SharedSignal, begin: float, end: float) -> Floats | None:
 
 
 def _windows(signal: SharedSignal, holds: Holds, width: float) -> list[tuple[float, float, float]]:
-    """Return begin, end and ramp time of the stretches that tell the lag."""
+    """Return begin, end and ramp time of the stretches that determine the lag."""
     if len(holds) >= 4:
         ramp = holds.reached[1:] - holds.left[:-1]
         margin = np.minimum(np.maximum(ramp, 0.0), 0.4 * np.minimum(np.diff(holds.left), np.diff(holds.reached)))

@@ -3,7 +3,7 @@
 With ``compensation = "on"`` the joint log holds q + δq: the controller moves the robot against the deflection. That is
 neither deflection nor a motor that is pushed off (servo-deflection). What the rigid chain makes of δq is taken out of
 every reading, and the joints are put back to where the run started: what remains is what the load did, and such runs
-tell of the robot like all others. The states as measured stay in the store, for with and without.
+show the robot like all others. The states as measured stay in the store, for with and without.
 """
 
 from __future__ import annotations

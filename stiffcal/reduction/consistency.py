@@ -78,7 +78,7 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
 
 
 def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = None, sign: float = 1.0) -> float:
-    """Return what share of the displacement non-negative joint compliances explain, sensor axes turned by `flip`."""
+    """Return the share of displacement that non-negative joint compliances explain, sensor axes turned by `flip`."""
     angles = chain.model_angles(states.joints)
     _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
     turned = sign * (axes if flip is None else axes @ flip)
@@ -122,7 +122,7 @@ def check_work(
 
     Parameters
     ----------
-    acts_on : what the manifest says now.
+    acts_on : what the manifest states now.
     place : the wrench's key in it.
     columns : of the wrench, 3 or 6.
     """
@@ -210,7 +210,7 @@ def _swapped_column_fault(
     elif 1.0 - best < CLEARLY_LESS * (1.0 - other_share):
         names += "".join(f', "{columns[3 + k]}"' for k in moments)
         mend = f"write columns = [{names}]"
-    else:  # the moments say too little
+    else:  # the moments carry too little information
         mend = f"write columns = [{names}, …], and see whether the moments are swapped too"
     return reason, f"columns are swapped, here or in the log: {mend}"
 

@@ -17,7 +17,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.reduction.motion import mean_measured, motion_of
 
-# A torque below this share of the largest joint's is none to speak of.
+# A torque below this share of the largest joint's is none that matters.
 NO_TORQUE = 1e-3
 # Above this relative uncertainty a stiffness is an order of magnitude, above the second it is nothing.
 POORLY_KNOWN, NOT_KNOWN = 0.3, 1.0
@@ -34,13 +34,13 @@ class JointExcitation:
     relative_std: float
     """Standard uncertainty over value that a fit of joint compliances can expect; NaN where unknown."""
     identifiable: bool
-    """False where its compliance cannot be told."""
+    """False where its compliance cannot be determined."""
     verdict: str
     """In words."""
 
 
 def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
-    """Return what each joint saw of the load in the states that are used."""
+    """Return the torques of each joint in the states that are used."""
     used = states.select(states.used)
     names = chain.joint_names
     if len(used) == 0 or not used.setup.targets or not np.any(used.wrench):

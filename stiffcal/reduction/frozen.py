@@ -1,8 +1,8 @@
 """Readings that stop changing: a stuck channel, a tracker that repeats its last value when the target is lost.
 
 An instrument's readings differ from one to the next, by noise if by nothing else; how often two in a row are equal
-all the same (coarse resolution, a load that is held) is seen in the rest of the log, and tells how long a row of equal
-ones chance would give. Nothing is said of channels that repeat themselves most of the time.
+all the same (coarse resolution, a load that is held) shows in the rest of the log, which gives how long a row of equal
+ones chance would give. Nothing is reported of channels that repeat themselves most of the time.
 """
 
 from __future__ import annotations
@@ -73,6 +73,6 @@ class FrozenChannels:
         outside = self.n_pairs - (self.longest - 1)
         if self.n_pairs < LEAST_READINGS or self.longest < LEAST_ROW or outside < LEAST_ROW:
             return False
-        # one more equal pair than was seen, so that a log without any is not taken for one that can have none
+        # one more equal pair than was counted, so that a log without any is not taken for one that can have none
         usual = (self.n_equal - (self.longest - 1) + 1) / (outside + 1)
         return usual < RESTLESS and self.n_pairs * usual ** (self.longest - 1) < CHANCE

@@ -2,7 +2,7 @@
 
 Why this way: no threshold is set by hand. The log is cut wherever its level changes by more than its own noise can
 explain (binary segmentation: Scott & Knott 1974, with a chi-square bound), neighbours of one level are joined, pieces
-of ramps are told by the change inside them, pauses and settling by their length beside the other holds. Edges are
+of ramps show by the change inside them, pauses and settling by their length among the other holds. Edges are
 then walked outwards from the middle of each hold.
 """
 
@@ -26,7 +26,7 @@ LEAST_SPREADS = 8
 CHUNK = 256  # blocks that are segmented at a time: keeps the work proportional to the length
 REST = 1.6  # times as long at a level as the ramps need to pass it: perhaps a hold
 USUAL_REST = 2.2  # where none is clear, the median of all that may be holds: less is a ramp in uneven slices
-CLEAR_REST = 6.0  # likewise: surely a hold, whose durations tell what is usual
+CLEAR_REST = 6.0  # likewise: surely a hold, whose durations give what is usual
 SLICE = 0.05  # of what most of the time is spent in: a slice of a ramp, not a hold
 SHORT_HOLD = 0.35  # of the usual duration: shorter ones are pauses or settling
 SHORT_PAUSE = 0.1  # likewise: shorter ones are not worth telling from the ramps
@@ -104,7 +104,7 @@ def find_holds(time: Floats, values: Floats) -> Holds:
     white, tolerance = _whitened(values)
     kept, pauses = _levels(time, white, tolerance)
     for _ in range(MOST_LOOKS):
-        # Noise that is not white (vibration, mains) moves means more than its single readings tell: look again. It also
+        # Noise that is not white (vibration, mains) moves means more than its single readings show: look again. It also
         # cuts holds, and what is left of them shows the less of it: several times.
         coarse = _slow_noise(white, kept)
         if not (coarse > SLOW).any():
@@ -141,7 +141,7 @@ def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece]
     clear = duration[(stay[level] > CLEAR_REST) & (duration > SLICE * heavy)]
     usual = float(np.median(clear if clear.size >= 3 else duration))
     long_enough = duration >= SHORT_HOLD * usual
-    # Before the first load nobody waits longer than it takes to see that nothing moves; that is the reference.
+    # Before the first load nobody waits longer than until nothing moves; that is the reference.
     long_enough |= (stay[level] > CLEAR_REST) & np.array([piece.first == 0 for piece in holds], dtype=np.bool_)
     kept = [piece for piece, keep in zip(holds, long_enough, strict=True) if keep]
     is_pause = ~long_enough & (duration >= SHORT_PAUSE * usual)
@@ -197,7 +197,7 @@ def _whitened(values: Floats) -> tuple[Floats, float]:
 def _noise(values: Floats) -> Floats:
     """Return the noise (c,) that means of several readings show, as the size of white noise that would show it.
 
-    Filtered sensors have smooth noise, which differences of single readings hardly see. A slow log, whose ramps are a
+    Filtered sensors have smooth noise, which differences of single readings hardly show. A slow log, whose ramps are a
     few readings long, looks smooth too; its corners stand out from the noise, and it is left alone.
     """
     fine = noise_of(values)
@@ -228,7 +228,7 @@ def _noise_of_means(values: Floats, size: int) -> Floats:
 
 
 def _tolerance(white: Floats) -> float:
-    """Return the change of level, in units of noise, that is too small to matter or to be seen."""
+    """Return the change of level, in units of noise, that is too small to matter or to be detected."""
     low, high = np.quantile(white, [0.005, 0.995], axis=0)
     return max(SAME_LEVEL * float(np.linalg.norm(high - low)), 0.5)
 
@@ -344,7 +344,7 @@ def _is_level(white: Floats, piece: _Piece, tolerance: float) -> bool:
 def _with_edges(
     time: Floats, white: Floats, kept: Sequence[_Piece], pauses: Sequence[_Piece], tolerance: float
 ) -> Holds:
-    """Walk outwards from the middle of each hold to its edges, and say what is left out."""
+    """Walk outwards from the middle of each hold to its edges, and list what is left out."""
     lowest = [0, *(piece.last for piece in kept[:-1])]
     highest = [*(piece.first for piece in kept[1:]), len(time)]
     piece_edges = [_edges(white, *around, tolerance) for around in zip(kept, lowest, highest, strict=True)]
@@ -388,7 +388,7 @@ def _edges(white: Floats, piece: _Piece, lowest: int, highest: int, tolerance: f
 def _short_ends(start: Floats, end: Floats) -> tuple[Floats, Floats, list[UnusedStretch]]:
     """Cut the open ends of a log to the usual hold, next to the load.
 
-    Before the first load and after the last nobody says when the hold began or ended; minutes of it would be another
+    Before the first load and after the last nothing marks when the hold began or ended; minutes of it would be another
     average (drift, noise) than the other states.
     """
     if start.size < 3:

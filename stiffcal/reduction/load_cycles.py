@@ -49,7 +49,7 @@ class LoadCycles:
 
 
 def load_vector(wrench: Floats) -> Floats:
-    """Return (n, 3) the force, or the moment where no force was applied to speak of."""
+    """Return (n, 3) the force, or the moment where no force was applied that matters."""
     force = wrench[:, :3]
     moment = wrench[:, 3:]
     # A lever of a thousand kilometres: such a force is what rounding leaves of none.
@@ -65,7 +65,7 @@ def _directions(vectors: Floats, loaded: NDArray[np.bool_]) -> tuple[Integers, I
     known: list[Floats] = []
     waiting = loaded.copy()
     while waiting.any():
-        # The largest load tells its direction best; it founds the next cluster.
+        # The largest load gives its direction best; it founds the next cluster.
         founder = unit[int(np.argmax(np.where(waiting, size, -1.0)))]
         near = waiting & (unit @ founder > SAME_DIRECTION)
         direction[near] = len(known)

@@ -46,7 +46,7 @@ def names_in_file(wanted: WantedColumns, columns: Callable[[], Sequence[str]]) -
 
 
 def in_file_words(wanted: WantedColumns, names: Mapping[str, str]) -> WantedColumns:
-    """Return what is wanted by the names that the file has."""
+    """Return the wanted columns by their names in the file."""
 
     def renamed(columns: Iterable[str]) -> tuple[str, ...]:
         return tuple(names.get(column, column) for column in columns)

@@ -276,7 +276,7 @@ def _conditions(source: Source) -> list[RowCondition]:
 
 
 def reader_options(source: Source, log_format: str, file: str = "") -> dict[str, object]:
-    """Return what the manifest says of a format, as the reader wants it; with the table or query that is no file."""
+    """Return the manifest's options of a format, as the reader wants it; with the table or query that is no file."""
     options = source.options_of(log_format)
     return options if source.in_files else options | {"from": file}
 
@@ -305,7 +305,7 @@ def read_batches(folder: Path, source: Source, file: str, wanted: WantedColumns)
 
 
 def is_there(folder: Path, source: Source, file: str) -> bool:
-    """Tell whether a source's file is there; of what is no file that is seen when it is read."""
+    """Check whether a source's file is there; of what is no file that shows when it is read."""
     return not source.in_files or (folder / file).exists()
 
 
@@ -328,7 +328,7 @@ def place_of_row(folder: Path, source: Source, file: str, row: int) -> str:
 
 
 def wanted_columns(source: Source, signals: tuple[str, ...] | None) -> WantedColumns:
-    """Return what is read of a file: all of the source, or only some of its signals."""
+    """Return the columns to read of a file: all of the source, or those of some of its signals."""
     texts: list[str] = []
     times: list[str] = []
     numbers: list[str] = []

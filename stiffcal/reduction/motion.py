@@ -1,4 +1,4 @@
-"""What was seen of the targets' motion, whichever instrument saw it: positions, deflections, or gauges."""
+"""What was measured of the targets' motion, whichever instrument measured it: positions, deflections, or gauges."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def motion_of(states: LoadStates, chain: Chain, every: bool = False) -> Motion:
 
 
 def mean_measured(measured: Floats) -> Floats:
-    """Return (k,) the mean of what was seen, NaN (without a warning) where nothing was."""
+    """Return (k,) the mean of what was measured, NaN (without a warning) where nothing was."""
     count = np.isfinite(measured).sum(axis=0)
     return np.asarray(np.where(count > 0, np.nansum(measured, axis=0) / np.maximum(count, 1), np.nan))
 

@@ -52,7 +52,7 @@ def reject_outliers(states: LoadStates) -> LoadStates:
 
 
 def load_is_good(states: LoadStates) -> Booleans:
-    """Return (n,) True where the load was what the state says, whether or not its reading is used.
+    """Return (n,) True where the load was what the state holds, whether or not its reading is used.
 
     A bumped reading was taken under a good load, which laws with memory (play, creep) must pass through, and so was one
     that was held too briefly; what the manifest excludes is in doubt as a whole.
@@ -117,8 +117,8 @@ def _readings(states: LoadStates) -> tuple[Floats, int]:
 def _misaligned(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Floats:
     """Return (n, k): what the readings owe to forces that were not quite along their direction.
 
-    A heavy load set askew by half a degree moves a soft robot sideways by several times the tracker's noise. How the
-    run's readings follow the force is told well enough by a straight line for this share of a hundredth.
+    A heavy load misaligned by half a degree moves a soft robot sideways by several times the tracker's noise. How the
+    run's readings follow the force is given well enough by a straight line for this share of a hundredth.
     """
     result = np.zeros_like(readings)
     force = load_vector(states.wrench)
@@ -137,7 +137,7 @@ def _misaligned(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Flo
             continue
         loads = force[members] - force[members].mean(axis=0)
         centred = readings[members] - readings[members].mean(axis=0)
-        # Directions in which the run was hardly loaded say nothing of how it gives there.
+        # Directions in which the run was hardly loaded carry no information on how it gives there.
         result[members] = off @ (np.linalg.pinv(loads, rcond=LEAST_LOADED) @ centred)
     return result
 
@@ -305,7 +305,7 @@ class _RunReadings:
         return not alike.any() and near.size < (2 if repeats.size >= 5 else 1)
 
     def _off_repeats(self, k: int) -> dict[int, Floats]:
-        """Return what a reading differs by from each repeat at like load, brought to its own load."""
+        """Return the difference of a reading from each repeat at like load, brought to its own load."""
         repeats = self._others(k)
         if not self.group_of[k].loaded:
             return {int(j): self.white[k] - self.white[j] for j in repeats}
@@ -342,7 +342,7 @@ class _RunReadings:
         return False
 
     def _other_branch_agrees(self, k: int) -> bool:
-        """Without repeats: tell whether the other branch shows the same at like load, as nearly as branches do here."""
+        """Without repeats: whether the other branch shows the same at like load, as nearly as branches do here."""
         gaps: list[float] = []
         own: list[float] = []
         for group in self.groups:

@@ -26,11 +26,11 @@ LARGEST_MOMENT_NM = 1e5
 # A loaded arm gives millimetres; a displacement of half a metre is a unit.
 LARGEST_DEFLECTION_M = 0.3
 LARGEST_DEFLECTION_RAD = 0.2
-# Trackers see to 100 m.
+# Trackers measure to 100 m.
 LARGEST_POSITION_M = 200.0
 QUATERNION_SLACK = 1e-3
 GAP = 10.0  # times the usual interval
-MOST_GAPS = 3  # that are told one by one
+MOST_GAPS = 3  # that are listed one by one
 HOUR_S = 3600.0  # what daylight saving takes or gives
 SATURATED = 20  # readings in a row at the very same extreme
 
@@ -210,7 +210,7 @@ class LogQuality:
         return f"column {names[k]}" if k < len(names) else f"channel {k + 1} of {signal}"
 
     def remarks(self) -> list[str]:
-        """Return what may be wrong: gaps, channels that stand still next to moving ones, saturation."""
+        """Return warnings: gaps, channels that stand still next to moving ones, saturation."""
         return [f"{remark.file}: {remark.text}" for remark in self._remarks()]
 
     def still_channels(self) -> list[ChannelRemark]:
@@ -218,7 +218,7 @@ class LogQuality:
         return [remark for remark in self._remarks() if remark.still]
 
     def _remarks(self) -> list[ChannelRemark]:
-        """Return what may be wrong with the log and its channels."""
+        """Return the warnings on the log and its channels."""
         remarks: list[ChannelRemark] = []
         file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         if self.sampled and self.longest > GAP * self.interval:
@@ -246,7 +246,7 @@ class LogQuality:
         return [int(k) for k in np.flatnonzero((low == 0.0) & (high == 0.0))] if self.n_rows > SATURATED else []
 
     def dead_channel_remark(self, k: int) -> str:
-        """Return what is said of a dead channel that is alive in other logs."""
+        """Return the warning on a dead channel that is alive in other logs."""
         file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         return (
             f"{file}: {self._column('wrench', k)} reads 0 all through, in other logs it does not; it is used as it "

@@ -1,4 +1,4 @@
-"""The last milliseconds of an offset between two clocks: what each ramp of the load says by itself.
+"""The last milliseconds of an offset between two clocks: what each ramp of the load gives by itself.
 
 All ramps go through a few sums together: a campaign of a hundred logs asks for them a thousand times.
 """

@@ -49,7 +49,7 @@ class ReducedRun:
 
 
 def shared_signal(source: str, blocks: Blocks) -> SharedSignal:
-    """Return what a log may have in common with the others: the load where it has one, else what the load moved."""
+    """Return the signal common to this log and others: the load where it has one, else what the load moved."""
     for stem in _SHARED:
         names = [name for name in blocks.mean if name == stem or (stem.endswith(".") and name.startswith(stem))]
         if names:

@@ -2,7 +2,7 @@
 
 Why a general least squares: position only or full pose, tracker, target or both, frames that hang on others: all are
 one problem, readings = f(placements), with a start from a closed form (Umeyama 1991) and Gauss–Newton steps after it.
-What the poses do not tell (a target's orientation from positions, two poses for a tracker) is refused, not guessed.
+What the poses leave open (a target's orientation from positions, two poses for a tracker) is refused, not guessed.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def register_frames(
     Raises
     ------
     InputError
-        A frame is none that poses tell of, or the poses are too few or too much alike.
+        A frame is none that poses determine, or the poses are too few or too much alike.
     """
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
     tracker = _tracker_frame(manifest)
@@ -154,7 +154,7 @@ class _RegistrationProblem:
         self.frames = {name: placement_matrix(manifest.frames[name]) for name in names}
         if tracker in self.frames:
             self.frames[tracker] = self._started(tracker)
-        # a target's orientation cannot be seen from its position
+        # a target's orientation cannot be derived from its position
         self.free = [
             (name, k) for name in names for k in range(6) if self.full_pose or name == tracker or k < 3
         ]  # fmt: skip
@@ -201,8 +201,8 @@ class _RegistrationProblem:
         return np.concatenate([place.ravel(), weight * turn.ravel()])
 
     def solve(self, n_poses: int) -> Registration:
-        """Iterate, weigh rotation against position by what each leaves, and tell what is known how well."""
-        weight = 1.0  # m per rad, at first: a milliradian beside a millimetre
+        """Iterate, weigh rotation against position by what each leaves, and return what is known how well."""
+        weight = 1.0  # m per rad, at first: a milliradian counts like a millimetre
         covariance = np.zeros((len(self.free), len(self.free)))
         for rounds in range(MOST_ROUNDS):
             now = self._flat(self.frames, weight)

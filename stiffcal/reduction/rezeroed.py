@@ -1,8 +1,8 @@
 """A force sensor whose zero was set anew in the middle of a run.
 
 Differences to the run's reference are then wrong by what the zero moved. It shows where the robot has come back to its
-unloaded place and the sensor says otherwise, from one state on, each time by the same; or where it is far away and the
-sensor says that nothing pulls.
+unloaded place and the sensor reads otherwise, from one state on, each time by the same; or where it is far away and the
+sensor reads that nothing pulls.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _parted(unloaded: Floats) -> tuple[int, Floats, float]:
 def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> tuple[list[Fault], list[Fault]]:
     """Return a fault for every run in whose middle the sensor's zero moved; and those where a load may have stayed on.
 
-    The motion tells the two apart, unless the step is too small beside what springs leave unexplained.
+    The motion distinguishes the two, unless the step is too small compared with what springs leave unexplained.
     """
     faults: list[Fault] = []
     doubts: list[Fault] = []

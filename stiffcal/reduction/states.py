@@ -221,7 +221,7 @@ def _stacked_signals(tables: Sequence[Mapping[str, Floats]], counts: Sequence[in
 
 
 def _joined_side_by_side(first: RawStates, second: RawStates, source: str) -> RawStates:
-    """Put the signals of a second table beside the first's, row by row; below it where it holds other runs."""
+    """Put the signals of a second table next to the first's, row by row; below it where it holds other runs."""
     if not set(first.run) & set(second.run):
         return _concatenated([first, second])
     if first.run != second.run:
@@ -324,7 +324,7 @@ def _wrench(gathered: RawStates, chain: Chain) -> Floats:
 
 
 def _poses(gathered: RawStates, manifest: Manifest, setup: MeasurementSetup) -> tuple[Floats, Floats, Booleans]:
-    """Return positions (n, B, 3) and rotations (n, B, 3, 3) in base axes, and (n, B, K) which points were seen."""
+    """Return positions (n, B, 3) and rotations (n, B, 3, 3) in base axes, and (n, B, K) which points were measured."""
     n, n_targets = len(gathered.run), len(setup.targets)
     position = np.full((n, n_targets, 3), np.nan)
     rotation = np.full((n, n_targets, 3, 3), np.nan)

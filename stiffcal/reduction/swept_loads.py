@@ -29,7 +29,7 @@ WINDOW = 0.25
 WAVINESS = 0.15
 # Readings that a pass needs, else it was a step and no sweep.
 LEAST_READINGS = 4 * LEVELS
-# A load that goes up and never comes back tells no load from drift.
+# A load that goes up and never comes back cannot be distinguished from drift.
 LEAST_PASSES = 2
 # Bands of load, and the share of the time under load in the tenth of them that has most, below which nothing is held:
 # a sweep has a tenth there, a wavy one perhaps a third, a load that is held well above half.
@@ -189,7 +189,7 @@ def _windows_of(time: Floats, load: Floats, begin: int, end: int, step: float) -
     """Return when a pass goes through each level, in order of time, and the turn at its end."""
     samples = slice(begin, end + 1)
     moment, course = time[samples], load[samples]
-    # A wavy load comes back now and then: the time of a level is told by the course without its waves.
+    # A wavy load comes back now and then: the time of a level is determined by the course without its waves.
     rising = bool(course[-1] > course[0])
     smooth = np.maximum.accumulate(course) if rising else np.minimum.accumulate(course)
     low, high = (course[0], course[-1]) if rising else (course[-1], course[0])

@@ -30,7 +30,7 @@ N_BINS = 120
 # Friction counts as found beyond so many standard uncertainties, and beyond this share of the largest torque.
 FOUND = 4.0
 LEAST_FRICTION = 0.005
-# Where the whole motion is less than this times the play, hardly anything of the flanks is seen (004, Fig. 8).
+# Where the whole motion is less than this times the play, hardly anything of the flanks is measured (004, Fig. 8).
 LEAST_MOTION = 1.3
 # Whole chain: passes over all joints until the drives' shares of each other's motion stand still.
 # Passes over joints that look alike, at least; and at most, until no drive's give moves by more than this share of it.
@@ -180,7 +180,7 @@ def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int,
 
 
 def _unusable_run(readings: ClampedReadings, chain: ClampedChain) -> ClampedRun:
-    """Return a run that says nothing of its joint."""
+    """Return a run that carries no information on its joint."""
     name = readings.runs[int(readings.run[0])].name
     nothing = Branches(*(np.zeros(0),) * 2, np.zeros(0, dtype=np.bool_), np.zeros(0), np.zeros(0, dtype=np.int64), 0.0)
     law = TorqueAngleLaw(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0))
@@ -243,7 +243,7 @@ def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
 
 
 def _play_of_joint(runs: Sequence[ClampedRun]) -> float:
-    """Return the play as those poses see it that moved far beyond what they see, rad; the widest motion where none."""
+    """Return the play by the poses that moved far beyond their resolution, rad; the widest motion where none."""
     far = [run.play for run in runs if run.motion > 1.5 * run.play > 0.0]
     wide = [run for run in runs if run.motion >= 0.7 * max(candidate.motion for candidate in runs)]
     plays = [run.play for run in wide if run.play in far] or far

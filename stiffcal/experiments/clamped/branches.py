@@ -90,7 +90,7 @@ def reversal_error(angle: Floats, torque: Floats, sweep: Integers, up: NDArray[n
     """Return the raw width between the branches at zero torque, rad; None where one never comes there.
 
     Friction alone makes such a width, F/k either way. Readings count in their order of time: a joint that friction
-    holds stands still while its torque crosses zero, and an average over angles would not see that.
+    holds stands still while its torque crosses zero, and an average over angles would hide that.
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ The flange is held, so that motors, drives and fixture close on each other (phys
 
 in drive coordinates d. One lever alone would take all of the motion for the moved joint's; here the equation is solved
 with the pseudo-inverse of J. Where J has full rank each drive takes up its own motor's motion. In poses where joints
-turn the flange alike (004's doubt about joints 4 and 6) only a combination is seen, and the other drives' share,
+turn the flange alike (004's doubt about joints 4 and 6) only a combination is measured, and the other drives' share,
 predicted by their own curves, is taken off.
 """
 
@@ -28,13 +28,13 @@ from stiffcal.mechanics.kinematics import attached_poses
 
 TorqueSource: TypeAlias = Literal["force sensor", "motor torque"]
 """What measures the torque on the arm."""
-# A joint of which less than this share is seen in a pose is not measured there.
+# A joint of which less than this share is visible in a pose is not measured there.
 LEAST_EXCITED = 0.1
 
 
 @dataclass(frozen=True)
 class ClampedChain:
-    """One clamped run in drive coordinates, seen from one moved joint.
+    """One clamped run in drive coordinates, relative to one moved joint.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class ClampedChain:
     motion : (n, J) rad, how far the motors have turned the drives since the run's start.
     torque : (n, J) N·m, what the surroundings and weight do about each drive's axis.
     seen : (J,) how much of each drive's turn the clamped flange shows in the moved joint's row; (0, …, 1, …, 0) where
-        joints are told apart in this pose.
+        joints are distinguished in this pose.
     fixture : (n,) rad, how far the fixture's give turns the moved joint.
     source : "force sensor" or "motor torque".
     moments_measured : False where the torque comes from the force's lever alone.

@@ -25,10 +25,10 @@ class ClampedPose:
     ----------
     run : its name. left_out : why it is not used, "" where it is.
     angle : (m,) rad. torque : (m,) N·m. up : (m,) True where the angle was growing. fitted : (m,) N·m, the law's.
-    play : rad, None where the run says nothing. doubt : rad, what the play is known to in this pose.
+    play : rad, None where the run gives none. doubt : rad, what the play is known to in this pose.
     motion : rad. low, high : rad, the ends of the play; None without one.
     spring_angle, spring_torque : (k,) outside the play: angle from the flank, torque without friction and zero.
-    remark : saturation and the like, "" where nothing is to be said.
+    remark : saturation and the like, "" where there is none.
     """
 
     run: str

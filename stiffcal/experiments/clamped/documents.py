@@ -166,7 +166,7 @@ def _law(run: ClampedRun) -> NDArray[Any]:
 def parameters_of(
     placed: tuple[PlacedEffect, ...], joints: tuple[ClampedJoint, ...], fixed: frozenset[str]
 ) -> tuple[list[IdentifiedParameter], list[UnidentifiedParameters]]:
-    """Return the model's parameters as clamped runs tell them, and what they do not tell."""
+    """Return the model's parameters as clamped runs give them, and those that they leave open."""
     from stiffcal.identification.document import identified_parameter
     from stiffcal.identification.fit import Parameter
     from stiffcal.identification.reported import amplitude_bounds
@@ -234,7 +234,7 @@ def _why_unidentified(placed_effect: PlacedEffect, joint: ClampedJoint | None, o
 
 
 def torque_angle(joint: ClampedJoint) -> TorqueAngle:
-    """Return what a joint says, for the effects of the model."""
+    """Return the torque over angle of a joint, for the effects of the model."""
     from stiffcal.model.effect import TorqueAngle
 
     spread = np.sqrt(np.diag(joint.covariance))
@@ -253,7 +253,7 @@ def torque_angle(joint: ClampedJoint) -> TorqueAngle:
 
 
 def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: tuple[ClampedJoint, ...]) -> list[str]:
-    """Return what a reader of the numbers must know, in words."""
+    """Return the warnings on the numbers, as sentences."""
     words = []
     names = data.joint_names
     for run in runs:

@@ -22,7 +22,7 @@ def other_loaded(chain: ClampedChain) -> tuple[int, float] | None:
     """Return which other drive follows the moved one's motion, and with which share of its torque; None where none.
 
     The wrench that a held flange answers with turns about the moved joint alone (J Δd = 0 has no other solution where
-    joints are told apart). A wrong pose, a wrong sensor frame or unit, or the log of another run spoil that.
+    joints are distinguished). A wrong pose, a wrong sensor frame or unit, or the log of another run spoil that.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def other_loaded(chain: ClampedChain) -> tuple[int, float] | None:
 
 
 def loaded_words(run: str, chain: ClampedChain, names: Sequence[str]) -> str:
-    """Return what `other_loaded` means, in words; "" where nothing is wrong."""
+    """Return the finding of `other_loaded` as a sentence; "" where nothing is wrong."""
     loaded = other_loaded(chain)
     if loaded is None:
         return ""

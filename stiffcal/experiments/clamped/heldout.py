@@ -1,4 +1,4 @@
-"""Clamped joints in poses that their law has not seen: one pose left out, the law of the others held against it."""
+"""Clamped joints in poses that their law was not fitted to: one pose left out, judged by the others' law."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def heldout_clamped(runs: Sequence[ClampedRun]) -> list[HeldoutRun]:
     usable = {joint.joint: joint.far for joint in joints_of([run for run in runs if not run.left_out])}
     for run in runs:
         held_out = run.holdout and run.branches.angle.size and run.both_ways
-        # what moved too little to tell the curve neither tells nor judges it
+        # what moved too little to determine the curve neither fits nor judges it
         peers = [peer for peer in usable.get(run.joint, ()) if peer is not run]
         used = any(peer is run for peer in usable.get(run.joint, ()))
         if not (used or held_out) or not peers:
@@ -90,7 +90,7 @@ def _moved_to_data(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:
 def angle_residual(data: Branches, law: TorqueAngleLaw) -> Floats:
     """Return (k,) rad: how far the angle is from the law's at the torques read, outside the play.
 
-    Inside the play the torque does not tell the angle.
+    Inside the play the torque does not determine the angle.
     """
     grid, torque = law.grid()
     # friction that grows with the load: τ = P ± (F + μ |P|), solved for P on either side

@@ -1,4 +1,4 @@
-"""What clamped runs say of each joint: its runs brought together, with what they do not tell."""
+"""What clamped runs give for each joint: its runs brought together, with what they do not determine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stiffcal.experiments.clamped.chain import TorqueSource
 FINE = 5.0
 # Motions that reached less than this share of the largest torque do not count for the curve.
 FAR = 0.3
-# Torques at which the tangent stiffness is told, as shares of what was reached.
+# Torques at which the tangent stiffness is given, as shares of what was reached.
 _TANGENTS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)
 
 
@@ -35,7 +35,7 @@ class ClampedJoint:
     reversal : rad, raw width at zero torque, mean over poses; None where the branches do not come there.
     curve : (3,) p1, p2, p3, N·m/rad, N·m/rad², N·m/rad³. covariance : (3, 3).
     reach : rad, from the flanks, both ways. torque : N·m, smallest and largest spring torque that was reached.
-    source : "force sensor" or "motor torque". far : of the runs, those that reached enough torque to tell the curve.
+    source : "force sensor" or "motor torque". far : of the runs, those that reached enough torque for the curve.
     """
 
     joint: int
@@ -97,11 +97,11 @@ def joints_of(runs: Sequence[ClampedRun]) -> list[ClampedJoint]:
 
 
 def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun, ...]) -> ClampedJoint:
-    # the pose that sees finest decides whether there is a play, and those tell it that see about as well
+    # the pose of finest resolution decides whether there is a play, and those of about that resolution determine it
     finest = min(runs, key=lambda run: run.resolution)
     with_play = [run for run in runs if run.fit.play_found and run.resolution < FINE * finest.resolution]
     has_play = finest in with_play or len(with_play) * 2 > len(runs)
-    # a motion that reached little torque says little of the curve
+    # a motion that reached little torque carries little information on the curve
     most = max(_largest_torque(run) for run in runs)
     far = tuple(run for run in runs if _largest_torque(run) >= FAR * most)
     plays = np.array([run.play for run in with_play]) if has_play else np.zeros(0)

@@ -1,4 +1,4 @@
-"""Clamped runs of a campaign: from the store's readings to what `identify` says of each joint."""
+"""Clamped runs of a campaign: from the store's readings to the answer of `identify` for each joint."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ClampedResult:
-    """What the clamped runs of a campaign say.
+    """What the clamped runs of a campaign give.
 
     Attributes
     ----------
-    runs : analysed, in the campaign's order. joints : brought together, those that can be told.
+    runs : analysed, in the campaign's order. joints : brought together, those that can be determined.
     """
 
     runs: tuple[ClampedRun, ...]
@@ -68,7 +68,7 @@ def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
     Raises
     ------
     InputError
-        A run's moved joint cannot be told, or its pose is not known.
+        A run's moved joint cannot be determined, or its pose is not known.
     """
     result = clamped_result(data.campaign, readings_of(data))
     if result is None:
@@ -107,7 +107,7 @@ def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
 
 
 def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
-    """Judge each joint in a pose that its law has not seen; None where the campaign holds no clamped run."""
+    """Judge each joint in a pose that its law was not fitted to; None where the campaign holds no clamped run."""
     from stiffcal.experiments.clamped.heldout import heldout_clamped
 
     result = clamped_result(data.campaign, readings_of(data))
@@ -146,7 +146,7 @@ def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
 
 
 def _noise_of(runs: Sequence[ClampedRun]) -> dict[str, float | None]:
-    """Return what repeats scatter, N·m of one bin of angle; empty where no branch was gone through twice."""
+    """Return the scatter of repeats, N·m of one bin of angle; empty where no branch was gone through twice."""
     squares = [run.branches.noise**2 for run in runs if not run.left_out and run.branches.noise > 0.0]
     return {"torque": float(np.sqrt(np.mean(squares)))} if squares else {}
 
@@ -190,7 +190,7 @@ def clamped_result(campaign: Campaign, readings: ClampedReadings | None) -> Clam
     Raises
     ------
     InputError
-        A run's moved joint cannot be told, or its pose is not known.
+        A run's moved joint cannot be determined, or its pose is not known.
     """
     if readings is None:
         return None
@@ -214,7 +214,7 @@ def check_clamped_runs(campaign: Campaign, readings_of_runs: Sequence[ClampedRea
     Raises
     ------
     InputError
-        A run's moved joint cannot be told, or its pose is not known.
+        A run's moved joint cannot be determined, or its pose is not known.
     """
     unusable, remarks = [], []
     written = {run.id: run for run in campaign.manifest.runs}
@@ -233,12 +233,12 @@ def check_clamped_runs(campaign: Campaign, readings_of_runs: Sequence[ClampedRea
 
 
 def chain_of_run(campaign: Campaign, readings: ClampedReadings, run: Run | None) -> ClampedChain:
-    """Return a run in drive coordinates, in the pose that the manifest or the log tells.
+    """Return a run in drive coordinates, in the pose that the manifest or the log gives.
 
     Raises
     ------
     InputError
-        The moved joint cannot be told, or the pose is not known.
+        The moved joint cannot be determined, or the pose is not known.
     """
     chain = campaign.chain
     info = readings.runs[int(readings.run[0])]

@@ -41,7 +41,7 @@ class Saturation:
 
     @property
     def sentence(self) -> str:
-        """What was seen, in words."""
+        """What was measured, in words."""
         share = 100.0 * float(self.beyond.mean())
         return (
             f"{self.what} stays at its limit of {self.limit:.4g} {self.unit} in {share:.0f} % of the readings: "

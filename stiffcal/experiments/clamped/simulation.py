@@ -240,7 +240,7 @@ class _ClampedRobot:
         )  # fmt: skip
 
     def _inverse(self, jacobian: Floats, name: str) -> Floats:
-        """Return (J, 6) the pseudo-inverse; raises where joints turn the flange alike and nothing tells them apart."""
+        """Return (J, 6) the pseudo-inverse; raises where joints turn the flange alike and they stay undistinguished."""
         # lengths count by the lever, so that metres and radians weigh alike
         lever = max(float(np.sqrt(np.mean(np.sum(jacobian[:3] ** 2, axis=0)))), 1e-6)
         scale = np.array([1.0 / lever] * 3 + [1.0] * 3)

@@ -1,4 +1,4 @@
-"""Clamped runs as load states, so that they are fitted together with runs that a tracker watched.
+"""Clamped runs as load states, so that they are fitted together with runs that a tracker measured.
 
 A state is what was read in one of a few short stretches of a half sweep: motor angles and the wrench of the fixture.
 What the flange did is known without an instrument: it stood still, but for the fixture's own give (physics, section 1:
@@ -16,7 +16,7 @@ from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.set_aside import IN_USE
 from stiffcal.reduction.states import RawStates
 
-# Stretches of one half sweep: enough to tell a play and a curve, few enough to average encoder steps away.
+# Stretches of one half sweep: enough to resolve a play and a curve, few enough to average encoder steps away.
 STEPS = 48
 # With fewer readings a stretch is averaged; with more a parabola is laid through them, and its middle is read: a mean
 # would round off the corner between a play and its flank.

@@ -48,7 +48,7 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
     Raises
     ------
     InputError
-        No log holds motor angles, nothing tells the torque, or a clock cannot be found.
+        No log holds motor angles, nothing determines the torque, or a clock cannot be found.
     """
     sources = {name: [key for key, blocks in logs.items() if name in blocks.mean] for name in ("joints", "wrench")}
     if not sources["joints"]:
@@ -66,7 +66,7 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
     two_clocks = False
     if sources["wrench"]:
         name = sources["wrench"][0]
-        # where the manifest tells the clock, nothing is left that a lag could be mistaken for
+        # where the manifest states the clock, nothing is left that a lag could be mistaken for
         two_clocks = logs[name] is not angles and name not in run.clock_ahead_s
         clocks |= {name: _clock(run, name, angles, logs[name])}
         wrench = _at(logs[name], "wrench", angles.time + float(clocks[name].value or 0.0))

@@ -194,7 +194,7 @@ def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
     # 30: three further parameters (width, band, zero) by chance gain 3 ± 2.4, and misfits that are not noise some more
     chosen = with_play if gain > 30.0 and wide else without
     if not chosen.settled:
-        # One that is not chosen may stay where it is: its misfit is then larger, and speaks the less for it.
+        # One that is not chosen may stay where it is: its misfit is then larger, and counts the less for it.
         lag = with_lag and both_ways
         chosen = _fit(
             data, with_play=chosen is with_play, with_friction=both_ways, with_lag=lag, evaluations=MOST_EVALUATIONS

@@ -15,7 +15,7 @@ from stiffcal.reduction.clocks import SourceClockOffset
 
 MOST_POINTS = 1 << 15
 WINDOW = 11
-# The best lag has to stand out from the next peak by this factor: strokes that repeat exactly tell no cycle.
+# The best lag has to stand out from the next peak by this factor: strokes that repeat exactly leave the cycle open.
 STANDS_OUT = 1.03
 # Of a torque's variance, what the best lag has to explain.
 LEAST_EXPLAINED = 0.3

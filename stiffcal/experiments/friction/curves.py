@@ -28,8 +28,8 @@ class FrictionCurve:
     velocity : (n,) rad/s, signed. friction : (n,) N·m, as measured, weight, inertia and zeros taken off.
     speed : (m,) rad/s, rising. fitted, std : (m,) N·m, the curve and its standard uncertainty.
     parameters : (symbol, value, half width of the 95 % interval, unit) of what is known; half width None where held.
-    remarks : what is not seen, and why.
-    rms, noise : N·m; the noise None where no repeats tell it.
+    remarks : what is not measured, and why.
+    rms, noise : N·m; the noise None where no repeats determine it.
     """
 
     joint: str

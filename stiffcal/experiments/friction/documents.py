@@ -82,7 +82,7 @@ def unknown_parameters(placed: PlacedEffect) -> list[IdentifiedParameter]:
 def gaps(
     data: MeasuredRuns, steady: SteadyReadings | None, placed: tuple[PlacedEffect, ...], fitted_joints: set[int]
 ) -> list[UnidentifiedParameters]:
-    """Return the joints of the model of which these runs say nothing, and why.
+    """Return the joints of the model that these runs leave open, and why.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def heldout_gap(joint: JointFrictionFit) -> UnidentifiedParameters:
 def joint_friction(
     data: MeasuredRuns, fit: FrictionFit, joint_fit: JointFrictionFit, placed: tuple[PlacedEffect, ...]
 ) -> JointFrictionResult:
-    """Return what is told of one joint: how it was measured, what is left, its curve with standard uncertainty."""
+    """Return the result for one joint: how it was measured, what is left, its curve with standard uncertainty."""
     from stiffcal.experiments.friction.fitting import friction_curve
 
     own = fit.rows.joint == joint_fit.joint
@@ -148,7 +148,7 @@ def joint_friction(
 
 
 def between_directions(data: MeasuredRuns, fit: FrictionFit, joint: int) -> BetweenDirections | None:
-    """Return what both directions share (weight, the torque's zero, friction that differs by direction), N·m."""
+    """Return the torque common to both directions (weight, its zero, friction that differs by direction), N·m."""
     own = (fit.rows.joint == joint) & fit.rows.steady
     if not own.any():
         return None
@@ -185,7 +185,7 @@ def bearing_frictions(fit: FrictionFit) -> list[BearingFriction]:
 
 
 def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
-    """Return what a reader of the numbers must know, in words."""
+    """Return the warnings on the numbers, as sentences."""
     words = []
     for joint_fit in fit.joints:
         name = data.joint_names[joint_fit.joint - 1]
@@ -218,7 +218,7 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
 
 
 def expected_words(fit: FrictionFit) -> str:
-    """Return one sentence on how well friction is told."""
+    """Return one sentence on how well friction is determined."""
     relative = rms_of(fit.residual) / max(rms_of(fit.friction), 1e-300)
     return (
         f"friction of a drive is told to {rms_of(fit.residual):.3g} N·m rms over the measured speeds, "

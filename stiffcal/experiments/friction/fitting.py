@@ -1,4 +1,4 @@
-"""Friction of drives from free motion (paper 004, eq. 1): amplitudes, shapes, and whether Stribeck friction is seen.
+"""Friction of drives from free motion (paper 004, eq. 1): amplitudes, shapes, and whether there is Stribeck friction.
 
 Amplitudes are linear and found inside, shapes outside (variable projection), weight and inertia are projected out. A
 part of the law that an effect calls optional is kept where the information criterion asks for it and the 95 % interval
@@ -27,7 +27,7 @@ class FrictionParameter:
     Attributes
     ----------
     name : full name. joint : from 1. spec : symbol, unit, bounds.
-    value : SI; None where these data do not tell it. std, interval : None where not known or held.
+    value : SI; None where these data do not determine it. std, interval : None where not known or held.
     fixed : held, at the model file's value or at the usual one. at_bound : on the edge of possible values.
     why : what a reader must know of it, "" where nothing.
     """
@@ -52,7 +52,7 @@ class JointFrictionFit:
     ----------
     joint : from 1. parameters : in the effect's order.
     free : symbols that were estimated. covariance : of them, in that order.
-    seen : name of each optional part (its amplitude) to whether it is seen. verdict : why, in words.
+    seen : name of each optional part (its amplitude) to whether it is detected. verdict : why, in words.
     noise : N·m of one pass, from repeats; None where there are too few.
     n_rows, n_speeds : equations, and speeds or seconds. lowest, highest : rad/s, the range of speeds.
     """

@@ -1,4 +1,4 @@
-"""Friction at speeds, or in pieces of motion, that the fit has not seen."""
+"""Friction at speeds, or in pieces of motion, that the fit has not used."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LEAST_PIECES = 3
 
 @dataclass(frozen=True)
 class HeldoutFriction:
-    """Residuals of rows that a fit has not seen.
+    """Residuals of rows that a fit has not used.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class HeldoutFriction:
 def heldout_friction(
     rows: FrictionRows, placed: tuple[PlacedEffect, ...], fixed: frozenset[str], holdout: Booleans
 ) -> HeldoutFriction:
-    """Leave each speed, or each second of other motion, out in turn; rows held out see the fit of all others.
+    """Leave each speed, or each second of other motion, out in turn; rows held out by the fit of all others.
 
     A speed's own weight is estimated on itself, and the degree of freedom counted; in other motion weight and inertia
     come from the rest.

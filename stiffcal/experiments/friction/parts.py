@@ -1,4 +1,4 @@
-"""Friction of the drives in the documents: fitted, judged at speeds that the fit has not seen, drawn."""
+"""Friction of the drives in the documents: fitted, judged at speeds that the fit has not used, drawn."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
 
 
 def friction_readings(data: MeasuredRuns) -> tuple[SteadyReadings | None, FreeMotion | None]:
-    """Return what the store holds of friction runs."""
+    """Return the friction runs that the store holds."""
     from stiffcal.measurements.friction_readings import motion_from_table, steady_from_table
 
     return data.read(FRICTION, steady_from_table), data.read(FREE_MOTION, motion_from_table)
@@ -90,7 +90,7 @@ def friction_rows(data: MeasuredRuns) -> FrictionRows | None:
 
 
 def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
-    """Judge friction at speeds that the fit has not seen; None where the campaign tells no friction."""
+    """Judge friction at speeds that the fit has not used; None where the campaign holds no friction."""
     from stiffcal.experiments.friction.heldout import heldout_friction
 
     rows, placed = friction_rows(data), moving_effects(data.campaign)
@@ -182,7 +182,7 @@ def _nothing_identified(data: MeasuredRuns, placed: tuple[PlacedEffect, ...]) ->
 
 
 def _lack_of_fit(fit: FrictionFit) -> VarianceRatio | None:
-    """Return what is left against what repeats scatter; None where these are too few."""
+    """Return the residual's variance over that of repeats; None where these are too few."""
     from scipy.special import chdtrc
 
     if fit.reduced_chi2 is None:

@@ -70,7 +70,7 @@ class FrictionRunsReduction(RunsReduction):
 
 
 def _entry(run: FrictionRun, friction: FrictionReduction) -> IngestedRun:
-    """Return what `ingest` answers of a run: readings that are used, strokes that gave none."""
+    """Return the answer of `ingest` for a run: readings that are used, strokes that gave none."""
     name, steady, motion = run.info.name, friction.steady, friction.motion
     readings, dropped = 0, sum_up_dropped(friction.dropped.get(name, ()))
     if steady is not None:

@@ -1,7 +1,7 @@
 """Friction runs as equations: torque of a drive = its friction at its velocity + what weight and inertia add.
 
 Passes at constant velocity: the mean weight over a stretch is one unknown for all passes of that stretch, so that only
-the difference of the two directions tells friction. Other motion: weight and inertia are linear in ten numbers of each
+the difference of the two directions is friction. Other motion: weight and inertia are linear in ten numbers of each
 link and the inertia of each drive; a constant stands for the torque sensor's zero.
 """
 
@@ -20,7 +20,7 @@ from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rigid_body import drive_matrix, inertial_regressor
 
-# Motion is judged in unseen pieces of this length: strokes of robots in quick motion take half a second to a second.
+# Motion is judged in held-out pieces of this length: strokes of robots in quick motion take half a second to a second.
 PIECE_S = 1.0
 # What is less than this share of the largest is rounding instead of zero.
 ROUNDING = 1e-12
@@ -53,7 +53,7 @@ class Unknown(NamedTuple):
 
 @dataclass(frozen=True)
 class FrictionRows:
-    """k equations: ``torque = friction of its joint at its velocity + beside @ unknowns``.
+    """k equations: ``torque = friction of its joint at its velocity + nuisance @ unknowns``.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
     second = np.floor((motion.time - motion.time.min()) / PIECE_S).astype(np.int64)
     pieces = np.unique(np.stack([motion.run, second], axis=1), axis=0, return_inverse=True)[1].ravel()
     names = np.array([run.name for run in motion.runs], dtype=np.str_)[motion.run]
-    found = FrictionRows(
+    equations = FrictionRows(
         joint=joint + 1,
         velocity=motion.drive_velocity[sample, joint],
         torque=motion.torque[sample, joint],
@@ -154,7 +154,7 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
         run=names[sample],
         unknown=tuple(unknown),
     )
-    return _felt(found)
+    return _felt(equations)
 
 
 def _bearings(motion: FreeMotion, chain: Chain) -> tuple[Floats, list[Unknown], Booleans]:
@@ -185,7 +185,7 @@ def _bearings(motion: FreeMotion, chain: Chain) -> tuple[Floats, list[Unknown], 
 
 
 def stacked_rows(tables: Sequence[FrictionRows]) -> FrictionRows:
-    """Return the equations of several kinds, each with unknowns of its own beside friction."""
+    """Return the equations of several kinds, each with unknowns of its own other than friction."""
     total = sum(table.nuisance.shape[1] for table in tables)
     nuisance, done = [], 0
     for table in tables:

@@ -38,7 +38,7 @@ class FrictionRun:
 
     Attributes
     ----------
-    info, moved_joint : as the manifest says; the joint from 1, None where it is to be found.
+    info, moved_joint : as the manifest states; the joint from 1, None where it is to be found.
     time : (n,) s. angle, torque : (n, J) rad, N·m. velocity : (n, J) rad/s as logged, or None.
     clocks : source to how much its clock shows more than the first source's.
     """
@@ -141,7 +141,7 @@ def _evenly(even: Floats, time: Floats, values: Floats) -> Floats:
 
 
 def _given_clocks(run: Run, logs: Mapping[str, Blocks]) -> dict[str, SourceClockOffset]:
-    """Return the clocks that are known without looking: the first source's, and what the manifest says."""
+    """Return the clocks that are known without looking: the first source's, and what the manifest states."""
     given = {name: SourceClockOffset(value, 0.0, "given in the manifest") for name, value in run.clock_ahead_s.items()}
     return {next(iter(logs)): SourceClockOffset(0.0, 0.0), **{name: given[name] for name in logs if name in given}}
 
@@ -333,7 +333,7 @@ def _steady(infos: tuple[RunInfo, ...], passes: Sequence[JointPass]) -> SteadyRe
 
 
 def _one_way_words(steady: SteadyReadings, chain: Chain) -> list[str]:
-    """Say of which joints nothing can be told because they moved one way only, and what else was set aside."""
+    """Say of which joints nothing can be determined because they moved one way only, and what else was set aside."""
     words = []
     for joint in np.unique(steady.joint):
         own = steady.joint == joint

@@ -124,7 +124,7 @@ class PartFit:
         self.solve()
 
     def _unknowns(self, chosen: Booleans) -> float:
-        """Unknowns that these rows pay for: those beside friction by their leverage, and the amplitudes."""
+        """Unknowns that these rows pay for: those other than friction by their leverage, and the amplitudes."""
         return float((self.basis[chosen] ** 2).sum()) + 2.0
 
     def whitened(self, law: FrictionLaw, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
@@ -235,7 +235,7 @@ class PartFit:
         at(solution.x)
 
     def _judge(self, law: FrictionLaw) -> None:
-        """Take an optional part out again where its interval holds zero; hold shapes that nothing tells."""
+        """Take an optional part out again where its interval holds zero; hold shapes that nothing determines."""
         for symbol, shapes in law.placed.effect.optional.items():
             if not law.seen.get(symbol):
                 continue
@@ -360,6 +360,6 @@ def _repeat_noise(rows: FrictionRows, own: Booleans) -> float | None:
         same = rows.torque[chosen & (rows.repeat == number)]
         squares += float(((same - same.mean()) ** 2).sum())
         dof += same.size - 1
-    # Repeats that agree to rounding are copies: they say nothing of the noise.
+    # Repeats that agree to rounding are copies: they carry no information on the noise.
     least = len(rows.torque) * (ROUNDING * float(np.abs(rows.torque[chosen]).max(initial=0.0))) ** 2
     return float(np.sqrt(squares / dof)) if dof >= LEAST_REPEATS and squares > least else None

@@ -130,7 +130,7 @@ def turning_points(angle: Floats) -> list[int]:
 
 
 def steady_passes(log: JointLog) -> tuple[list[Pass], list[UnusedStretch]]:
-    """Find the stretches at constant velocity, and say which strokes have none.
+    """Find the stretches at constant velocity, and list the strokes that have none.
 
     Returns
     -------
@@ -230,7 +230,7 @@ def _narrowed(time: Floats, angle: Floats, width: int) -> tuple[int, int] | None
     edges = np.flatnonzero(np.diff(inside) > 1)
     runs = np.split(inside, edges + 1)
     whole = max(runs, key=len)
-    # a piece may reach two thirds of its width into the acceleration before its slope tells: left out at each end
+    # a piece may reach two thirds of its width into the acceleration before its slope shows it: left out at each end
     margin = 3 * width // 4 + 1
     return int(whole[0]) + margin, int(whole[-1]) + width - margin
 
@@ -285,7 +285,7 @@ def readings_of(passes: Sequence[JointPass]) -> list[SteadyTorque]:
 
     Returns
     -------
-    One reading per pass, in the order given; those without a pass the other way, or off the stretch, say so.
+    One reading per pass, in the order given; those without a pass the other way, or off the stretch, are marked so.
     """
     readings: dict[int, SteadyTorque] = {}
     for number, level in enumerate(_levels(passes)):
