@@ -79,9 +79,9 @@ def batch_campaigns(folders: Sequence[Path], options: BatchOptions | None = None
     options = options or BatchOptions()
     began = time.monotonic()
     file = _thresholds(options.thresholds) if options.thresholds is not None else None
-    found, absent = find_campaigns(folders)
-    tasks = _tasks(found, folders, options, file)
-    outcomes: dict[str, Document] = {one["folder"]: one for one in absent}
+    listed, absent = find_campaigns(folders)
+    tasks = _tasks(listed, folders, options, file)
+    outcomes: dict[str, Document] = {absent_folder["folder"]: absent_folder for absent_folder in absent}
 
     def take(outcome: Document) -> None:
         # What a worker's process or a cluster wrote of itself stands in these as it came.
@@ -130,18 +130,18 @@ def find_campaigns(folders: Sequence[Path]) -> tuple[list[tuple[Path, str]], lis
     ------
     InputError : there is none at all.
     """
-    found: dict[Path, tuple[Path, str]] = {}
+    by_path: dict[Path, tuple[Path, str]] = {}
     absent = []
     for named in folders:
         inside = [named] if (named / MANIFEST_FILE).is_file() else sorted(_below(named))
         for folder in inside:
             label = Path(named.resolve().name, folder.relative_to(named)).as_posix()
-            found.setdefault(folder.resolve(), (folder, label))
+            by_path.setdefault(folder.resolve(), (folder, label))
         if not inside:
             reason = f"there is no {MANIFEST_FILE} in it" if named.is_dir() else "no such folder"
             fault = Fault(FaultCode.FILE_MISSING, str(named), "", reason, "name a campaign folder")
             absent.append(outcome_of(task_of(named, str(named)), BROKEN, fault.as_document()))
-    if not found:
+    if not by_path:
         first = absent[0]["error"]
         raise InputError.at(
             FaultCode.FILE_MISSING,
@@ -150,10 +150,10 @@ def find_campaigns(folders: Sequence[Path]) -> tuple[list[tuple[Path, str]], lis
             first["reason"],
             "name a campaign folder, or a folder with such in it",
         )
-    twice = Counter(label for _, label in found.values())
+    twice = Counter(label for _, label in by_path.values())
     return [
         (folder, label if twice[label] == 1 else whole.as_posix().strip("/"))
-        for whole, (folder, label) in found.items()
+        for whole, (folder, label) in by_path.items()
     ], absent
 
 
@@ -169,18 +169,18 @@ def _below(named: Path) -> list[Path]:
 
 
 def _tasks(
-    found: Sequence[tuple[Path, str]], named: Sequence[Path], options: BatchOptions, file: ThresholdsFile | None
+    listed: Sequence[tuple[Path, str]], named: Sequence[Path], options: BatchOptions, file: ThresholdsFile | None
 ) -> list[Document]:
     reach = [str(path.resolve()) for path in (*named, *(file.baselines() if file is not None else ()))]
     thresholds = None if file is None else file.model_dump(mode="json", by_alias=True, exclude_none=True)
-    here, tasks = options.scheduler is None, []
-    for folder, label in found:
+    local, tasks = options.scheduler is None, []
+    for folder, label in listed:
         report: str | bool | None = None if options.report else False
         if options.report and options.reports is not None:
             report = str((options.reports / fitting(label, ".pdf")).resolve())
         store = store_below(options.store, label) if options.store is not None else None
         # A cluster's workers have another current folder.
-        place = folder if here else folder.resolve()
+        place = folder if local else folder.resolve()
         tasks.append(task_of(place, label, store=store, report=report, thresholds=thresholds, reach=reach))
     return tasks
 
@@ -205,22 +205,22 @@ def _bytes_of(folder: Path) -> int:
 def _unused(file: ThresholdsFile | None, outcomes: Sequence[Document]) -> list[str]:
     if file is None:
         return []
-    known = {name for one in outcomes for name in (one["name"], Path(one["folder"]).resolve().name)}
+    known = {name for outcome in outcomes for name in (outcome["name"], Path(outcome["folder"]).resolve().name)}
     return [f"the thresholds of {name} are of no campaign here" for name in file.campaigns if name not in known]
 
 
 def _document(outcomes: list[Document], workers: Document, seconds: float, warnings: list[str]) -> Document:
-    memory = [one["memory_bytes"] for one in outcomes if one["memory_bytes"]]
+    memory = [outcome["memory_bytes"] for outcome in outcomes if outcome["memory_bytes"]]
     return {
         "schema": SCHEMA,
         "warnings": warnings,
-        "passed": all(one["state"] == HELD for one in outcomes),
+        "passed": all(outcome["state"] == HELD for outcome in outcomes),
         "counts": {
             "campaigns": len(outcomes),
-            "held": sum(one["state"] == HELD for one in outcomes),
-            "not_held": sum(one["state"] == NOT_HELD for one in outcomes),
-            "broken": sum(one["state"] not in (HELD, NOT_HELD) for one in outcomes),
-            "unchanged": sum(unchanged(one) for one in outcomes),
+            "held": sum(outcome["state"] == HELD for outcome in outcomes),
+            "not_held": sum(outcome["state"] == NOT_HELD for outcome in outcomes),
+            "broken": sum(outcome["state"] not in (HELD, NOT_HELD) for outcome in outcomes),
+            "unchanged": sum(unchanged(outcome) for outcome in outcomes),
         },
         "seconds": round(seconds, 3),
         "workers": workers,

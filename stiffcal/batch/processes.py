@@ -242,9 +242,9 @@ def _next(outcomes: queue.SimpleQueue[Document | BaseException]) -> Document:
     while True:
         try:
             # Not without end: on Windows a waiting thread does not see Ctrl-C.
-            found = outcomes.get(timeout=0.5)
+            outcome = outcomes.get(timeout=0.5)
         except queue.Empty:
             continue
-        if isinstance(found, BaseException):
-            raise found
-        return found
+        if isinstance(outcome, BaseException):
+            raise outcome
+        return outcome

@@ -195,11 +195,11 @@ def markdown_text(document: Document) -> str:
     ]
     for outcome in document["campaigns"]:
         lines.append("| " + " | ".join(_row(outcome)) + " |")
-    chosen = [(one["campaign"], choice) for one in document["campaigns"] for choice in one["choices"]]
+    chosen = [(entry["campaign"], choice) for entry in document["campaigns"] for choice in entry["choices"]]
     if chosen:
         lines += ["", "### Chosen by the authors of the campaigns", ""]
         lines += [_item(name, choice_text(choice)) for name, choice in chosen]
-    not_judged = [(one["campaign"], line) for one in document["campaigns"] for line in one["not_judged"]]
+    not_judged = [(entry["campaign"], line) for entry in document["campaigns"] for line in entry["not_judged"]]
     if not_judged:
         lines += ["", "<details><summary>what could not be judged</summary>", ""]
         lines += [_item(name, line) for name, line in not_judged]

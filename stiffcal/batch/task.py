@@ -91,8 +91,8 @@ def run_task(task: Document) -> Document:
     try:
         outcome |= _all_steps(task, run)
     except InputError as error:
-        first, *others = (fault.as_document() for fault in error.faults)
-        outcome |= {"state": BROKEN, "error": first, "others": others}
+        first, *further = (fault.as_document() for fault in error.faults)
+        outcome |= {"state": BROKEN, "error": first, "others": further}
     except (Exception, SystemExit) as error:
         wrong = plugin_fault(error) or (fault_of_foreign_content(error) if isinstance(error, Exception) else None)
         if wrong is not None:
@@ -132,11 +132,11 @@ def _all_steps(task: Document, run: _Run) -> Document:
             run.starting("validate", "the present fit is not validated yet")
             current = validate_now(data, identified, context, fit)
         validation = with_present_verdict(data, identified, current, context, file)
-    found = _numbers(data, identified, validation) | {"origin": data.store.origin_of(VALIDATE)}
+    numbers = _numbers(data, identified, validation) | {"origin": data.store.origin_of(VALIDATE)}
     if task["report"] is not False:
         with run.doing("report"):
-            found["report"] = _report(data, task, context, run)
-    return found
+            numbers["report"] = _report(data, task, context, run)
+    return numbers
 
 
 def _earlier_thresholds(data: Ingested) -> Document | None:
@@ -218,8 +218,8 @@ def _peak_memory() -> int | None:
     status = Path("/proc/self/status")
     if status.exists():
         lines = status.read_text(encoding="ascii", errors="replace").splitlines()
-        told = next((line for line in lines if line.startswith("VmHWM:")), None)
-        return None if told is None else 1024 * int(told.split()[1])
+        line_of_peak = next((line for line in lines if line.startswith("VmHWM:")), None)
+        return None if line_of_peak is None else 1024 * int(line_of_peak.split()[1])
     import resource
 
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

@@ -56,14 +56,21 @@ def batch(
         from stiffcal.batch.summary import junit_text, markdown_text, prepare_files, write_summary
 
         prepare_files(*(file for file in (junit, markdown) if file is not None))
-        told = _BatchPrinter(answer)
+        printer = _BatchPrinter(answer)
         batch_options = BatchOptions(
-            jobs, thresholds, store, reports, not no_report, scheduler, progress=answer.progress, finished=told.finished
+            jobs,
+            thresholds,
+            store,
+            reports,
+            not no_report,
+            scheduler,
+            progress=answer.progress,
+            finished=printer.finished,
         )
         try:
             document = batch_campaigns(folders, batch_options)
         except KeyboardInterrupt:
-            answer.notify(told.interrupted())
+            answer.notify(printer.interrupted())
             raise
         for file, text in ((junit, junit_text), (markdown, markdown_text)):
             if file is not None:
@@ -133,6 +140,6 @@ def _next(document: Document, store: str | None) -> str:
     for outcome in document["campaigns"]:
         if outcome["error"] is not None:
             return command_line("check", Path(outcome["folder"]))
-    first = next((one for one in document["campaigns"] if one["failed"]), document["campaigns"][0])
+    first = next((entry for entry in document["campaigns"] if entry["failed"]), document["campaigns"][0])
     own = store_below(store, first["campaign"]) if store else None
     return command_line("diagnose", Path(first["folder"]), store=own)

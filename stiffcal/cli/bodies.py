@@ -32,8 +32,8 @@ def show_joints(console: Console, joints: Sequence[JointByItself]) -> None:
     console.print(table)
     for joint in joints:
         if joint.couplings:
-            told = ", ".join(f"{moved} of {_LOADS[load]}" for moved, load in joint.couplings)
-            console.print(f"joint {joint.joint}: of its whole 6×6, these rise above the noise too: {told}")
+            couplings = ", ".join(f"{axis} of {_LOADS[load]}" for axis, load in joint.couplings)
+            console.print(f"joint {joint.joint}: of its whole 6×6, these rise above the noise too: {couplings}")
     console.print("N·m/rad and N/m; –: within the noise; ~: a curve, not a straight line")
 
 
@@ -43,25 +43,25 @@ def _cell(line: JointLineResult) -> str:
     return ("~" if line.curved else "") + significant(1.0 / line.compliance)
 
 
-def show_cartesian(console: Console, found: Sequence[CartesianStiffnessResult]) -> None:
+def show_cartesian(console: Console, poses: Sequence[CartesianStiffnessResult]) -> None:
     """Draw the diagonal of the Cartesian stiffness at each pose where wrench and displacement are full.
 
     Parameters
     ----------
     console : where to.
-    found : the Cartesian stiffness, pose by pose.
+    poses : the Cartesian stiffness, pose by pose.
     """
     table = plain_table("Cartesian stiffness", "way", "Fx/x>", "Fy/y>", "Fz/z>", "Tx/rx>", "Ty/ry>", "Tz/rz>")
-    for pose in found:
+    for pose in poses:
         for way, matrix in (("001, eq. 15", pose.equation_15), ("from the compliance", pose.from_compliance)):
             table.add_row(pose.run, way, *(significant(float(matrix[k, k])) for k in range(6)))
     console.print(table)
     console.print(
         "N/m and N·m/rad at the target, base axes; eq. 15 takes displacements for exact, and their noise draws it "
-        f"down, in the weakest direction to {_drawn_down(found)}"
+        f"down, in the weakest direction to {_drawn_down(poses)}"
     )
 
 
-def _drawn_down(found: Sequence[CartesianStiffnessResult]) -> str:
+def _drawn_down(poses: Sequence[CartesianStiffnessResult]) -> str:
     """Return what noise leaves of eq. 15 in the weakest direction, pose by pose."""
-    return ", ".join(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in found)
+    return ", ".join(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)

@@ -98,12 +98,12 @@ def _show_sources(console: Console, files: list[CheckedSource]) -> None:
     if not files:
         return
     table = plain_table("source", "files>", "rows>", "rate [1/s]>", "span [s]>", "longest gap [s]>")
-    for source, parts in _by_source(files).items():
-        rows = sum(part.rows for part in parts)
-        sampled = [part for part in parts if part.sampled]
-        ranges = _range([part.rate_hz for part in sampled]), _range([part.span_s for part in sampled])
-        gaps = [part.longest_gap_s for part in sampled if part.longest_gap_s is not None]
-        table.add_row(source, str(len(parts)), str(rows), *ranges, significant(max(gaps)) if gaps else NOT_KNOWN)
+    for source, source_files in _by_source(files).items():
+        rows = sum(file.rows for file in source_files)
+        sampled = [file for file in source_files if file.sampled]
+        ranges = _range([file.rate_hz for file in sampled]), _range([file.span_s for file in sampled])
+        gaps = [file.longest_gap_s for file in sampled if file.longest_gap_s is not None]
+        table.add_row(source, str(len(source_files)), str(rows), *ranges, significant(max(gaps)) if gaps else NOT_KNOWN)
     console.print(table)
 
 
@@ -118,23 +118,25 @@ def _range(values: list[float | None]) -> str:
 def _show_ranges(console: Console, files: list[CheckedSource]) -> None:
     """Draw each column's range over all files of its source, in the units people read."""
     table = plain_table("source", "signal", "column", "written in", "lowest>", "highest>", "", "moved")
-    shown = 0
-    for source, parts in _by_source(files).items():
+    row_count = 0
+    for source, source_files in _by_source(files).items():
         columns: dict[tuple[str, str], list[CheckedColumn]] = {}
-        for part in parts:
-            for column in part.columns:
+        for file in source_files:
+            for column in file.columns:
                 columns.setdefault((column.signal, column.column), []).append(column)
-        for (signal, name), found in columns.items():
-            shown += 1
-            low = min((one.low_si for one in found if one.low_si is not None), default=None)
-            high = max((one.high_si for one in found if one.high_si is not None), default=None)
-            factor, unit = READ_AS.get(found[0].unit, (1.0, found[0].unit))
+        for (signal, name), ranges in columns.items():
+            row_count += 1
+            low = min((column_range.low_si for column_range in ranges if column_range.low_si is not None), default=None)
+            high = max(
+                (column_range.high_si for column_range in ranges if column_range.high_si is not None), default=None
+            )
+            factor, unit = READ_AS.get(ranges[0].unit, (1.0, ranges[0].unit))
             zero = 273.15 if unit == "°C" else 0.0
             ends = (NOT_KNOWN if end is None else significant(end * factor - zero, 4) for end in (low, high))
-            moved = sum(bool(one.moved) for one in found)
-            words = "no" if not moved else "yes" if moved == len(found) else f"in {moved} of {len(found)} files"
-            table.add_row(source, signal, name, found[0].unit, *ends, unit, words)
-    if shown:
+            count = sum(bool(column_range.moved) for column_range in ranges)
+            words = "no" if not count else "yes" if count == len(ranges) else f"in {count} of {len(ranges)} files"
+            table.add_row(source, signal, name, ranges[0].unit, *ends, unit, words)
+    if row_count:
         console.print(table)
 
 

@@ -61,7 +61,7 @@ def place_words(where: Where) -> list[str]:
     """
     words = []
     for kind, items in where.items():
-        names = ["-".join(str(part) for part in item) if isinstance(item, list) else str(item) for item in items]
+        names = ["-".join(str(member) for member in item) if isinstance(item, list) else str(item) for item in items]
         words += [f"--{kind}", ",".join(names)]
     return words
 

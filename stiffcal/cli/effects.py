@@ -136,19 +136,19 @@ def sections_of(physics: str) -> list[tuple[str, str]]:
     >>> sections_of("A drive gives.\n\nLaw: δ = c τ.\n\nLimits: small loads.")
     [('Physics', 'A drive gives.'), ('Law', 'δ = c τ.'), ('Where it ends', 'Small loads.')]
     """
-    found: list[tuple[str, str]] = []
+    sections: list[tuple[str, str]] = []
     for paragraph in physics.split("\n\n"):
         text = " ".join(paragraph.split())
         first = text.split(" ", 1)[0].rstrip(":,").lower()
-        title = HEADINGS.get(first, found[-1][0] if found else "Physics")
+        title = HEADINGS.get(first, sections[-1][0] if sections else "Physics")
         opening, _, rest = text.partition(" ")
         if first in HEADINGS and opening[-1] in ":,":
             # A law begins with its equation, whose letters stay as they are.
             text = rest if opening == "Law:" else rest[:1].upper() + rest[1:]
-        if found and found[-1][0] == title:
-            text = f"{found.pop()[1]} {text}"
-        found.append((title, text))
-    return found
+        if sections and sections[-1][0] == title:
+            text = f"{sections.pop()[1]} {text}"
+        sections.append((title, text))
+    return sections
 
 
 def _facts(effect: EffectDescription) -> list[tuple[str, str]]:

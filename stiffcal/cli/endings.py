@@ -32,10 +32,10 @@ INTERRUPTED = 130
 def report_input_error(error: InputError, as_json: bool) -> None:
     """Print each fault on one line of standard error; with `as_json` the one document on standard output."""
     if as_json:
-        first, *others = (fault.as_document() for fault in error.faults)
+        first, *further = (fault.as_document() for fault in error.faults)
         document: dict[str, object] = {"error": first}
-        if others:
-            document["others"] = others
+        if further:
+            document["others"] = further
         if _print_document(document):
             return
     for fault in error.faults:

@@ -20,15 +20,15 @@ def overviews(result: IdentifyResult) -> list[Overview]:
     from stiffcal.experiments import all_kinds
 
     document = document_of(result)
-    found = [kind.overview(document) for kind in all_kinds()]
-    return [overview for overview in found if overview is not None]
+    overviews_of_kinds = [kind.overview(document) for kind in all_kinds()]
+    return [overview for overview in overviews_of_kinds if overview is not None]
 
 
-def show_overviews(console: Console, shown: list[Overview]) -> None:
+def show_overviews(console: Console, chosen: list[Overview]) -> None:
     """Draw the tables and sentences of kinds of experiment."""
     from stiffcal.experiments.presentation import Sentence
 
-    for overview in shown:
+    for overview in chosen:
         for block in overview.blocks:
             if isinstance(block, Sentence):
                 console.print(text_of(block.words), soft_wrap=True)

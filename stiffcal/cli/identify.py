@@ -85,14 +85,14 @@ def show_fit(console: Console, result: IdentifyResult) -> None:
         _show_dual_quaternions(console, result.dual_quaternions)
 
 
-def _show_dual_quaternions(console: Console, both: DualQuaternionFit) -> None:
+def _show_dual_quaternions(console: Console, comparison: DualQuaternionFit) -> None:
     """Draw the two forms next to each other, and the paper's unweighted estimate apart."""
 
     def stiffness(compliance: float | None) -> str:
         return significant(1.0 / compliance) if compliance else "–"
 
     table = plain_table("stiffness, N·m/rad", "matrices>", "dual quaternions>", "unweighted, m>", "unweighted, mm>")
-    for parameter in both.parameters:
+    for parameter in comparison.parameters:
         table.add_row(
             parameter.name,
             stiffness(parameter.matrix),
@@ -102,7 +102,7 @@ def _show_dual_quaternions(console: Console, both: DualQuaternionFit) -> None:
         )
     console.print(table)
     console.print(
-        f"both forms agree to {both.largest_relative_difference:.1g} (relative); unweighted: 003, eq. 35 as "
+        f"both forms agree to {comparison.largest_relative_difference:.1g} (relative); unweighted: 003, eq. 35 as "
         "printed, which counts lengths in m or mm and pure numbers alike"
     )
 

@@ -27,19 +27,19 @@ _ELEMENTS = (
 def show_links(console: Console, links: list[LinkResult]) -> None:
     """Draw what the rods show of each link: what they carry, the compliance of its end, what they do not identify."""
     for link in links:
-        part = link.share_of_tool
+        tool_share = link.share_of_tool
         apart = "" if link.torsion.identifiable else ", its twist left out"
-        of_tool = "" if part is None else f"; {share(part)} of the tool's deflection is the link's{apart}"
+        of_tool = "" if tool_share is None else f"; {share(tool_share)} of the tool's deflection is the link's{apart}"
         console.print(f"{link.link}: {len(link.rods)} rods carry {', '.join(link.carried)}{of_tool}")
         as_beam = " (as a beam)" if link.compliance_structure == "beam" else ""
         table = plain_table(f"compliance of the link's end{as_beam}", "value, ± 95 %>", "")
         lowest, highest = link.compliance_interval
         for row, column, words, factor, unit in _ELEMENTS:
             value, low, high = link.compliance[row][column], lowest[row][column], highest[row][column]
-            shown = "cannot be told"
+            value_text = "cannot be told"
             if value is not None and low is not None and high is not None:
-                shown = interval(value * factor, low * factor, high * factor)
-            table.add_row(words, shown, unit)
+                value_text = interval(value * factor, low * factor, high * factor)
+            table.add_row(words, value_text, unit)
         console.print(table)
         for sentence in link.not_identifiable:
             console.print(f"{link.link}: {sentence}", soft_wrap=True)

@@ -75,14 +75,14 @@ def predict(
 def show_prediction(console: Console, result: PredictResult, most: int = 24) -> None:
     """Draw deflection ± 95 % and the force it takes per millimetre, state by state."""
     console.print(f"deflection of {result.target}, base axes; values from {result.values_from}")
-    shown = list(enumerate(result.states[:most], start=1))
+    numbered_states = list(enumerate(result.states[:most], start=1))
     table = plain_table("state>", "dx [mm]>", "dy [mm]>", "dz [mm]>")
-    for number, state in shown:
+    for number, state in numbered_states:
         table.add_row(str(number), *(_translation(state, k) for k in range(3)))
     console.print(table)
     console.print("\nstiffness [N/mm], with complementary stiffness and without")
     table = plain_table("state>", "x>", "y>", "z>", "x without>", "y without>", "z without>")
-    for number, state in shown:
+    for number, state in numbered_states:
         table.add_row(str(number), *_stiffness(state.cartesian_compliance), *_stiffness(state.linear_compliance))
     console.print(table)
     _show_links(console, result.states[:most])
@@ -99,12 +99,12 @@ def _show_links(console: Console, states: Sequence[PredictedState]) -> None:
         heads = ["whole [mm]>"] + [f"{name} rigid [mm]>", f"part of {name} [mm]>"] * modelled
         table = plain_table("state>", *heads, *[f"part of {name} by its 6×6 [mm]>"] * measured)
         for place, state in enumerate(states, start=1):
-            part = state.links[number]
+            link_deflection = state.links[number]
             cells = [_vector(state.deflection)]
-            if part.at_target is not None:
-                cells += [_vector(state.deflection - part.at_target), _vector(part.at_target)]
-            if part.at_target_by_compliance is not None:
-                cells.append(_vector(part.at_target_by_compliance))
+            if link_deflection.at_target is not None:
+                cells += [_vector(state.deflection - link_deflection.at_target), _vector(link_deflection.at_target)]
+            if link_deflection.at_target_by_compliance is not None:
+                cells.append(_vector(link_deflection.at_target_by_compliance))
             table.add_row(str(place), *cells)
         console.print(table)
 

@@ -37,12 +37,12 @@ def show_run(console: Console, result: RunResult) -> None:
     validation = result.validate
     relative = validation["relative"]
     left = relative.get("translation") if isinstance(relative, dict) else relative
-    told, of = f"unseen poses: {deviation(validation['rms'])} rms", "the deflection"
+    sentence, of = f"unseen poses: {deviation(validation['rms'])} rms", "the deflection"
     if left is None and isinstance(relative, dict):
         left, of = relative.get("torque"), "the torque"
     if any(value is not None for value in validation["rms"].values()):
-        told += f", {share(left)} of {of} is left" if left is not None else ""
-        console.print(f"{told} (no model: {deviation(validation['zero_model'])})")
+        sentence += f", {share(left)} of {of} is left" if left is not None else ""
+        console.print(f"{sentence} (no model: {deviation(validation['zero_model'])})")
     else:
         console.print("unseen poses: none, so nothing is judged there")
     if validation["passed"] is False:

@@ -118,18 +118,18 @@ def guarded_streams() -> Iterator[None]:
     InputError : from within, where standard output cannot be written.
     """
     _open_closed_ones()
-    found = sys.stdin, sys.stdout, sys.stderr
+    originals = sys.stdin, sys.stdout, sys.stderr
     if sys.stdin is None:
         sys.stdin = _null("r")
-    answer = StandardStream(_as_utf8(found[1] or _null("w")), needed=True)
-    notes = StandardStream(_as_utf8(found[2] or _null("w")), needed=False)
+    answer = StandardStream(_as_utf8(originals[1] or _null("w")), needed=True)
+    notes = StandardStream(_as_utf8(originals[2] or _null("w")), needed=False)
     sys.stdout, sys.stderr = cast(TextIO, answer), cast(TextIO, notes)
     try:
         yield
     finally:
         answer.release()
         notes.release()
-        sys.stdin, sys.stdout, sys.stderr = found
+        sys.stdin, sys.stdout, sys.stderr = originals
 
 
 def _open_closed_ones() -> None:

@@ -186,8 +186,8 @@ class Supervision:
                 signal.signal(number, lambda number, frame: _forward(child, number, sent))
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        with os.fdopen(word, "rb") as found:
-            self._leave(found.read(), status, sent)
+        with os.fdopen(word, "rb") as pipe:
+            self._leave(pipe.read(), status, sent)
 
     def _start_again(self) -> None:
         """Start the command anew in a child process, and leave with its exit code."""
@@ -206,13 +206,13 @@ class Supervision:
                 signal.signal(number, action)
             _close_all_but(parent)
             status = child.wait()
-        said = Path(name).read_bytes()
+        code_text = Path(name).read_bytes()
         with suppress(OSError):
             Path(name).unlink()
-        self._leave(said, status, sent)
+        self._leave(code_text, status, sent)
 
-    def _leave(self, said: bytes, status: int, sent: list[int]) -> NoReturn:
-        code = int(said) if said.strip().isdigit() else None
+    def _leave(self, code_text: bytes, status: int, sent: list[int]) -> NoReturn:
+        code = int(code_text) if code_text.strip().isdigit() else None
         if code is None and status < 0 and -status in sent:
             signal.signal(-status, signal.SIG_DFL)
             os.kill(os.getpid(), -status)

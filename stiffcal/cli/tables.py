@@ -35,16 +35,16 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
     parameters : of a fit.
     """
     compliances = [parameter for parameter in parameters if parameter.is_compliance]
-    others = [parameter for parameter in parameters if not parameter.is_compliance]
+    not_compliances = [parameter for parameter in parameters if not parameter.is_compliance]
     if compliances:
         table = plain_table("effect", "place", "stiffness, ± 95 %>", "")
         for parameter in compliances:
             unit = _stiffness_unit(parameter.unit) + _in_noise(parameter)
             table.add_row(parameter.effect, _place(parameter), _stiffness(parameter), unit)
         console.print(table)
-    if others:
+    if not_compliances:
         table = plain_table("parameter", "place", "value, ± 95 %>", "")
-        for parameter in others:
+        for parameter in not_compliances:
             low, high = _ends(parameter.interval)
             words = interval(parameter.value, low, high) if parameter.value is not None else "cannot be told"
             table.add_row(

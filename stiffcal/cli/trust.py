@@ -109,8 +109,8 @@ def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
     """Show what a campaign wants to run, ask, and remember the answer; return the exit code."""
     from stiffcal.workflow.trust import allow_shown
 
-    shown = showing.result()
-    lines = code_lines(shown)
+    document = showing.result()
+    lines = code_lines(document)
     then = command_line("run", showing.folder)
 
     def show_code(console: Console, result: TrustResult) -> None:
@@ -119,7 +119,7 @@ def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
         show_allowed(console, result)
 
     if showing.allowed or yes:
-        answer.give(shown if showing.allowed else allow_shown(showing), show_code, then)
+        answer.give(document if showing.allowed else allow_shown(showing), show_code, then)
         return OK
     if not answer.as_json:
         _show_paged(lines)

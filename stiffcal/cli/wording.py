@@ -92,15 +92,15 @@ def deviation(rms: Rms | Mapping[str, float | None] | None) -> str:
     """
     if not rms:
         return NOT_KNOWN
-    parts = []
+    measures = []
     for name, value in rms.items():
         if value is not None and name == "torque":
-            parts.append(f"{significant(value)} N·m")
+            measures.append(f"{significant(value)} N·m")
         elif value is not None and name == "length":
-            parts.append(f"{length(value)} at the rods")
+            measures.append(f"{length(value)} at the rods")
         elif value is not None:
-            parts.append(angle(value) if name in {"rotation", "motor_angle"} else length(value))
-    return ", ".join(parts) or NOT_KNOWN
+            measures.append(angle(value) if name in {"rotation", "motor_angle"} else length(value))
+    return ", ".join(measures) or NOT_KNOWN
 
 
 def interval(value: float | None, low: float | None, high: float | None) -> str:
@@ -143,7 +143,7 @@ def places(where: Where | Mapping[str, Sequence[Any]]) -> str:
         if kind == "joints":
             names = runs_of([int(item) for item in items])
         elif kind == "pairs":
-            names = ", ".join("-".join(str(part) for part in pair) for pair in items)
+            names = ", ".join("-".join(str(member) for member in pair) for pair in items)
         else:
             names = ", ".join(str(item) for item in items)
         words.append(f"{kind[:-1] if len(items) == 1 and kind != 'pairs' else kind} {names}")
@@ -158,12 +158,12 @@ def runs_of(numbers: Sequence[int]) -> str:
     >>> runs_of([1, 2, 3, 5, 6])
     '1–3, 5, 6'
     """
-    parts: list[str] = []
+    ranges: list[str] = []
     rest = sorted(numbers)
     while rest:
         n = 1
         while n < len(rest) and rest[n] == rest[0] + n:
             n += 1
-        parts += [f"{rest[0]}–{rest[n - 1]}"] if n > 2 else [str(number) for number in rest[:n]]
+        ranges += [f"{rest[0]}–{rest[n - 1]}"] if n > 2 else [str(number) for number in rest[:n]]
         rest = rest[n:]
-    return ", ".join(parts)
+    return ", ".join(ranges)

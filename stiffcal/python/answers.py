@@ -174,7 +174,7 @@ def _flat(row: Document) -> Document:
     """Return a row whose measures are columns: ``{rms: {translation: …}}`` becomes ``rms_translation``."""
     flat: Document = {}
     for key, value in row.items():
-        flat |= {f"{key}_{name}": part for name, part in value.items()} if isinstance(value, dict) else {key: value}
+        flat |= {f"{key}_{name}": member for name, member in value.items()} if isinstance(value, dict) else {key: value}
     return flat
 
 

@@ -137,14 +137,17 @@ def column_values(frame: pd.DataFrame, name: str) -> tuple[np.ndarray[Any, np.dt
     for column in (name, *(f"{name}_{unit}" for unit in UNITS)):
         if column in frame.columns:
             return frame[column].to_numpy(), _label(column)
-    for unit, (other, factor) in UNITS.items():
-        if name.endswith(f"_{other}") and (column := f"{name.removesuffix(f'_{other}')}_{unit}") in frame.columns:
+    for unit, (shown_unit, factor) in UNITS.items():
+        if (
+            name.endswith(f"_{shown_unit}")
+            and (column := f"{name.removesuffix(f'_{shown_unit}')}_{unit}") in frame.columns
+        ):
             return frame[column].to_numpy() * factor, _label(name)
     known = ", ".join(map(str, frame.columns))
     raise InputError.at(FaultCode.COLUMN_MISSING, "residuals", name, "there is no such column", f"columns: {known}")
 
 
 def _label(column: str) -> str:
-    units = "|".join([*UNITS, *(other for other, _ in UNITS.values())])
+    units = "|".join([*UNITS, *(unit for unit, _ in UNITS.values())])
     match = re.fullmatch(rf"(.+)_({units})", column)
     return column if match is None else f"{match[1]} [{match[2].replace('Nm', 'N·m')}]"

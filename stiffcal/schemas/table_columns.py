@@ -32,9 +32,9 @@ def _each(pattern: str, axes: Iterable[str], meaning: ColumnDescription) -> dict
     return {pattern.format(axis): meaning for axis in axes}
 
 
-def _cause(thing: str, codes: Iterable[SetAsideCode]) -> ColumnDescription:
+def _cause(subject: str, codes: Iterable[SetAsideCode]) -> ColumnDescription:
     return ColumnDescription(
-        f"the cause in one word, empty where the {thing} is used: {', '.join(filter(None, codes))}"
+        f"the cause in one word, empty where the {subject} is used: {', '.join(filter(None, codes))}"
     )
 
 

@@ -102,11 +102,11 @@ def table_schema(name: str) -> dict[str, Any]:
         raise KeyError(f"no column of {name} is called {', '.join(sorted(spare))}")
     fixed, patterns = {}, {}
     for column, kind in kinds.items():
-        told = _column(kind, meanings[column])
+        description = _column(kind, meanings[column])
         if "<" in column:
-            patterns[_pattern(column, list(kinds))] = {"title": column, **told}
+            patterns[_pattern(column, list(kinds))] = {"title": column, **description}
         else:
-            fixed[column] = told
+            fixed[column] = description
     return {
         "$schema": DIALECT,
         "title": name,
@@ -122,15 +122,15 @@ def table_schema(name: str) -> dict[str, Any]:
 
 def _column(kind: str, meaning: ColumnDescription) -> dict[str, Any]:
     name = _TYPES[kind]
-    told: dict[str, Any] = {"description": meaning.text, "type": [name, "null"] if meaning.missing else name}
-    return told | ({"unit": meaning.unit} if meaning.unit else {}) | {"parquet": kind}
+    description: dict[str, Any] = {"description": meaning.text, "type": [name, "null"] if meaning.missing else name}
+    return description | ({"unit": meaning.unit} if meaning.unit else {}) | {"parquet": kind}
 
 
-def _pattern(column: str, others: list[str]) -> str:
+def _pattern(column: str, columns: list[str]) -> str:
     """Return the regular expression of a column's names: what stands in <…> is free, unless it is another column's."""
     mine = _free(column)
-    narrower = [_free(one) for one in others if one != column and re.fullmatch(mine, one)]
-    return "^" + "".join(f"(?!{one}$)" for one in narrower) + mine + "$"
+    narrower = [_free(name) for name in columns if name != column and re.fullmatch(mine, name)]
+    return "^" + "".join(f"(?!{expression}$)" for expression in narrower) + mine + "$"
 
 
 def _free(column: str) -> str:
@@ -188,11 +188,12 @@ def _observations(states: LoadStates) -> Observations:
 def _recording() -> pa.Table:
     """Return one reading of a device that logs everything there is."""
     joints = {name: ["<joint>"] for name in ("position", "velocity", "torque", "current")}
-    one = np.zeros((1, 1))
+    zero = np.zeros((1, 1))
     signals = {
-        "joints": one, "joints.velocity": one, "joints.torque": one, "joints.current": one, "wrench": np.zeros((6, 1)),
-        "mass": one, "position.<target>": np.zeros((3, 1)), "quaternion.<target>": np.zeros((4, 1)), "translation": one,
-        "rotation": one, "displacement.<gauge>": one, "lengths.<rod>": one, "temperature": one, "hold": one,
+        "joints": zero, "joints.velocity": zero, "joints.torque": zero, "joints.current": zero,
+        "wrench": np.zeros((6, 1)), "mass": zero, "position.<target>": np.zeros((3, 1)),
+        "quaternion.<target>": np.zeros((4, 1)), "translation": zero, "rotation": zero,
+        "displacement.<gauge>": zero, "lengths.<rod>": zero, "temperature": zero, "hold": zero,
     }  # fmt: skip
     return table_of(recording_table(Source.model_validate({"joints": joints}), Rows(_FIRST, _ONE, [], signals)))
 
@@ -214,8 +215,10 @@ def _passes() -> SteadyReadings:
 
 
 def _motion() -> FreeMotion:
-    one = np.zeros((1, 1))
-    return FreeMotion((RunInfo("run"),), _FIRST, _ONE, one, one, one, one, one, one, np.ones((1, 1), dtype=np.bool_))
+    zero = np.zeros((1, 1))
+    return FreeMotion(
+        (RunInfo("run"),), _FIRST, _ONE, zero, zero, zero, zero, zero, zero, np.ones((1, 1), dtype=np.bool_)
+    )
 
 
 def _friction_fit() -> FrictionFit:

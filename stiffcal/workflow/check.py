@@ -81,13 +81,15 @@ def check_campaign(
         progress("looking at load states", None)
         states, registration = placed_states(campaign, gathered)
         more_to_come = bool(missing) or (quick and not any_table)
-        found, warnings = check_load_states(states, campaign, registration is not None, more_to_come)
-        faults += quality.causes() + found if found else []
+        load_faults, warnings = check_load_states(states, campaign, registration is not None, more_to_come)
+        faults += quality.causes() + load_faults if load_faults else []
         if not faults:
             states = states if quick else reject_outliers(states)
             result = replace(
                 result,
-                warnings=quality.remarks() + warnings + [warning for part in reduced for warning in part.warnings],
+                warnings=quality.remarks()
+                + warnings
+                + [warning for reduction in reduced for warning in reduction.warnings],
                 runs=_load_runs(campaign, states, reduced),
                 kinematics=_kinematics(campaign, states),
                 n_states=int(states.used.sum()),
@@ -158,7 +160,7 @@ def _is_missing(fault: Fault) -> bool:
 
 def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
     """Return one line for every file that is named and not there yet."""
-    told, sources = [], campaign.manifest.sources
+    sentences, sources = [], campaign.manifest.sources
     homeless: dict[str, int] = {}  # a folder that is not there is told once, not for each of its files
 
     def absent(files: Iterable[str]) -> list[str]:
@@ -172,12 +174,16 @@ def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
     for entry in campaign.manifest.runs:
         if only in (None, entry.id):
             files = absent(entry.files[name] for name in entry.files if sources[name].in_files)
-            told += [f"run {entry.id}: {', '.join(files)} not there yet"] if files else []
+            sentences += [f"run {entry.id}: {', '.join(files)} not there yet"] if files else []
     for name in sources:
         if not sources[name].in_files:
             continue
-        told += [f"source {name}: {file} not there yet" for file in absent(campaign.manifest.files_of(name).values())]
-    return [f"folder {name}: not there yet, {count} files are named in it" for name, count in homeless.items()] + told
+        sentences += [
+            f"source {name}: {file} not there yet" for file in absent(campaign.manifest.files_of(name).values())
+        ]
+    return [
+        f"folder {name}: not there yet, {count} files are named in it" for name, count in homeless.items()
+    ] + sentences
 
 
 def _file(campaign: Campaign, name: str, log: LogQuality) -> CheckedSource:
@@ -239,7 +245,7 @@ def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[Reduced
 
     from stiffcal.reduction.consistency import work_of_load
 
-    clocks = {part.states.run[0]: part.clocks for part in reduced}
+    clocks = {reduction.states.run[0]: reduction.clocks for reduction in reduced}
     aside = [f"state {row}: {why}" if why else "" for row, why in zip(states.row, states.set_aside, strict=True)]
     loads = states.setup.targets and bool(np.any(states.wrench))
     work = work_of_load(states, campaign.chain).work if loads else np.full(len(states.runs), np.nan)

@@ -94,23 +94,23 @@ def compensate_campaign(
     goal = _goal(fitted, path, options)
     solve = CorrectionOptions(goal, options.orientation, fitted.robot.has_memory, path.time)
     try:
-        found = correct_joints(fitted.robot, path.joints, path.wrench, path.setup, solve, fitted.covariance)
+        corrected = correct_joints(fitted.robot, path.joints, path.wrench, path.setup, solve, fitted.covariance)
     except NoBalanceError as error:
         raise error.of_load(str(options.path), "", "give smaller loads") from error
-    _check_reached(path, found)
+    _check_reached(path, corrected)
     result = CompensateResult(
-        warnings=[*fitted.warnings, *_warnings(path, found, options)],
+        warnings=[*fitted.warnings, *_warnings(path, corrected, options)],
         values_from=fitted.source,
         target=target,
-        rms_before=_rms(found.before),
-        rms_after=_rms(found.after),
-        residual_95=float(found.residual_95.max()) if fitted.covariance else None,
-        largest_correction=np.abs(found.joints - path.joints).max(axis=0),
-        rows=_corrected_poses(path, found),
-        judged=None if options.judge is None else _judgement(fitted, options, path, found, context),
+        rms_before=_rms(corrected.before),
+        rms_after=_rms(corrected.after),
+        residual_95=float(corrected.residual_95.max()) if fitted.covariance else None,
+        largest_correction=np.abs(corrected.joints - path.joints).max(axis=0),
+        rows=_corrected_poses(path, corrected),
+        judged=None if options.judge is None else _judgement(fitted, options, path, corrected, context),
         file=None if output is None else str(output),
         picture=None if picture is None else str(picture),
-        found=found,
+        found=corrected,
         joint_names=campaign.chain.joint_names,
     )
     if output is not None:
@@ -155,14 +155,14 @@ def _goal(fitted: FittedRobot, path: CompensationPath, options: CompensateReques
     return PoseGoal(*attached_poses(chain, chain.model_angles(path.joints), path.setup.targets[0]))
 
 
-def _check_reached(path: CompensationPath, found: Corrected) -> None:
+def _check_reached(path: CompensationPath, corrected: Corrected) -> None:
     """Raise where not even the position can be reached: one fault a line of the table."""
     faults = []
-    for row in np.flatnonzero(~found.position_reached):
-        left = 1e3 * float(np.linalg.norm(found.after[row, :3]))
-        if found.held[row]:
-            reason = f"{', '.join(found.held[row])} would have to go beyond the limit: {left:.3g} mm remain"
-        elif found.singular[row]:
+    for row in np.flatnonzero(~corrected.position_reached):
+        left = 1e3 * float(np.linalg.norm(corrected.after[row, :3]))
+        if corrected.held[row]:
+            reason = f"{', '.join(corrected.held[row])} would have to go beyond the limit: {left:.3g} mm remain"
+        elif corrected.singular[row]:
             reason = f"the robot stands beside a singular pose, where {left:.3g} mm cannot be taken back"
         else:
             reason = f"the corrected pose is out of reach: {left:.3g} mm remain"
@@ -172,25 +172,25 @@ def _check_reached(path: CompensationPath, found: Corrected) -> None:
 
 
 def _judgement(
-    fitted: FittedRobot, options: CompensateRequest, path: CompensationPath, found: Corrected, context: RunContext
+    fitted: FittedRobot, options: CompensateRequest, path: CompensationPath, corrected: Corrected, context: RunContext
 ) -> PathJudgement:
     """Return the pose errors without and with the correction, by another campaign's robot."""
     from stiffcal.compensation.compensate_result import PathJudgement
     from stiffcal.compensation.targets import CorrectionOptions, errors_of
 
     assert options.judge is not None
-    other = fitted_robot(
+    judge = fitted_robot(
         load_campaign(options.judge, check_files=False), RunContext(progress=context.progress, notify=context.notify)
     )
-    if other.campaign.chain.joint_names != fitted.campaign.chain.joint_names:
+    if judge.campaign.chain.joint_names != fitted.campaign.chain.joint_names:
         raise InputError.at(
             FaultCode.ROBOT_MISMATCH, str(options.judge), "", "another robot", "name a campaign of the same robot"
         )
-    goal = _goal(other, path, options)
-    solve = CorrectionOptions(goal, options.orientation, other.robot.has_memory, path.time)
+    goal = _goal(judge, path, options)
+    solve = CorrectionOptions(goal, options.orientation, judge.robot.has_memory, path.time)
     before, after = (
-        errors_of(other.robot, path.joints, commanded, path.wrench, path.setup, solve)
-        for commanded in (path.joints, found.joints)
+        errors_of(judge.robot, path.joints, commanded, path.wrench, path.setup, solve)
+        for commanded in (path.joints, corrected.joints)
     )
     left, whole = _rms(after).translation, _rms(before).translation
     return PathJudgement(
@@ -198,7 +198,7 @@ def _judgement(
         rms_before=_rms(before),
         rms_after=_rms(after),
         gone=1.0 - left / whole if left is not None and whole else None,
-        campaign=other.campaign.name,
+        campaign=judge.campaign.name,
         before=before,
         after=after,
     )
@@ -214,34 +214,34 @@ def _rms(errors: Floats) -> Rms:
     return Rms(rms(errors[:, :3]), rms(errors[:, 3:]))
 
 
-def _corrected_poses(path: CompensationPath, found: Corrected) -> list[CorrectedPose]:
+def _corrected_poses(path: CompensationPath, corrected: Corrected) -> list[CorrectedPose]:
     from stiffcal.compensation.compensate_result import CorrectedPose
 
     return [
         CorrectedPose(
             line=int(path.table.lines[k]),
             joints=path.joints[k],
-            corrected=found.joints[k],
+            corrected=corrected.joints[k],
             wrench=path.wrench[k],
-            deflection=found.deflection[k],
-            error_before=found.before[k],
-            error_after=found.after[k],
-            residual_std=found.std[k],
-            reached=bool(found.reached[k]),
-            held=", ".join(found.held[k]),
+            deflection=corrected.deflection[k],
+            error_before=corrected.before[k],
+            error_after=corrected.after[k],
+            residual_std=corrected.std[k],
+            reached=bool(corrected.reached[k]),
+            held=", ".join(corrected.held[k]),
         )
         for k in range(len(path.table))
     ]
 
 
-def _warnings(path: CompensationPath, found: Corrected, options: CompensateRequest) -> list[str]:
+def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateRequest) -> list[str]:
     sentences = list(path.doubts)
-    only = found.position_reached & ~found.reached
+    only = corrected.position_reached & ~corrected.reached
     if options.orientation and only.any():
-        worst = 1e3 * float(np.abs(found.after[only, 3:]).max())
+        worst = 1e3 * float(np.abs(corrected.after[only, 3:]).max())
         lines = ", ".join(str(line) for line in path.table.lines[only][:5]) + (", …" if only.sum() > 5 else "")
-        held = sorted({name for names in found.held for name in names})
-        why = f"{', '.join(held)} at its limit" if held else "beside a singular pose"
+        limited = sorted({name for names in corrected.held for name in names})
+        why = f"{', '.join(limited)} at its limit" if limited else "beside a singular pose"
         sentences.append(
             f"line {lines}: the position is reached, of the orientation up to {worst:.2g} mrad remain ({why})"
         )
@@ -250,20 +250,20 @@ def _warnings(path: CompensationPath, found: Corrected, options: CompensateReque
 
 def _table(result: CompensateResult, path: CompensationPath) -> dict[str, Any]:
     """Return the result as columns: degrees, N, N·m, mm, mrad, each with its unit."""
-    found, judged = result.found, result.judged
+    corrected, judged = result.found, result.judged
     columns: dict[str, Any] = {}
     if path.time is not None:
         columns["t [s]"] = path.time
     if "segment" in path.table.words:
         columns["segment"] = list(path.table.words["segment"])
-    columns |= {f"{name} [deg]": np.degrees(found.joints[:, k]) for k, name in enumerate(result.joint_names)}
+    columns |= {f"{name} [deg]": np.degrees(corrected.joints[:, k]) for k, name in enumerate(result.joint_names)}
     columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": path.wrench[:, k] for k, axis in enumerate(AXES)}
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
         unit = "mm" if k < 3 else "mrad"
-        columns[f"{name} [{unit}]"] = 1e3 * found.deflection[:, k]
-        columns[f"{name} residual, standard uncertainty [{unit}]"] = 1e3 * found.std[:, k]
-    columns["residual, 95 % [mm]"] = 1e3 * found.residual_95
-    columns["reached"] = found.reached.astype(np.int64)
+        columns[f"{name} [{unit}]"] = 1e3 * corrected.deflection[:, k]
+        columns[f"{name} residual, standard uncertainty [{unit}]"] = 1e3 * corrected.std[:, k]
+    columns["residual, 95 % [mm]"] = 1e3 * corrected.residual_95
+    columns["reached"] = corrected.reached.astype(np.int64)
     if judged is not None:
         columns["judged before [mm]"] = 1e3 * np.linalg.norm(judged.before[:, :3], axis=1)
         columns["judged after [mm]"] = 1e3 * np.linalg.norm(judged.after[:, :3], axis=1)

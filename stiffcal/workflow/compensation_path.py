@@ -222,19 +222,19 @@ def pose_of_words(text: str, names: Sequence[str], option: str) -> Floats:
 def numbers_of_words(text: str, option: str) -> list[float]:
     """Return the numbers of "1,2.5,…"; raises `InputError`."""
     try:
-        found = [float(word) for word in text.split(",")]
+        numbers = [float(word) for word in text.split(",")]
     except ValueError:
-        found = [float("nan")]
-    if not np.isfinite(found).all():
+        numbers = [float("nan")]
+    if not np.isfinite(numbers).all():
         mend = "write numbers with a point, separated by commas"
         raise InputError.at(
             FaultCode.OPTION_INVALID, "command line", option, f"{text!r} holds something that is no number", mend
         )
-    too_large = [value for value in found if abs(value) > LARGEST]
+    too_large = [value for value in numbers if abs(value) > LARGEST]
     if too_large:
         reason = f"{too_large[0]:g} is larger than anything that is measured"
         raise InputError.at(FaultCode.OPTION_INVALID, "command line", option, reason, "correct the number")
-    return found
+    return numbers
 
 
 def _in_frame(fitted: FittedRobot, setup: MeasurementSetup, forces: Forces) -> MeasurementSetup:

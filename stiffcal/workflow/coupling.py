@@ -30,7 +30,7 @@ def with_coupling(data: Ingested, result: IdentifyResult, loss: str, context: Ru
         raise InputError.at(
             FaultCode.DATA_MISSING, "command line", "--coupling", reason, "leave it out, or add [ids] and lengths"
         )
-    if not any(one.place.link in rodded for one in robot.placed):
+    if not any(placed_effect.place.link in rodded for placed_effect in robot.placed):
         reason = f"the model lets no link with rods give ({', '.join(rodded)})"
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE,

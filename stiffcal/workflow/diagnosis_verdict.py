@@ -95,63 +95,63 @@ def _baseline(data: Ingested, limits: Thresholds, context: RunContext) -> Baseli
     return Baseline(path.name if path.is_dir() else name, {parameter.name: parameter for parameter in parameters})
 
 
-def _fit_of(path: Path, shown: str, context: RunContext) -> list[IdentifiedParameter]:
+def _fit_of(path: Path, label: str, context: RunContext) -> list[IdentifiedParameter]:
     """Return the parameters of a baseline's campaign; a fit that does not count is no baseline."""
     data = ingested(path, replace(context, store=None))
     if data.uncounted:
         mend = "put its logs in place, or name a baseline of your own"
         raise InputError.at(
-            FaultCode.CONTENT_UNTRUSTED, MANIFEST_FILE, "thresholds.baseline", f"{shown}: {data.uncounted}", mend
+            FaultCode.CONTENT_UNTRUSTED, MANIFEST_FILE, "thresholds.baseline", f"{label}: {data.uncounted}", mend
         )
     return fitted(data, context).parameters
 
 
-def _read_model(path: Path, shown: str) -> list[IdentifiedParameter]:
+def _read_model(path: Path, label: str) -> list[IdentifiedParameter]:
     mend = "write it with stiffcal export DIR -o baseline.json"
     try:
-        document = json.loads(read_regular(path, shown))
+        document = json.loads(read_regular(path, label))
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError.at(FaultCode.SYNTAX_INVALID, shown, "", f"cannot be read as a model ({error})", mend) from None
+        raise InputError.at(FaultCode.SYNTAX_INVALID, label, "", f"cannot be read as a model ({error})", mend) from None
     if not isinstance(document, dict) or document.get("schema") not in MODEL_SCHEMAS:
-        raise InputError.at(FaultCode.FORMAT_UNKNOWN, shown, "schema", "this is not a fitted model", mend)
+        raise InputError.at(FaultCode.FORMAT_UNKNOWN, label, "schema", "this is not a fitted model", mend)
     parameters = document.get("parameters")
     if not isinstance(parameters, list) or not all(map(_is_parameter, parameters)):
-        raise InputError.at(FaultCode.KEY_MISSING, shown, "parameters", "a parameter is not complete", mend)
-    return [_parameter(found) for found in parameters]
+        raise InputError.at(FaultCode.KEY_MISSING, label, "parameters", "a parameter is not complete", mend)
+    return [_parameter(entry) for entry in parameters]
 
 
-def _parameter(found: Document) -> IdentifiedParameter:
+def _parameter(entry: Document) -> IdentifiedParameter:
     """Return a parameter of an exported model, of which no more than `_is_parameter` asks for need be there."""
     stiffness, std = (
-        None if "stiffness" not in found else math.nan if found.get(key) is None else found[key]
+        None if "stiffness" not in entry else math.nan if entry.get(key) is None else entry[key]
         for key in ("stiffness", "stiffness_std")
     )
     return IdentifiedParameter(
-        name=found["name"],
-        effect=found["effect"],
-        where=Where(**{kind: found["where"][kind] for kind in ("joints", "links", "pairs") if kind in found["where"]}),
-        value=found["value"],
-        std=found["std"],
+        name=entry["name"],
+        effect=entry["effect"],
+        where=Where(**{kind: entry["where"][kind] for kind in ("joints", "links", "pairs") if kind in entry["where"]}),
+        value=entry["value"],
+        std=entry["std"],
         interval=None,
-        unit=found["unit"],
-        fixed=found.get("fixed") is True,
-        identifiable=found["value"] is not None,
+        unit=entry["unit"],
+        fixed=entry.get("fixed") is True,
+        identifiable=entry["value"] is not None,
         stiffness=stiffness,
         stiffness_std=std,
     )
 
 
-def _is_parameter(found: object) -> bool:
+def _is_parameter(entry: object) -> bool:
     """Return whether this is a parameter of a fit. NaN is none: no comparison with it would fail."""
-    if not isinstance(found, dict) or not {"name", "effect", "where", "unit", "value", "std"} <= set(found):
+    if not isinstance(entry, dict) or not {"name", "effect", "where", "unit", "value", "std"} <= set(entry):
         return False
-    where = found["where"]
+    where = entry["where"]
     joints = where.get("joints", []) if isinstance(where, dict) else None
     return (
-        all(isinstance(found[key], str) for key in ("name", "effect", "unit"))
+        all(isinstance(entry[key], str) for key in ("name", "effect", "unit"))
         and isinstance(joints, list)
         and all(isinstance(joint, int) for joint in joints)
-        and all(_is_number_or_none(found.get(key)) for key in ("value", "std", "stiffness", "stiffness_std"))
+        and all(_is_number_or_none(entry.get(key)) for key in ("value", "std", "stiffness", "stiffness_std"))
     )
 
 

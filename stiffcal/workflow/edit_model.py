@@ -148,13 +148,13 @@ def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, 
 
 
 def _no_curve(effect: str, catalogue: Mapping[str, Effect]) -> NoReturn:
-    curves = ", ".join(name for name, one in sorted(catalogue.items()) if one.curve)
+    curves = ", ".join(name for name, effect_type in sorted(catalogue.items()) if effect_type.curve)
     mend = f"those that have: {curves}; a drive's curve is cubic-stiffness"
     raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--curved", f"{effect} has no curved form", mend)
 
 
 def _places(where: Mapping[str, str | None], kind: str, campaign: Campaign) -> dict[str, Sequence[Any]]:
-    found: dict[str, Sequence[Any]] = {"joints": (), "links": (), "pairs": ()}
+    places: dict[str, Sequence[Any]] = {"joints": (), "links": (), "pairs": ()}
     for name, text in where.items():
         if text is None:
             continue
@@ -168,12 +168,12 @@ def _places(where: Mapping[str, str | None], kind: str, campaign: Campaign) -> d
             )
         words = [word.strip() for word in text.split(",") if word.strip()]
         if name == "joints":
-            found[name] = [_joint(word, campaign, name) for word in words]
+            places[name] = [_joint(word, campaign, name) for word in words]
         elif name == "links":
-            found[name] = words
+            places[name] = words
         else:
-            found[name] = [_pair(word, campaign) for word in words]
-    return found
+            places[name] = [_pair(word, campaign) for word in words]
+    return places
 
 
 def _joint(word: str, campaign: Campaign, option: str) -> int:
@@ -197,14 +197,14 @@ def _pair(word: str, campaign: Campaign) -> tuple[int, int]:
 
 
 def _every_place(places: Sequence[Any], kind: str) -> dict[str, Sequence[Any]]:
-    found: dict[str, Sequence[Any]] = {"joints": (), "links": (), "pairs": ()}
+    by_kind: dict[str, Sequence[Any]] = {"joints": (), "links": (), "pairs": ()}
     if kind == "joints":
-        found[kind] = [place.joints[0] for place in places]
+        by_kind[kind] = [place.joints[0] for place in places]
     elif kind == "pairs":
-        found[kind] = [place.joints for place in places]
+        by_kind[kind] = [place.joints for place in places]
     elif kind == "links":
-        found[kind] = [place.link for place in places]
-    return found
+        by_kind[kind] = [place.link for place in places]
+    return by_kind
 
 
 def _check_possible(effect: str, given: Mapping[str, Sequence[Any]], possible: Sequence[str]) -> None:

@@ -112,9 +112,9 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
     for example in _examples(effect, places, chain):
         for place in places[:2]:
             for sensed in (setup, replace(setup, moments_measured=False)):
-                found = _drawn(effect, place, chain, sensed, example)
-                if found is not None and (best is None or found[0] > CLEARLY * best[0]):
-                    best = found
+                candidate = _drawn(effect, place, chain, sensed, example)
+                if candidate is not None and (best is None or candidate[0] > CLEARLY * best[0]):
+                    best = candidate
     if best is not None:
         return best[1]
     return _measured_late(effect, chain, setup) or _torque_next_to(effect, places, chain) or _torque_in_motion(effect)
@@ -178,8 +178,8 @@ def _examples(effect: Effect, places: Sequence[Place], chain: Chain) -> Iterator
 def _cycles(line: Floats) -> LeverExample:
     """Return the force up and down along a line, then against it, twice over."""
     up = np.linspace(0.0, 1.0, 21)
-    one = np.concatenate([up, up[-2::-1], -up[1:], -up[-2::-1]])
-    level = np.concatenate([one, one[1:]])
+    cycle = np.concatenate([up, up[-2::-1], -up[1:], -up[-2::-1]])
+    level = np.concatenate([cycle, cycle[1:]])
     order = _order(len(level), level)
     wrench = np.zeros((len(level), 6))
     wrench[:, :3] = LARGEST_FORCE * level[:, None] * line
@@ -195,10 +195,10 @@ def _poses(line: Floats) -> LeverExample:
     angle = np.linspace(-np.pi, np.pi, 73)
     wrench = np.zeros((len(angle), 6))
     wrench[:, :3] = LARGEST_FORCE * line
-    both = np.stack([angle, np.full_like(angle, np.pi / 5.0)], axis=1)
+    joints = np.stack([angle, np.full_like(angle, np.pi / 5.0)], axis=1)
     order = replace(_order(len(angle)), run=np.arange(len(angle), dtype=np.int64))
     label = f"angle of joint 1 [°], under {LARGEST_FORCE:.0f} N along {_line_words(line)}"
-    return LeverExample(both, wrench, order, line, np.degrees(angle), label, np.zeros(len(angle), dtype=np.bool_))
+    return LeverExample(joints, wrench, order, line, np.degrees(angle), label, np.zeros(len(angle), dtype=np.bool_))
 
 
 def _line_words(line: Floats) -> str:
@@ -225,8 +225,12 @@ def _drawn(
     if usual is None:
         return None
     # An effect that holds the joint's compliance stands in its place.
-    held = effect.includes + ((effect.name,) if effect.name == "joint-compliance" else ())
-    kept = tuple(one for one in springs if not (one.effect.name in held and one.place == place))
+    included = effect.includes + ((effect.name,) if effect.name == "joint-compliance" else ())
+    kept = tuple(
+        placed_effect
+        for placed_effect in springs
+        if not (placed_effect.effect.name in included and placed_effect.place == place)
+    )
     try:
         without = _deflection(
             plain if effect.name != "joint-compliance" else replace(plain, placed=kept), setup, example
@@ -240,7 +244,7 @@ def _drawn(
             with_it = _deflection(robot, setup, example)
             change = float(np.abs(with_it - without).max())
             if factor == 1.0:
-                shown = change
+                visible = change
             if change <= SHOWS * whole / MOST_ENLARGED:
                 return None
             factor = float(np.clip(factor * DRAWN_SIZE * whole / change, least, MOST_ENLARGED))
@@ -250,7 +254,7 @@ def _drawn(
     if difference.max() < SHOWS * whole:
         return None
     axis = int(np.argmax(difference))
-    return shown / whole, _as_picture(effect, example, axis, without[:, axis] * 1e3, with_it[:, axis] * 1e3)
+    return visible / whole, _as_picture(effect, example, axis, without[:, axis] * 1e3, with_it[:, axis] * 1e3)
 
 
 def _as_picture(effect: Effect, example: LeverExample, axis: int, without: Floats, with_it: Floats) -> EffectPicture:
@@ -329,10 +333,10 @@ def _usual(
     wrench = np.zeros((6, 6, len(example.x)))
     wrench[1, 5], wrench[3, 5] = balance.joint_torque[:, 0], balance.joint_torque[:, 1]
     grid = effect.nonlinear_grid(place, robot.chain, NodeLoads(wrench, example.angles.T, example.order))
-    for symbol, found in grid.items():
-        if not len(found):
+    for symbol, values_of_symbol in grid.items():
+        if not len(values_of_symbol):
             return None
-        values[symbol] = float(found[len(found) // 2])
+        values[symbol] = float(values_of_symbol[len(values_of_symbol) // 2])
     return values
 
 
@@ -350,12 +354,14 @@ def _deflection(robot: CompliantRobot, setup: MeasurementSetup, example: LeverEx
     balance = solve_balance(robot, example.angles, example.wrench, setup, example.order)
     displacement = np.ascontiguousarray(np.moveaxis(balance.displacement, 0, -1))
     observed = Observed(displacement, example.order)
-    seen = displacement.copy()
-    for one in robot.placed:
-        shift = one.effect.observation_shift(one.place, observed, one.values)
+    observed_shift = displacement.copy()
+    for placed_effect in robot.placed:
+        shift = placed_effect.effect.observation_shift(placed_effect.place, observed, placed_effect.values)
         if shift is None:
-            columns = one.effect.observation_columns(one.place, observed, one.shape())
-            seen = seen + sum(one.amplitude(symbol) * column for symbol, column in columns.items())
+            columns = placed_effect.effect.observation_columns(placed_effect.place, observed, placed_effect.shape())
+            observed_shift = observed_shift + sum(
+                placed_effect.amplitude(symbol) * column for symbol, column in columns.items()
+            )
         else:
-            seen = seen + shift
-    return np.asarray(seen[0, :3].T)
+            observed_shift = observed_shift + shift
+    return np.asarray(observed_shift[0, :3].T)

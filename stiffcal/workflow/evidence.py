@@ -50,20 +50,26 @@ def evidence_of(data: Ingested, search: Search) -> tuple[Columns, list[EffectEvi
 
     campaign = data.campaign
     basic = {entry.type for entry in default_model(campaign.chain.n_joints).effects}
-    present = {f"{one.effect.name} {one.place.label}": one.effect.name for one in search.first.fit.robot.placed}
-    missing = [found.candidate.name for found in search.found]
+    present = {
+        f"{placed_effect.effect.name} {placed_effect.place.label}": placed_effect.effect.name
+        for placed_effect in search.first.fit.robot.placed
+    }
+    missing = [evidence_by_name.candidate.name for evidence_by_name in search.found]
     beyond = [name for name, effect in present.items() if effect not in basic]
     in_model = {*present} | {f"{name} j{joint}" for name in basic for joint in range(1, campaign.chain.n_joints + 1)}
     catalogue, _ = all_effects(campaign)
-    found = {
-        f"{one.placed.effect.name} {one.placed.place.label}": one
-        for one in evidence_for(search.final_scan, {*missing, *beyond}, catalogue, in_model)
+    evidence_by_name = {
+        f"{evidence.placed.effect.name} {evidence.placed.place.label}": evidence
+        for evidence in evidence_for(search.final_scan, {*missing, *beyond}, catalogue, in_model)
     }
-    order = [name for name in missing if name in found]
-    order += sorted((name for name in found if name not in order), key=lambda name: -_rms_reduction(found[name]))
-    shown = {name: found[name] for name in order[:MOST_SHOWN]}
-    summaries = [_summary(data, evidence, name in missing) for name, evidence in shown.items()]
-    return evidence_columns(data.states, shown), summaries
+    order = [name for name in missing if name in evidence_by_name]
+    order += sorted(
+        (name for name in evidence_by_name if name not in order),
+        key=lambda name: -_rms_reduction(evidence_by_name[name]),
+    )
+    strongest = {name: evidence_by_name[name] for name in order[:MOST_SHOWN]}
+    summaries = [_summary(data, evidence, name in missing) for name, evidence in strongest.items()]
+    return evidence_columns(data.states, strongest), summaries
 
 
 def _rms_reduction(evidence: EffectEvidence) -> float:
@@ -89,13 +95,13 @@ def _summary(data: Ingested, evidence: EffectEvidence, missing: bool) -> EffectE
     )
 
 
-def evidence_columns(states: LoadStates, shown: Mapping[str, EffectEvidence]) -> Columns:
+def evidence_columns(states: LoadStates, evidence_by_name: Mapping[str, EffectEvidence]) -> Columns:
     """Return the table's columns: rows of one effect stand together, in the order of the entries.
 
     Parameters
     ----------
     states : all load states of the campaign.
-    shown : evidence by name of the effect, in the order of the entries.
+    evidence_by_name : evidence by name of the effect, in the order of the entries.
     """
     from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, find_load_cycles
 
@@ -104,17 +110,19 @@ def evidence_columns(states: LoadStates, shown: Mapping[str, EffectEvidence]) ->
     if np.any(branch == UNLOADING):
         words[np.isin(branch, (LOADING, PEAK))] = "loading"
         words[branch == UNLOADING] = "unloading"
-    parts = list(shown.values())
+    entries = list(evidence_by_name.values())
 
     def joined(name: str) -> Any:
-        return np.concatenate([getattr(one, name) for one in parts]) if parts else np.zeros(0)
+        return np.concatenate([getattr(evidence, name) for evidence in entries]) if entries else np.zeros(0)
 
     index = joined("index").astype(np.int64)
     # Arrays of words, not lists: an empty list would become a column of numbers.
     return {
-        "effect": np.array([one.placed.effect.name for one in parts for _ in one.index], dtype=np.str_),
-        "place": np.array([one.placed.place.label for one in parts for _ in one.index], dtype=np.str_),
-        "entry": np.repeat(np.arange(len(parts), dtype=np.int64), [len(one.index) for one in parts]),
+        "effect": np.array(
+            [evidence.placed.effect.name for evidence in entries for _ in evidence.index], dtype=np.str_
+        ),
+        "place": np.array([evidence.placed.place.label for evidence in entries for _ in evidence.index], dtype=np.str_),
+        "entry": np.repeat(np.arange(len(entries), dtype=np.int64), [len(evidence.index) for evidence in entries]),
         "state": index,
         "run": np.array([states.runs[number].name for number in states.run[index]], dtype=np.str_),
         "branch": words[index],

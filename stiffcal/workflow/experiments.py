@@ -57,30 +57,30 @@ def runs_with_fits(data: Ingested) -> MeasuredRuns:
     return replace(measured, tables={**measured.tables, **fits})
 
 
-def merge_experiment_fits(result: IdentifyResult, parts: Sequence[ExperimentFit]) -> IdentifyResult:
+def merge_experiment_fits(result: IdentifyResult, fits: Sequence[ExperimentFit]) -> IdentifyResult:
     """Return what ``identify`` answers with the parts of experiments in it."""
-    if not parts:
+    if not fits:
         return result
-    noise = _merged(dict(NOTHING if result.noise is None else result.noise.items()), [part.noise for part in parts])
-    sources = (result.noise_source, *(part.noise_source for part in parts))
+    noise = _merged(dict(NOTHING if result.noise is None else result.noise.items()), [fit.noise for fit in fits])
+    sources = (result.noise_source, *(fit.noise_source for fit in fits))
     covariance = result.covariance
-    for part in parts:
-        covariance = _independent_fits(covariance, part.covariance)
-    warnings = [*result.warnings, *(text for part in parts for text in part.warnings)]
-    sections = {part.name: part.section for part in parts}
+    for fit in fits:
+        covariance = _independent_fits(covariance, fit.covariance)
+    warnings = [*result.warnings, *(text for fit in fits for text in fit.warnings)]
+    sections = {fit.name: fit.section for fit in fits}
     clamped, friction = sections.pop("clamped", None), sections.pop("friction", None)
     return replace(
         result,
         warnings=list(dict.fromkeys(warnings)),
         model=replace(
-            result.model, effects=[*result.model.effects, *(effect for part in parts for effect in part.effects)]
+            result.model, effects=[*result.model.effects, *(effect for fit in fits for effect in fit.effects)]
         ),
-        parameters=[*result.parameters, *(parameter for part in parts for parameter in part.parameters)],
-        not_identifiable=[*result.not_identifiable, *(group for part in parts for group in part.not_identifiable)],
-        rms=Rms.of(_merged(dict(result.rms.items()), [part.rms for part in parts])),
+        parameters=[*result.parameters, *(parameter for fit in fits for parameter in fit.parameters)],
+        not_identifiable=[*result.not_identifiable, *(group for fit in fits for group in fit.not_identifiable)],
+        rms=Rms.of(_merged(dict(result.rms.items()), [fit.rms for fit in fits])),
         noise=Rms.of(noise) if any(value is not None for value in noise.values()) else None,
         noise_source=next((source for source in sources if source != "none"), "none"),
-        free_parameters=[*result.free_parameters, *(name for part in parts for name in part.free)],
+        free_parameters=[*result.free_parameters, *(name for fit in fits for name in fit.free)],
         covariance=covariance,
         clamped=cast("ClampedSection | None", clamped),
         friction=cast("FrictionSection | None", friction),
@@ -88,50 +88,56 @@ def merge_experiment_fits(result: IdentifyResult, parts: Sequence[ExperimentFit]
     )
 
 
-def identify_without_states(balance: Balance, parts: Sequence[ExperimentFit]) -> IdentifyResult:
+def identify_without_states(balance: Balance, fits: Sequence[ExperimentFit]) -> IdentifyResult:
     """Return what ``identify`` answers of a campaign that holds no load states."""
     empty = IdentifyResult(
         warnings=[],
         model=ModelSummary(balance, []),
         parameters=[],
         n_states=0,
-        n_runs=sum(part.n_runs for part in parts),
-        n_readings=sum(part.n_readings for part in parts),
+        n_runs=sum(fit.n_runs for fit in fits),
+        n_readings=sum(fit.n_readings for fit in fits),
         rms=Rms.of(NOTHING),
         noise=None,
         noise_source="none",
-        reduced_chi2=next((part.reduced_chi2 for part in parts if part.reduced_chi2 is not None), None),
-        condition=max((part.condition for part in parts if part.condition is not None), default=None),
+        reduced_chi2=next((fit.reduced_chi2 for fit in fits if fit.reduced_chi2 is not None), None),
+        condition=max((fit.condition for fit in fits if fit.condition is not None), default=None),
         not_identifiable=[],
         rejected=[],
         free_parameters=[],
         covariance=[],
         correlation=[],
         expected_rms=None,
-        expected_error="; ".join(part.expected for part in parts if part.expected),
+        expected_error="; ".join(fit.expected for fit in fits if fit.expected),
     )
-    return merge_experiment_fits(empty, parts)
+    return merge_experiment_fits(empty, fits)
 
 
-def validation_with(document: Document, parts: Sequence[ExperimentValidation]) -> Document:
+def validation_with(document: Document, validations: Sequence[ExperimentValidation]) -> Document:
     """Return a ``validate`` document with the parts of experiments in it."""
-    if not parts:
+    if not validations:
         return document
     merged = dict(document)
     for key, own in (("rms", "rms"), ("max", "largest"), ("relative", "relative"), ("zero_model", "zero_model")):
-        merged[key] = _merged(document[key], [getattr(part, own) for part in parts])
-    noise = _merged(document["noise"] or dict(NOTHING), [part.noise for part in parts])
+        merged[key] = _merged(document[key], [getattr(validation, own) for validation in validations])
+    noise = _merged(document["noise"] or dict(NOTHING), [validation.noise for validation in validations])
     merged["noise"] = noise if any(value is not None for value in noise.values()) else None
-    merged["warnings"] = [*document["warnings"], *(words for part in parts for words in part.warnings)]
-    schemes = [document["scheme"] if document["n_states"] else "", *(f"{part.name}: {part.scheme}" for part in parts)]
-    merged["scheme"] = "; ".join(one for one in schemes if one)
-    for part in parts:
-        for key, slices in part.by.items():
+    merged["warnings"] = [
+        *document["warnings"],
+        *(words for validation in validations for words in validation.warnings),
+    ]
+    schemes = [
+        document["scheme"] if document["n_states"] else "",
+        *(f"{validation.name}: {validation.scheme}" for validation in validations),
+    ]
+    merged["scheme"] = "; ".join(scheme for scheme in schemes if scheme)
+    for validation in validations:
+        for key, slices in validation.by.items():
             merged[f"by_{key}"] = [*merged.get(f"by_{key}", []), *slices]
-    return merged | {part.name: document_of(part.section) for part in parts}
+    return merged | {validation.name: document_of(validation.section) for validation in validations}
 
 
-def validation_of_experiments(parts: Sequence[ExperimentValidation]) -> Document:
+def validation_of_experiments(validations: Sequence[ExperimentValidation]) -> Document:
     """Return the ``validate`` document of a campaign that holds no load states."""
     from stiffcal.validation.document import SCHEMA
 
@@ -147,17 +153,17 @@ def validation_of_experiments(parts: Sequence[ExperimentValidation]) -> Document
         **{f"by_{key}": [] for key in ("run", "direction", "load", "branch", "joint_angle")},
         "worst": [],
     }
-    return validation_with(empty, parts)
+    return validation_with(empty, validations)
 
 
-def _merged(own: Document, others: Sequence[Document]) -> Document:
+def _merged(own: Document, additions: Sequence[Document]) -> Document:
     """Join measures; where one measure comes from two kinds of experiment, the larger number stands."""
-    found = dict(own)
-    for other in others:
-        for measure, value in other.items():
-            present = found.get(measure)
-            found[measure] = value if present is None else present if value is None else max(present, value)
-    return found
+    merged = dict(own)
+    for addition in additions:
+        for measure, value in addition.items():
+            present = merged.get(measure)
+            merged[measure] = value if present is None else present if value is None else max(present, value)
+    return merged
 
 
 def _independent_fits(first: Sequence[Sequence[Number]], second: Sequence[Sequence[Number]]) -> list[list[Number]]:

@@ -138,14 +138,18 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     identified = fitted(data, context)
     names, matrix = identified.free_parameters, np.array(identified.covariance, dtype=np.float64)
     # what shows in motion alone (friction) is in the fit and not in the robot at rest
-    here = {one.parameter_name(spec.symbol) for one in robot.placed for spec in one.effect.parameters}
-    kept = [(k, name) for k, name in enumerate(names) if name in here]
+    in_model = {
+        placed_effect.parameter_name(spec.symbol)
+        for placed_effect in robot.placed
+        for spec in placed_effect.effect.parameters
+    }
+    kept = [(k, name) for k, name in enumerate(names) if name in in_model]
     covariance = {a: {b: float(matrix[i, j]) for j, b in kept} for i, a in kept}
     fitted_values = robot.with_values(identified.values())
     setup = _aimed(data.states.setup, campaign.chain.n_joints)
     # null where the rods do not tell becomes NaN
     of_links = {link.link: np.array(link.compliance, dtype=np.float64) for link in identified.links or ()}
-    cautions = tuple(_cautions(identified, here))
+    cautions = tuple(_cautions(identified, in_model))
     return FittedRobot(campaign, fitted_values, setup, covariance, f"fit {identified.fit_id}", cautions, of_links)
 
 

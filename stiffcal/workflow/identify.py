@@ -184,14 +184,14 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
     from stiffcal.workflow.experiments import fit_experiments, identify_without_states, merge_experiment_fits
     from stiffcal.workflow.suspects import suspects_in
 
-    parts = fit_experiments(data)
-    tables = {name: table for part in parts for name, table in part.tables.items()}
+    experiments = fit_experiments(data)
+    tables = {name: table for experiment in experiments for name, table in experiment.tables.items()}
     if fit is None:
-        result = identify_without_states(data.campaign.model.balance, parts)
+        result = identify_without_states(data.campaign.model.balance, experiments)
     else:
         expected, sentence = _expectation(data, fit)
         of_states = replace(identify_result(fit, data.states), expected_rms=expected, expected_error=sentence)
-        result = merge_experiment_fits(of_states, parts)
+        result = merge_experiment_fits(of_states, experiments)
         tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
         result = replace(result, suspects=suspects_in(data.campaign, data.states, loss, present=fit))
     result = replace(result, loss=loss, key=key_of_fit(data, loss))
@@ -236,8 +236,8 @@ def _same_fit(fits: list[Document], entry: Document) -> Document | None:
 
 def next_fit_id(history: Document) -> str:
     """Return the number of the next fit; what is no number of a fit does not count."""
-    found = [str(entry.get("id")) for entry in history.get("fits", [])]
-    return str(1 + max((int(text) for text in found if FIT_ID.fullmatch(text)), default=0))
+    ids = [str(entry.get("id")) for entry in history.get("fits", [])]
+    return str(1 + max((int(text) for text in ids if FIT_ID.fullmatch(text)), default=0))
 
 
 def _entry(result: IdentifyResult, text: str) -> Document:

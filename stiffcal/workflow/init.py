@@ -77,7 +77,7 @@ def init_campaign(
 def _at_rest(tables: Sequence[Path]) -> Iterator[list[Path]]:
     """Hand out files that can be read twice: what comes through a pipe (``--from <(zcat …)``) is written down first."""
     with tempfile.TemporaryDirectory(prefix="stiffcal-init-") as place:
-        found = []
+        own_tables = []
         for number, table in enumerate(map(Path, tables), start=1):
             with suppress(OSError):  # what is not there is named by its reader
                 check_given(table)
@@ -86,5 +86,5 @@ def _at_rest(tables: Sequence[Path]) -> Iterator[list[Path]]:
                 with table.open("rb") as pipe, kept.open("wb") as file:
                     shutil.copyfileobj(pipe, file)
                 table = kept
-            found.append(table)
-        yield found
+            own_tables.append(table)
+        yield own_tables

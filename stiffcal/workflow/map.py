@@ -101,10 +101,10 @@ def map_campaign(
     task, grid = _grid(fitted, setup, request, wrench, direction)
     context.progress(f"looking for {len(task.points)} poses", None)
     try:
-        found = map_workspace(fitted.robot, setup, task, fitted.covariance)
+        workspace = map_workspace(fitted.robot, setup, task, fitted.covariance)
     except NoBalanceError as error:
         raise error.of_load("command line", "--load", "give a smaller load") from error
-    reached = found.status == REACHED
+    reached = workspace.status == REACHED
     result = MapResult(
         warnings=[*fitted.warnings, *_nothing_reached(reached)],
         values_from=fitted.source,
@@ -114,16 +114,16 @@ def map_campaign(
         levels=grid.levels,
         shape=grid.shape,
         reached=int(reached.sum()),
-        beyond_limits=int((found.status == BEYOND_LIMITS).sum()),
-        position_error=_ends(found.position_error),
-        orientation_error=_ends(found.orientation_error),
-        stiffness=_ends(found.stiffness),
-        points=map_points(found),
+        beyond_limits=int((workspace.status == BEYOND_LIMITS).sum()),
+        position_error=_ends(workspace.position_error),
+        orientation_error=_ends(workspace.orientation_error),
+        stiffness=_ends(workspace.stiffness),
+        points=map_points(workspace),
         file=None if table is None else str(table),
         picture=None if picture is None else str(picture),
         task=task,
         grid=grid,
-        found=found,
+        found=workspace,
     )
     if table is not None:
         from stiffcal.workflow.export import write_table
@@ -282,17 +282,17 @@ def _nothing_reached(reached: NDArray[np.bool_]) -> Iterator[str]:
 
 def _table(result: MapResult) -> dict[str, Any]:
     """Return every point as columns, each with its unit."""
-    found = result.found
-    columns: dict[str, Any] = {f"{axis} [mm]": 1e3 * found.points[:, k] for k, axis in enumerate("XYZ")}
+    workspace = result.found
+    columns: dict[str, Any] = {f"{axis} [mm]": 1e3 * workspace.points[:, k] for k, axis in enumerate("XYZ")}
     columns["status"] = [point.status for point in result.points]
-    columns |= {f"{name} [deg]": np.degrees(found.joints[:, k]) for k, name in enumerate(result.grid.joint_names)}
+    columns |= {f"{name} [deg]": np.degrees(workspace.joints[:, k]) for k, name in enumerate(result.grid.joint_names)}
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
-        columns[f"{name} [{'mm' if k < 3 else 'mrad'}]"] = 1e3 * found.deflection[:, k]
-    columns["position error [mm]"] = 1e3 * found.position_error
-    columns["orientation error [mrad]"] = 1e3 * found.orientation_error
-    columns["position error, standard uncertainty [mm]"] = 1e3 * found.std[:, 0]
-    columns["orientation error, standard uncertainty [mrad]"] = 1e3 * found.std[:, 1]
-    columns["stiffness [N/mm]"] = 1e-3 * found.stiffness
-    columns["limit margin [deg]"] = np.degrees(found.margin)
-    columns["smallest singular value"] = found.smallest_singular
+        columns[f"{name} [{'mm' if k < 3 else 'mrad'}]"] = 1e3 * workspace.deflection[:, k]
+    columns["position error [mm]"] = 1e3 * workspace.position_error
+    columns["orientation error [mrad]"] = 1e3 * workspace.orientation_error
+    columns["position error, standard uncertainty [mm]"] = 1e3 * workspace.std[:, 0]
+    columns["orientation error, standard uncertainty [mrad]"] = 1e3 * workspace.std[:, 1]
+    columns["stiffness [N/mm]"] = 1e-3 * workspace.stiffness
+    columns["limit margin [deg]"] = np.degrees(workspace.margin)
+    columns["smallest singular value"] = workspace.smallest_singular
     return columns

@@ -92,17 +92,17 @@ def plot_campaign(
     validation = validated(data, identified, context)
     from stiffcal.workflow.report_content import report_states_of
 
-    shown = report_states_of(data)
+    states = report_states_of(data)
     if against is None:
-        figure, drawn = _load_deformation(shown, names, run)
+        figure, drawn = _load_deformation(states, names, run)
     else:
         from stiffcal.report.figures.residual_against import draw_residual_against
 
-        covariate = _covariate(against, data, identified, shown)
+        covariate = _covariate(against, data, identified, states)
         if run is not None:
-            shown, covariate = _only(shown, covariate, names.index(run))
+            states, covariate = _only(states, covariate, names.index(run))
         noise = (validation["noise"] or {}).get("translation")
-        figure = draw_residual_against(shown, [covariate], noise)
+        figure = draw_residual_against(states, [covariate], noise)
         drawn = f"residual against {covariate.name}" + (f" in run {run}" if run else "")
     save_figure(figure, file)
     return PlotResult(warnings=[], file=str(file), drawn=drawn)
@@ -135,50 +135,52 @@ def _kind_plot(
     return None if plot is None else (draw_panels(plot.picture), plot.drawn)
 
 
-def _load_deformation(shown: ReportStates, names: list[str], run: str | None) -> tuple[Figure, str]:
+def _load_deformation(states: ReportStates, names: list[str], run: str | None) -> tuple[Figure, str]:
     from stiffcal.report.figures import load_deformation as figures
 
-    runs = sorted(set(shown.run.tolist()))
-    if shown.along is not None:
+    runs = sorted(set(states.run.tolist()))
+    if states.along is not None:
         from stiffcal.report.figures.along_lines import draw_along_lines
 
         chosen = runs if run is None else [names.index(run)]
-        figure = draw_along_lines(shown, chosen, [names[k] for k in chosen])
+        figure = draw_along_lines(states, chosen, [names[k] for k in chosen])
         return figure, f"displacement along the force of {'every run' if run is None else f'run {run}'}"
     if run is not None:
-        return figures.draw_load_deformation(shown, names.index(run), run), f"load-deformation of run {run}"
-    if all(np.count_nonzero(shown.used & (shown.run == number)) <= 1 for number in runs):
-        return figures.draw_deflection_by_run(shown, names, runs), "deflection of every run"
-    return figures.draw_load_deformation_sheet(shown, runs, [names[k] for k in runs]), "load-deformation of every run"
+        return figures.draw_load_deformation(states, names.index(run), run), f"load-deformation of run {run}"
+    if all(np.count_nonzero(states.used & (states.run == number)) <= 1 for number in runs):
+        return figures.draw_deflection_by_run(states, names, runs), "deflection of every run"
+    return figures.draw_load_deformation_sheet(states, runs, [names[k] for k in runs]), "load-deformation of every run"
 
 
-def _covariate(against: str, data: Ingested, identified: IdentifyResult, shown: ReportStates) -> ResidualCovariate:
+def _covariate(
+    against: str, data: Ingested, identified: IdentifyResult, report_states: ReportStates
+) -> ResidualCovariate:
     from stiffcal.report.content import ResidualCovariate
     from stiffcal.workflow.report_content import joint_torques
 
-    what, _, which = against.partition(":")
+    quantity, _, which = against.partition(":")
     states = data.states
     simple = {
-        "load": ("load", "N", shown.load),
+        "load": ("load", "N", report_states.load),
         "time": ("time", "s", states.time),
         "hold": ("time under load", "s", states.hold),
         "state": ("state in the order measured", "1", np.arange(len(states), dtype=np.float64)),
     }
     if states.temperature.shape[1]:
         simple["temperature"] = ("temperature", "as logged", states.temperature[:, 0])
-    if what in simple and not which:
-        name, unit, values = simple[what]
+    if quantity in simple and not which:
+        name, unit, values = simple[quantity]
         if not np.isfinite(values).any():
             mend = f"choose {AGAINST}"
             raise InputError.at(
-                FaultCode.DATA_MISSING, "command line", "--against", f"{what} is not logged in this campaign", mend
+                FaultCode.DATA_MISSING, "command line", "--against", f"{quantity} is not logged in this campaign", mend
             )
         return ResidualCovariate(name, unit, np.asarray(values, dtype=np.float64))
-    if what == "force" and which in ("x", "y", "z"):
-        return ResidualCovariate(f"force along {which}", "N", shown.force[:, "xyz".index(which)])
-    if what in ("torque", "angle"):
+    if quantity == "force" and which in ("x", "y", "z"):
+        return ResidualCovariate(f"force along {which}", "N", report_states.force[:, "xyz".index(which)])
+    if quantity in ("torque", "angle"):
         joint = _joint(which, data.joint_names)
-        if what == "angle":
+        if quantity == "angle":
             return ResidualCovariate(f"angle of joint {joint + 1}", "°", np.degrees(states.joints[:, joint]))
         return ResidualCovariate(f"torque on joint {joint + 1}", "N·m", joint_torques(data, identified)[:, joint])
     raise InputError.at(
@@ -197,13 +199,13 @@ def _joint(which: str, names: tuple[str, ...]) -> int:
     )
 
 
-def _only(shown: ReportStates, covariate: ResidualCovariate, number: int) -> tuple[ReportStates, ResidualCovariate]:
+def _only(states: ReportStates, covariate: ResidualCovariate, number: int) -> tuple[ReportStates, ResidualCovariate]:
     """Keep one run's states."""
     from dataclasses import fields
 
-    keep = shown.run == number
-    parts: dict[str, Any] = {}
-    for one in fields(shown):
-        values = getattr(shown, one.name)
-        parts[one.name] = None if values is None else values[keep]
-    return replace(shown, **parts), replace(covariate, values=covariate.values[keep])
+    keep = states.run == number
+    selected: dict[str, Any] = {}
+    for field in fields(states):
+        values = getattr(states, field.name)
+        selected[field.name] = None if values is None else values[keep]
+    return replace(states, **selected), replace(covariate, values=covariate.values[keep])

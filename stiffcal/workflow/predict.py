@@ -91,7 +91,7 @@ def predict_campaign(
     fitted = fitted_robot(campaign, context)
     context.progress("predicting", None)
     try:
-        found = predict_states(
+        prediction = predict_states(
             fitted.robot, loads.joints, loads.wrench, fitted.setup, fitted.covariance, in_order=load_path is not None
         )
     except NoBalanceError as error:
@@ -101,12 +101,12 @@ def predict_campaign(
     order = one_run(fitted.robot, len(loads.joints)) if load_path is not None else None
     angles, setup = fitted.robot.chain.model_angles(loads.joints), at_load_point(fitted.setup)
     parts = link_parts(fitted.robot, angles, loads.wrench, setup, order, fitted.link_compliances)
-    path = None if load_path is None else _load_path(campaign, load_path, loads, found, corners)
+    path = None if load_path is None else _load_path(campaign, load_path, loads, prediction, corners)
     result = PredictResult(
         warnings=[*fitted.warnings, *_unknown_twists(fitted, parts)],
         values_from=fitted.source,
         target=fitted.setup.target_names[0],
-        states=_states(loads, found, parts),
+        states=_states(loads, prediction, parts),
         load_path=path,
         file=None if output is None else str(output),
         joint_names=campaign.chain.joint_names,
@@ -163,7 +163,7 @@ def _wanted(
 
 
 def _corners(text: str) -> Floats:
-    rows = [numbers_of_words(part, "--load-path") for part in text.split(";") if part.strip()]
+    rows = [numbers_of_words(corner, "--load-path") for corner in text.split(";") if corner.strip()]
     if not rows or any(len(row) != len(rows[0]) for row in rows) or len(rows[0]) not in (3, 6):
         mend = 'write forces like "-100,200,-300;0,0,0;100,-200,100", or name a CSV file'
         raise InputError.at(
@@ -172,57 +172,57 @@ def _corners(text: str) -> Floats:
     return np.array(rows)
 
 
-def _states(loads: LoadTable, found: Prediction, parts: tuple[LinkPart, ...]) -> list[PredictedState]:
+def _states(loads: LoadTable, prediction: Prediction, link_parts_of_path: tuple[LinkPart, ...]) -> list[PredictedState]:
     from stiffcal.compensation.predict_result import PredictedState
 
     return [
         PredictedState(
             joints=loads.joints[place],
             wrench=loads.wrench[place],
-            deflection=found.deflection[place],
-            covariance=found.covariance[place],
-            cartesian_compliance=found.cartesian_compliance[place],
-            cartesian_stiffness=found.cartesian_stiffness[place],
-            linear_compliance=found.linear_compliance[place],
-            linear_stiffness=found.linear_stiffness[place],
-            links=[_predicted_link(part, place) for part in parts],
+            deflection=prediction.deflection[place],
+            covariance=prediction.covariance[place],
+            cartesian_compliance=prediction.cartesian_compliance[place],
+            cartesian_stiffness=prediction.cartesian_stiffness[place],
+            linear_compliance=prediction.linear_compliance[place],
+            linear_stiffness=prediction.linear_stiffness[place],
+            links=[_predicted_link(link_part, place) for link_part in link_parts_of_path],
         )
         for place in range(len(loads.joints))
     ]
 
 
-def _predicted_link(part: LinkPart, place: int) -> PredictedLink:
+def _predicted_link(link_part: LinkPart, place: int) -> PredictedLink:
     from stiffcal.compensation.predict_result import PredictedLink
 
     def there(values: Floats | None) -> Floats | None:
         return None if values is None else np.asarray(values[place])
 
     return PredictedLink(
-        link=part.link,
-        carried=part.carried[place],
-        end=there(part.end),
-        at_target=there(part.at_target),
-        end_by_compliance=there(part.end_by_compliance),
-        at_target_by_compliance=there(part.at_target_by_compliance),
+        link=link_part.link,
+        carried=link_part.carried[place],
+        end=there(link_part.end),
+        at_target=there(link_part.at_target),
+        end_by_compliance=there(link_part.end_by_compliance),
+        at_target_by_compliance=there(link_part.at_target_by_compliance),
     )
 
 
 def _unknown_twists(fitted: FittedRobot, parts: tuple[LinkPart, ...]) -> Iterator[str]:
-    for part in parts:
-        if part.link in fitted.link_compliances and not np.isfinite(fitted.link_compliances[part.link][3, 3]):
-            has = "without it" if part.end is None else "with the fit's"
-            yield f"the rods on {part.link} do not tell its twist: its part by the rods' 6×6 is {has}"
+    for link_part in parts:
+        if link_part.link in fitted.link_compliances and not np.isfinite(fitted.link_compliances[link_part.link][3, 3]):
+            has = "without it" if link_part.end is None else "with the fit's"
+            yield f"the rods on {link_part.link} do not tell its twist: its part by the rods' 6×6 is {has}"
 
 
 def _load_path(
-    campaign: Campaign, request: LoadPathRequest, loads: LoadTable, found: Prediction, corners: tuple[int, ...]
+    campaign: Campaign, request: LoadPathRequest, loads: LoadTable, prediction: Prediction, corners: tuple[int, ...]
 ) -> LoadPath:
     from stiffcal.compensation.predict_result import LoadPath
 
     angles = ", ".join(f"{angle:.4g}°" for angle in np.degrees(loads.joints[0]))
     names = campaign.chain.joint_names
     pose = f"{names[0]} … {names[-1]} = {angles}" + (f"; {request.note}" if request.note else "")
-    return LoadPath(campaign.name, pose, loads.wrench[:, :3], found.deflection[:, :3], corners)
+    return LoadPath(campaign.name, pose, loads.wrench[:, :3], prediction.deflection[:, :3], corners)
 
 
 def _keep(campaign: Campaign, context: RunContext, path: LoadPath) -> None:
@@ -230,8 +230,10 @@ def _keep(campaign: Campaign, context: RunContext, path: LoadPath) -> None:
 
     def with_path(stored: Stored) -> Documents:
         kept = stored(LOAD_PATHS) or {"schema": "stiffcal/load-paths/1", "paths": []}
-        others = [entry for entry in kept["paths"] if (entry.get("name"), entry.get("pose")) != (path.name, path.pose)]
-        return {LOAD_PATHS: kept | {"paths": [*others, document_of(path)]}}
+        kept_paths = [
+            entry for entry in kept["paths"] if (entry.get("name"), entry.get("pose")) != (path.name, path.pose)
+        ]
+        return {LOAD_PATHS: kept | {"paths": [*kept_paths, document_of(path)]}}
 
     open_store(campaign.folder, context).commit(documents=with_path, command="predict")
 
@@ -249,14 +251,14 @@ def _table(result: PredictResult) -> dict[str, Floats]:
         columns[f"{name} [{unit}]"] = deflection[:, k]
         columns[f"{name} standard uncertainty [{unit}]"] = std[:, k]
     for number, link in enumerate(states[0].links):
-        parts = [state.links[number] for state in states]
+        link_parts = [state.links[number] for state in states]
         for ways, by in (
-            ([part.at_target for part in parts], ""),
-            ([part.at_target_by_compliance for part in parts], " by its 6x6"),
+            ([link_part.at_target for link_part in link_parts], ""),
+            ([link_part.at_target_by_compliance for link_part in link_parts], " by its 6x6"),
         ):
-            moved = [way for way in ways if way is not None]
-            if moved:
+            known = [way for way in ways if way is not None]
+            if known:
                 columns |= {
-                    f"d{axis} of {link.link}{by} [mm]": 1e3 * np.array(moved)[:, k] for k, axis in enumerate("xyz")
+                    f"d{axis} of {link.link}{by} [mm]": 1e3 * np.array(known)[:, k] for k, axis in enumerate("xyz")
                 }
     return columns

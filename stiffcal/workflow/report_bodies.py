@@ -24,44 +24,44 @@ LAW_POINTS = 241
 
 def joint_pictures(data: Ingested, identified: IdentifyResult) -> tuple[JointPicture, ...]:
     """Return the joints that the present `identify` document looks at by themselves; none with one tracked body."""
-    found = {joint.joint: joint for joint in identified.joints_by_themselves or ()}
-    if not found:
+    by_joint = {joint.joint: joint for joint in identified.joints_by_themselves or ()}
+    if not by_joint:
         return ()
     names = data.joint_names
     robot = placed_robot(data.campaign).with_values(identified.values())
     return tuple(
         _picture(
-            data, motion, found[motion.joint], identified, robot, f"joint {motion.joint} ({names[motion.joint - 1]})"
+            data, motion, by_joint[motion.joint], identified, robot, f"joint {motion.joint} ({names[motion.joint - 1]})"
         )
         for motion in joint_motions(data.states, data.campaign.chain)
-        if motion.joint in found
+        if motion.joint in by_joint
     )
 
 
 def _picture(
     data: Ingested,
     motion: JointMotion,
-    found: JointByItself,
+    result: JointByItself,
     identified: IdentifyResult,
     robot: CompliantRobot,
     name: str,
 ) -> JointPicture:
     numbers, run = np.unique(motion.run, return_inverse=True)
     curves = []
-    for axis, line in enumerate(found.lines):
-        moved = motion.displacement[:, axis].copy()
+    for axis, line in enumerate(result.lines):
+        displacement = motion.displacement[:, axis].copy()
         curve = tuple(math.nan if value is None else float(value) for value in line.curve)
         fitted = sum(c * motion.wrench[:, axis] ** (k + 1) for k, c in enumerate(curve) if math.isfinite(c))
         for number in range(len(numbers)):
-            own = (run == number) & np.isfinite(moved)
+            own = (run == number) & np.isfinite(displacement)
             if own.any():
                 weight = motion.std[own, axis] ** -2
-                moved[own] -= np.average((moved - fitted)[own], weights=weight)
+                displacement[own] -= np.average((displacement - fitted)[own], weights=weight)
         curves.append(
             JointCurve(
                 component=line.component,
                 load=motion.wrench[:, axis],
-                moved=moved,
+                moved=displacement,
                 run=run.astype(np.int64),
                 curve=(curve[0], curve[1], curve[2]),
                 compliance=math.nan if line.compliance is None else line.compliance,
@@ -71,11 +71,11 @@ def _picture(
             )
         )
     runs = tuple(data.states.runs[int(number)].name for number in numbers)
-    between = (found.between[0], found.between[1])
-    pairs = None if found.matrix is None else tuple((moved, load) for moved, load in found.couplings)
+    between = (result.between[0], result.between[1])
+    pairs = None if result.matrix is None else tuple((moved_axis, load) for moved_axis, load in result.couplings)
     laws: dict[str, tuple[Floats, Floats]] = {
         line.component: law
-        for axis, line in enumerate(found.lines)
+        for axis, line in enumerate(result.lines)
         if (law := _law(robot, motion.joint, axis, motion.wrench[:, axis])) is not None
     }
     return JointPicture(name, between, runs, tuple(curves), _together(identified, robot, motion.joint), pairs, laws)
@@ -90,25 +90,31 @@ def _law(robot: CompliantRobot, joint: int, axis: int, load: Floats) -> tuple[Fl
     at = np.linspace(min(float(load.min()), 0.0), max(float(load.max()), 0.0), LAW_POINTS)
     wrench = np.zeros((tool_node(robot.chain) + 1, 6, LAW_POINTS))
     wrench[node, axis] = at
-    here = tuple(one for one in robot.placed if one.effect.kind is Kind.NODE_LAW and not one.effect.has_memory)
-    alone = replace(robot, placed=tuple(one for one in here if one.place.joints == (joint,)))
+    laws = tuple(
+        placed_effect
+        for placed_effect in robot.placed
+        if placed_effect.effect.kind is Kind.NODE_LAW and not placed_effect.effect.has_memory
+    )
+    alone = replace(
+        robot, placed=tuple(placed_effect for placed_effect in laws if placed_effect.place.joints == (joint,))
+    )
     nothing = np.zeros_like(wrench)
     lines = []
     for angle in (0.0, 1.0):
         angles = np.full((robot.chain.n_joints, LAW_POINTS), angle)
         terms = law_terms(alone, NodeLoads(wrench, angles, None, nothing))
-        moved = node_displacements(alone, terms, LAW_POINTS)[node, axis]
-        lines.append(moved - np.interp(0.0, at, moved))
+        displacement = node_displacements(alone, terms, LAW_POINTS)[node, axis]
+        lines.append(displacement - np.interp(0.0, at, displacement))
     return (at, lines[0]) if lines[0].any() and np.allclose(*lines) else None
 
 
 def _together(identified: IdentifyResult, robot: CompliantRobot, joint: int) -> dict[str, tuple[float, float, bool]]:
     """Return component to (compliance, standard uncertainty, above the noise) by the fit of all joints at once."""
-    found = {parameter.name: parameter for parameter in identified.parameters}
+    by_name = {parameter.name: parameter for parameter in identified.parameters}
     result: dict[str, tuple[float, float, bool]] = {}
     for placed in robot.placed:
         for spec in placed.effect.parameters if placed.place.joints == (joint,) else ():
-            parameter = found.get(placed.parameter_name(spec.symbol)) if spec.along is not None else None
+            parameter = by_name.get(placed.parameter_name(spec.symbol)) if spec.along is not None else None
             if spec.along is None or parameter is None or parameter.value is None or parameter.std is None:
                 continue
             own = (parameter.value, parameter.std, bool(parameter.above_noise))

@@ -70,12 +70,12 @@ def _partner(states: LoadStates, first: dict[int, int], run: int) -> int | None:
     """Return the run without compensation in the same pose with the same tags, else in the same pose."""
     tags = set(states.runs[run].tags)
     near = [
-        other
-        for other, state in first.items()
-        if not states.runs[other].compensated
+        candidate
+        for candidate, state in first.items()
+        if not states.runs[candidate].compensated
         and np.abs(states.joints[state] - states.joints[first[run]]).max() < _SAME_POSE
     ]
-    alike = [other for other in near if set(states.runs[other].tags) == tags]
+    alike = [candidate for candidate in near if set(states.runs[candidate].tags) == tags]
     return next(iter(alike), next(iter(near), None))
 
 
@@ -102,8 +102,11 @@ def _compared(data: Ingested, states: LoadStates, off: int, on: int) -> Compared
     for half in halves:
         load = np.linalg.norm(half.force, axis=1)
         loaded = load > _COME * load.max(initial=0.0)
-        lengths = [np.linalg.norm(part[loaded], axis=1) for part in (half.moved, half.turned)]
-        rms = [float(np.sqrt(np.mean(one**2))) if one.size else float("nan") for one in lengths]
+        lengths = [np.linalg.norm(errors[loaded], axis=1) for errors in (half.moved, half.turned)]
+        rms = [
+            float(np.sqrt(np.mean(lengths_of_kind**2))) if lengths_of_kind.size else float("nan")
+            for lengths_of_kind in lengths
+        ]
         sizes.append(((rms[0], rms[1]), (float(lengths[0].max()), float(lengths[1].max()))))
     joints = states.joints[np.flatnonzero(states.run == off)[0]]
     angles = ", ".join(f"{angle:.4g}°" for angle in np.degrees(joints))
@@ -127,8 +130,8 @@ def _taken_back(trace: Trace) -> tuple[float, float]:
     """Return s from the load's coming until half of what it moved is taken back, and m, what remains then for good."""
     load = np.linalg.norm(trace.wrench[:, :3] - trace.wrench[0, :3], axis=1)
     loaded = load > _COME * load.max()
-    here = np.interp(trace.time, trace.time[loaded], np.ones(int(loaded.sum())), left=0.0, right=0.0) > 0.0
-    gone = np.flatnonzero(here & ~loaded)
+    between = np.interp(trace.time, trace.time[loaded], np.ones(int(loaded.sum())), left=0.0, right=0.0) > 0.0
+    gone = np.flatnonzero(between & ~loaded)
     last = int(gone[0]) if gone.size else int(np.flatnonzero(loaded)[-1]) + 1
     begin = int(np.flatnonzero(loaded)[0])
     stretch = trace.moved[begin:last]
@@ -143,32 +146,32 @@ def _trace(data: Ingested, states: LoadStates, run: int) -> Trace | None:
     """Return a run's readings on the force sensor's clock, its time counted from when the load comes."""
     name = states.runs[run].name
     sources = data.campaign.manifest.sources
-    wrench = next((key for key, one in sources.items() if one.wrench is not None and not one.is_states), None)
-    pose = next((key for key, one in sources.items() if one.pose is not None and not one.is_states), None)
+    wrench = next((key for key, device in sources.items() if device.wrench is not None and not device.is_states), None)
+    pose = next((key for key, device in sources.items() if device.pose is not None and not device.is_states), None)
     if wrench is None or pose is None:
         return None
     tables = [recording_name(name, source) for source in (wrench, pose)]
     if any(table not in data.store.tables for table in tables):
         return None
     ahead = _clocks(data, name)
-    read, seen = (data.store.read_table(table) for table in tables)
+    read, pose_table = (data.store.read_table(table) for table in tables)
     time = np.asarray(values_of(read.column("time_s"))) - ahead.get(wrench, 0.0)
     force = np.stack(
         [np.asarray(values_of(read.column(key))) for key in read.column_names if key[:2] in _WRENCH], axis=1
     )
     target = states.setup.target_names[0]
-    place = np.stack([np.asarray(values_of(seen.column(f"{target}_{axis}_m"))) for axis in "xyz"], axis=1)
-    at = np.asarray(values_of(seen.column("time_s"))) - ahead.get(pose, 0.0)
+    place = np.stack([np.asarray(values_of(pose_table.column(f"{target}_{axis}_m"))) for axis in "xyz"], axis=1)
+    at = np.asarray(values_of(pose_table.column("time_s"))) - ahead.get(pose, 0.0)
     whole = np.zeros((len(force), 6))
     whole[:, : force.shape[1]] = force
     still = max(3, int(0.05 * len(place)))
-    moved = np.linalg.norm(place - np.median(place[:still], axis=0), axis=1)
+    distance = np.linalg.norm(place - np.median(place[:still], axis=0), axis=1)
     size = np.linalg.norm(whole[:, :3] - np.median(whole[: max(3, len(whole) // 20), :3], axis=0), axis=1)
     begin = time[int(np.argmax(size > _HALF * size.max()))]
-    known = np.isfinite(moved)
+    known = np.isfinite(distance)
     inside = (time >= at[known][0]) & (time <= at[known][-1])
     pick = np.flatnonzero(inside)[:: max(1, int(inside.sum() / _MOST_POINTS))]
-    return Trace(name, time[pick] - begin, whole[pick], np.interp(time[pick], at[known], moved[known]))
+    return Trace(name, time[pick] - begin, whole[pick], np.interp(time[pick], at[known], distance[known]))
 
 
 _WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")

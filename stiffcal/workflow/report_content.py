@@ -212,18 +212,18 @@ def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> 
 
 
 def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
-    found = []
+    rows = []
     for info, members in zip(states.runs, states.members(), strict=True):
         if not members.size:
             # States count runs by number: a run of which nothing is left keeps its place.
-            found.append(ReportRun(info.name, np.full(states.joints.shape[1], np.nan), holdout=info.holdout))
+            rows.append(ReportRun(info.name, np.full(states.joints.shape[1], np.nan), holdout=info.holdout))
             continue
         joints = np.mean(states.joints[members], axis=0)
         angles = chain.model_angles(joints[None])
         stick, _ = body_poses(chain, angles)
         target, _ = attached_poses(chain, angles, states.setup.targets[0])
-        found.append(ReportRun(info.name, joints, stick[0], target[0], info.holdout, info.tags))
-    return tuple(found)
+        rows.append(ReportRun(info.name, joints, stick[0], target[0], info.holdout, info.tags))
+    return tuple(rows)
 
 
 def _provenance(data: Ingested, identified: IdentifyResult, history: Document) -> ReportProvenance:
@@ -252,43 +252,43 @@ def _provenance(data: Ingested, identified: IdentifyResult, history: Document) -
 
 def _sources(data: Ingested, read: list[Document]) -> tuple[ReportSource, ...]:
     """Return the logs as they were read, and the campaign's own files and the user's effects as they stand."""
-    named = {one["file"] for one in read}
+    named = {entry["file"] for entry in read}
     folder = data.campaign.folder
     manifest = data.campaign.manifest
     own = [MANIFEST_FILE, manifest.robot, MODEL_FILE, *manifest.plugins]
-    found = []
+    entries = []
     for name in dict.fromkeys(own):
         if name not in named and (folder / name).is_file():
             content = read_regular(folder / name, name)
-            found.append(ReportSource(name, hashlib.sha256(content).hexdigest(), len(content)))
-    return (*found, *(ReportSource(one["file"], one["sha256"], int(one["bytes"])) for one in read))
+            entries.append(ReportSource(name, hashlib.sha256(content).hexdigest(), len(content)))
+    return (*entries, *(ReportSource(entry["file"], entry["sha256"], int(entry["bytes"])) for entry in read))
 
 
 def _instruments(data: Ingested) -> list[Instrument]:
-    found = []
+    instruments = []
     for source, name, signal in data.campaign.manifest.signals():
         kind = name.split(".")[0]
-        held = data.campaign.manifest.sources[source]
+        entry = data.campaign.manifest.sources[source]
         if isinstance(signal, JointSignals):
             kind = ", ".join(JOINT_MEASURES[key] for key in signal.groups())
         measures = MEASURES.get(kind.removesuffix("s") if kind == "poses" else kind, kind)
         if isinstance(signal, Wrench) and not signal.moments_measured:
             measures = "force" if len(signal.columns) == 3 else "force along a line"
         body = getattr(signal, "body", None)
-        detail = [str(held.format or "csv")]
+        detail = [str(entry.format or "csv")]
         frame = getattr(signal, "frame", None) or getattr(signal, "axes", None)
         if frame:
             detail.append(f"frame {frame}")
-        found.append(
+        instruments.append(
             Instrument(
                 source=source,
                 measures=f"{measures} of {body}" if body else measures,
                 detail=", ".join(detail),
-                rate=None if held.is_states else _rate(data, source),
+                rate=None if entry.is_states else _rate(data, source),
                 sigma=_sigma_in_words(signal),
             )
         )
-    return found
+    return instruments
 
 
 def _rate(data: Ingested, source: str) -> float | None:
@@ -326,12 +326,12 @@ def joint_torques(data: Ingested, identified: IdentifyResult) -> Floats:
 
 
 def most_correlated_covariates(
-    data: Ingested, identified: IdentifyResult, shown: ReportStates
+    data: Ingested, identified: IdentifyResult, states: ReportStates
 ) -> list[ResidualCovariate]:
     """Return the joint torques that the residual follows most, most telling first."""
     torque = joint_torques(data, identified)
-    residual = shown.residual[:, :3]
-    keep = shown.used & np.isfinite(residual).all(axis=1)
+    residual = states.residual[:, :3]
+    keep = states.used & np.isfinite(residual).all(axis=1)
     if np.count_nonzero(keep) < 3:
         return []
     strength = []

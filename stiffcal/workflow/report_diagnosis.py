@@ -72,7 +72,7 @@ def _evidence(
     for number, evidence in enumerate(diagnosis.evidence):
         rows = columns["entry"] == number
         effect = catalogue[evidence.effect]
-        seen, alternatives = _as_proposed(evidence, diagnosis, earlier)
+        unseen_evidence, alternatives = _as_proposed(evidence, diagnosis, earlier)
         fitted = diagnosis.parameters_with_missing if evidence.status == "missing" else identified.parameters
         figures.append(
             EvidenceFigure(
@@ -86,7 +86,7 @@ def _evidence(
                 summary=effect.summary,
                 fingerprint=effect.fingerprint,
                 check=effect.how_to_check,
-                seen=seen,
+                seen=unseen_evidence,
                 alternatives=alternatives,
                 parameters=tuple(
                     parameter

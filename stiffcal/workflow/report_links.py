@@ -62,19 +62,19 @@ class _ObservedLinks:
 
     def without(self, link: str) -> Floats:
         """Return (m, n) the prediction with one link rigid, all else as fitted."""
-        kept = tuple(one for one in self.robot.placed if one.place.link != link)
+        kept = tuple(placed_effect for placed_effect in self.robot.placed if placed_effect.place.link != link)
         return predict_observations(replace(self.robot, placed=kept), self.data)
 
 
 def _picture(link: MeasuredLink, observed: _ObservedLinks) -> LinkPicture:
     rods, shape = link.estimate.rods, link.estimate.shape
-    held = any(one.place.link == link.link for one in observed.robot.placed)
-    rigid = observed.without(link.link) if held else None
+    modelled = any(placed_effect.place.link == link.link for placed_effect in observed.robot.placed)
+    rigid = observed.without(link.link) if modelled else None
     runs = tuple(_run(int(number), link, observed, rigid) for number in np.unique(link.run))
     size = [float(np.nanmax(np.abs(run.lengths), initial=0.0)) for run in runs]
-    shown = sorted(int(k) for k in np.argsort(size)[::-1][: HOW_MANY - 1])
+    rows = sorted(int(k) for k in np.argsort(size)[::-1][: HOW_MANY - 1])
     # the campaign's first run beside those with the largest readings
-    shown = sorted({0, *shown})
+    rows = sorted({0, *rows})
     lead = int(np.argmax(size))
     state = int(np.argmax(np.abs(runs[lead].lengths).max(axis=1)))
     x1 = np.linspace(0.0, shape.length, POINTS)
@@ -84,7 +84,7 @@ def _picture(link: MeasuredLink, observed: _ObservedLinks) -> LinkPicture:
         float(runs[lead].force[state]), runs[lead].name,
     )  # fmt: skip
     return LinkPicture(
-        link.link, rods.names, rods.length, _opposite(rods.start, rods.end), runs, tuple(shown), bent,
+        link.link, rods.names, rods.length, _opposite(rods.start, rods.end), runs, tuple(rows), bent,
         _sentences(link),
     )  # fmt: skip
 
@@ -149,26 +149,26 @@ def _words(direction: Floats) -> str:
     axis = int(np.argmax(np.abs(direction)))
     if abs(direction[axis]) > 0.99:
         return "xyz"[axis]
-    return "(" + ", ".join(f"{part:.2f}" for part in direction) + ")"
+    return "(" + ", ".join(f"{component:.2f}" for component in direction) + ")"
 
 
 def _opposite(start: Floats, end: Floats) -> tuple[tuple[int, int], ...]:
     """Return pairs of rods that lie on opposite sides of the link, at the same height along it."""
     middle, length = 0.5 * (start + end), np.linalg.norm(end - start, axis=1)
-    found = []
-    for one in range(len(middle)):
-        for other in range(one):
-            across = np.abs(middle[one, 1:] + middle[other, 1:]).max()
-            alike = abs(middle[one, 0] - middle[other, 0]) + abs(length[one] - length[other])
+    pairs = []
+    for second in range(len(middle)):
+        for first in range(second):
+            across = np.abs(middle[second, 1:] + middle[first, 1:]).max()
+            alike = abs(middle[second, 0] - middle[first, 0]) + abs(length[second] - length[first])
             if across < OPPOSITE_M and alike < 2.0 * OPPOSITE_M:
-                found.append((other, one))
-    return tuple(found)
+                pairs.append((first, second))
+    return tuple(pairs)
 
 
 def _sentences(link: MeasuredLink) -> tuple[str, ...]:
     """Return what must be known of the pictures, in words."""
-    told = [fault.sentence for fault in link.faults]
-    told += link.compliance.not_identifiable
+    sentences = [fault.sentence for fault in link.faults]
+    sentences += link.compliance.not_identifiable
     if not link.estimate.torsion.identifiable and link.compliance.twist is None:
-        told.append(f"the twist is not known: {link.estimate.torsion.why}")
-    return tuple(dict.fromkeys(told))
+        sentences.append(f"the twist is not known: {link.estimate.torsion.why}")
+    return tuple(dict.fromkeys(sentences))

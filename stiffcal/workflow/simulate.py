@@ -34,6 +34,6 @@ def simulate_campaign(
     from stiffcal.simulation.simulate import simulate_campaign as play
 
     campaign = load_campaign(Path(folder), check_files=False)
-    found = play(campaign, load_settings(Path(folder)), Path(out), seed, progress)
-    kept = {name: value for name, value in found.items() if name != "truth"}
+    played = play(campaign, load_settings(Path(folder)), Path(out), seed, progress)
+    kept = {name: value for name, value in played.items() if name != "truth"}
     return SimulateResult(warnings=[], **kept)

@@ -182,8 +182,8 @@ def stored_fit(store: Store) -> IdentifyResult | None:
     if result is None:
         return None
     document = store.read_document(IDENTIFY)
-    others = {name: document[name] for name in kind_names() if name in document and not hasattr(result, name)}
-    return replace(result, other_kinds=others) if others else result
+    sections = {name: document[name] for name in kind_names() if name in document and not hasattr(result, name)}
+    return replace(result, other_kinds=sections) if sections else result
 
 
 def stored_ingest(store: Store) -> IngestResult | None:
@@ -319,7 +319,11 @@ def plugin_digests(campaign: Campaign) -> list[str]:
 
 def free_names(campaign: Campaign, robot: CompliantRobot) -> tuple[list[str], list[str]]:
     """Return the names of the model's parameters: (those that have no value, all)."""
-    names = [one.parameter_name(spec.symbol) for one in robot.placed for spec in one.effect.parameters]
+    names = [
+        placed_effect.parameter_name(spec.symbol)
+        for placed_effect in robot.placed
+        for spec in placed_effect.effect.parameters
+    ]
     valued = robot.values()
     return [name for name in names if name not in valued], names
 

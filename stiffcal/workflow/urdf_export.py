@@ -30,7 +30,8 @@ def urdf_text(campaign: Campaign, identified: IdentifyResult) -> str:
     coupled = not np.allclose(chain.coupling, np.diag(np.diag(chain.coupling)))
     if coupled:
         rows = "; ".join(
-            f"{name} = " + " + ".join(f"{c:g} {other}" for c, other in zip(row, chain.joint_names, strict=True) if c)
+            f"{name} = "
+            + " + ".join(f"{c:g} {chain_joint}" for c, chain_joint in zip(row, chain.joint_names, strict=True) if c)
             for name, row in zip(chain.joint_names, chain.coupling, strict=True)
         )
         root.append(ElementTree.Comment(f" angles here from logged ones: {rows} "))

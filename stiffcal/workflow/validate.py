@@ -123,13 +123,13 @@ def validate_now(data: Ingested, identified: IdentifyResult, context: RunContext
 
     fit = fit or fit_now(data, identified.loss, context)
     context.progress("leaving poses out", None)
-    parts = validated_experiments(data)
-    tables = {name: table for part in parts for name, table in part.tables.items()}
+    experiments = validated_experiments(data)
+    tables = {name: table for experiment in experiments for name, table in experiment.tables.items()}
     if fit is None:
-        document = validation_of_experiments(parts)
+        document = validation_of_experiments(experiments)
     else:
         validation = validate_fit(data.states, fit)
-        document = validation_with(validation_document(data.states, validation), parts)
+        document = validation_with(validation_document(data.states, validation), experiments)
         heldout = validation.heldout
         predicted = heldout.displacement - heldout.residual
         carried = load_columns(data.states, fit.robot)
@@ -153,7 +153,7 @@ def validate_now(data: Ingested, identified: IdentifyResult, context: RunContext
     return document
 
 
-def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds: ThresholdsFile | None) -> Document:
+def _validate_other(data: Ingested, folder: Path, context: RunContext, thresholds: ThresholdsFile | None) -> Document:
     """Judge another campaign's fitted model on these data; nothing is stored."""
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.identification.document import model_summary
@@ -164,30 +164,30 @@ def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds
     from stiffcal.validation.heldout import residuals_of_model
     from stiffcal.validation.validate import validate_fit
 
-    campaign = load_campaign(other, check_files=False)
-    store = open_store(other, RunContext())
+    campaign = load_campaign(folder, check_files=False)
+    store = open_store(folder, RunContext())
     stored, origin = stored_fit(store), store.origin_of(IDENTIFY)
     if stored is None:
         raise InputError.at(
-            FaultCode.STORE_MISSING, str(other), "store", "no model is fitted there", f"run stiffcal identify {other}"
+            FaultCode.STORE_MISSING, str(folder), "store", "no model is fitted there", f"run stiffcal identify {folder}"
         )
-    if origin == FOREIGN and all((other / file).exists() for file in manifest_data_files(campaign)):
+    if origin == FOREIGN and all((folder / file).exists() for file in manifest_data_files(campaign)):
         reason = "its store was not written by you"
         raise InputError.at(
             FaultCode.CONTENT_UNTRUSTED,
-            str(other),
+            str(folder),
             "store",
             reason,
-            f"run stiffcal identify {other}, which computes it again",
+            f"run stiffcal identify {folder}, which computes it again",
         )
     if campaign.chain.n_joints != data.campaign.chain.n_joints:
         reason = f"its robot has {campaign.chain.n_joints} joints, this one {data.campaign.chain.n_joints}"
-        raise InputError.at(FaultCode.ROBOT_MISMATCH, str(other), "robot", reason, "name a campaign of the same robot")
+        raise InputError.at(FaultCode.ROBOT_MISMATCH, str(folder), "robot", reason, "name a campaign of the same robot")
     robot = replace(placed_robot(campaign), chain=data.campaign.chain).with_values(stored.values())
     if model_summary(robot) != stored.model:
         reason = "its model.toml has changed since the last fit"
         raise InputError.at(
-            FaultCode.MODEL_MISMATCH, str(other), "model.toml", reason, f"run stiffcal identify {other}"
+            FaultCode.MODEL_MISMATCH, str(folder), "model.toml", reason, f"run stiffcal identify {folder}"
         )
     own = fit_now(data, "linear", context)
     if own is None:
@@ -202,7 +202,7 @@ def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds
         data = replace(data, origin=origin)
     document |= check_thresholds(data, stored.parameters, document, context, thresholds)
     return document | {
-        "model_of": str(other),
+        "model_of": str(folder),
         "model": document_of(stored.model),
         "origin": worst_of([data.origin, origin]),
     }
