@@ -41,8 +41,8 @@ class BatchOptions:
     reports : below which folder the PDFs go, each under its campaign's name; None: DIR/report.pdf.
     report : False: no PDFs.
     scheduler : the address of a Dask cluster that is to do the work; None: this machine.
-    progress : told what is being done.
-    finished : told of each campaign's outcome as it comes, with how many of how many that are.
+    progress : called with what is being done.
+    finished : called with each campaign's outcome as it comes, with how many of how many that are.
     """
 
     jobs: int | None = None
@@ -230,5 +230,5 @@ def _document(outcomes: list[Document], workers: Document, seconds: float, warni
 
 
 def unchanged(outcome: Document) -> bool:
-    """Tell whether nothing had to be computed for this campaign."""
+    """Return whether nothing had to be computed for this campaign."""
     return outcome["error"] is None and not any(step["done"] for step in outcome["steps"].values())

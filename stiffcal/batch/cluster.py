@@ -101,7 +101,7 @@ def record_generation(task: Document, committed: Sequence[str]) -> None:
 
     Parameters
     ----------
-    committed : digests of the generations that the worker says it has committed.
+    committed : digests of the generations that the worker reports as committed.
     """
     from stiffcal.store.origin import remember
     from stiffcal.workflow.steps import RunContext, open_store
@@ -149,7 +149,7 @@ def _threads(client: Any, address: str) -> int:
 
 
 def _outcome_of_future(future: Any, task: Document) -> Document:
-    """Return what came of a task; where Dask has given it up, why."""
+    """Return the outcome of a task; where Dask has given it up, why."""
     if future.status == "finished":
         outcome: Document = future.result()
         return outcome

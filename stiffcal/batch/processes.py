@@ -77,11 +77,11 @@ class WorkerProcess:
         return self._process.pid
 
     def do(self, task: Document) -> Document:
-        """Have a task done; what the process says meanwhile goes to standard error.
+        """Have a task done; messages of the process meanwhile go to standard error.
 
         Raises
         ------
-        WorkerLostError : the process ended before it answered; says how, and its last words.
+        WorkerLostError : the process ended before it answered; with its exit status and its last output.
         """
         assert self._process.stdin is not None
         assert self._process.stdout is not None

@@ -66,7 +66,7 @@ def choice_text(choice: Document) -> str:
 
 
 def complaints_of(outcome: Document) -> list[str]:
-    """Return what does not hold or is wrong with a campaign, one line each."""
+    """Return the failures and errors of a campaign, one line each."""
     error = outcome["error"]
     if error is None:
         return list(outcome["failed"])

@@ -65,7 +65,7 @@ class _Run:
         self.began, self.why = True, reason
 
     def notify(self, text: str) -> None:
-        """Keep what a step that had nothing to do says of it."""
+        """Keep the message of a step that had nothing to do."""
         if not self.began:
             self.why = text
 
@@ -211,10 +211,10 @@ def _fault(error: Exception, folder: str) -> Document:
 
 
 def _peak_memory() -> int | None:
-    """Return the largest size that this process has had in memory, bytes; None where the system does not tell."""
+    """Return the largest size that this process has had in memory, bytes; None where the system does not provide it."""
     if sys.platform == "win32":
         return None
-    # What getrusage tells on Linux begins with the size of the process that started this one.
+    # The value of getrusage on Linux begins with the size of the process that started this one.
     status = Path("/proc/self/status")
     if status.exists():
         lines = status.read_text(encoding="ascii", errors="replace").splitlines()

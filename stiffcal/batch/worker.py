@@ -1,10 +1,10 @@
 """A process that works through tasks: a line of JSON on standard input is a task, one on standard output its outcome.
 
-Between them stand lines of what is to be said at once, ``{"said": …}``: this process's standard error is not shown; and
+Between them stand lines of messages to be shown at once, ``{"said": …}``: its standard error is not shown; and
 before code of a campaign runs, the names of its files, ``{"plugins": …}``.
 
 Why not multiprocessing: its children import the caller's main script again, a killed one breaks the whole pool, and
-tasks travel as pickles. A line of text is the same to a process beside this one and to one that a cluster started.
+tasks travel as pickles. A line of text is the same to another local process and to one that a cluster started.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def main() -> None:
         answers.write(document_text(document, indent=None) + "\n")
         answers.flush()
 
-    # This process's standard error is not shown: what started it says the line instead.
+    # This process's standard error is not shown: what started it prints the line instead.
     notices_to(lambda line: answer({"said": line}))
     # A process that ends from now on has probably been ended by that code.
     before_plugin_code(lambda files: answer({"plugins": list(files)}))
@@ -46,7 +46,7 @@ def main() -> None:
         while True:
             answer(run_task(json.loads(tasks.get())))
     except (KeyboardInterrupt, BrokenPipeError):
-        # Told to stop: what was being written has been taken away by now.
+        # Asked to stop: what was being written has been taken away by now.
         os._exit(130)
 
 

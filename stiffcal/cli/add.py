@@ -65,7 +65,7 @@ def edit(
 
 
 def show_edit(console: Console, result: EditResult) -> None:
-    """Say what changed and what the model holds now."""
+    """Write what changed and what the model holds now."""
     from stiffcal.cli.history import model_in_words
 
     for line in result.changes:

@@ -107,14 +107,14 @@ def _run(given: list[str], supervision: Supervision) -> int:
             return report_fault(error, given, as_json)
         report_input_error(refused, as_json)
         return WRONG_INPUT
-    # typer turns an interruption inside a command into this exit code and says nothing
+    # typer turns an interruption inside a command into this exit code, without a message
     if code == INTERRUPTED:
         sys.stderr.write("interrupted; the store is whole: finished steps stay, of the one that was not nothing does\n")
     return code if isinstance(code, int) else OK
 
 
 def _refused(error: Exception) -> InputError | None:
-    """Return what the machine has refused as an error of the user's, None where it is a fault of ours."""
+    """Return the machine's refusal as an error of the user's, None where it is a fault of ours."""
     if isinstance(error, MemoryError):
         reason = "more memory is needed than there is" + (f" ({error})" if str(error) else "")
         return InputError.at(
@@ -124,7 +124,7 @@ def _refused(error: Exception) -> InputError | None:
 
 
 def _application(given: list[str]) -> Callable[[], object]:
-    """Return what runs the arguments.
+    """Return the function that runs the arguments.
 
     Why a named command stands alone, not in a group of all: a group reads its own options first, for which typer loads
     pydantic, and that alone takes as long as the rest of the start-up.

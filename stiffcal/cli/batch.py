@@ -80,7 +80,7 @@ def batch(
 
 
 class _BatchPrinter:
-    """What the user hears while the batch runs: a line per campaign where no bar is drawn."""
+    """Messages while the batch runs: a line per campaign where no bar is drawn."""
 
     def __init__(self, answer: Answer) -> None:
         self._answer = answer

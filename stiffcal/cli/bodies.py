@@ -63,5 +63,5 @@ def show_cartesian(console: Console, poses: Sequence[CartesianStiffnessResult]) 
 
 
 def _drawn_down(poses: Sequence[CartesianStiffnessResult]) -> str:
-    """Return what noise leaves of eq. 15 in the weakest direction, pose by pose."""
+    """Return the share that noise leaves of eq. 15 in the weakest direction, pose by pose."""
     return ", ".join(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)

@@ -1,4 +1,4 @@
-"""How the answers of `check` and `ingest` show clocks that run beside each other."""
+"""How the answers of `check` and `ingest` show clocks that run in parallel."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stiffcal.compensation.compensate_result import CompensateResult
 
 
-# What can be said of a path, its forces, and what is wanted of it.
+# Options of the path, its forces, and the goal.
 PathFile = Annotated[
     Path,
     typer.Option(

@@ -152,7 +152,7 @@ def sections_of(physics: str) -> list[tuple[str, str]]:
 
 
 def _facts(effect: EffectDescription) -> list[tuple[str, str]]:
-    """Return what else a page says, what is empty left out."""
+    """Return the other sections of a page, without the empty ones."""
     included = ", ".join(effect.includes)
     excluded = ", ".join(effect.excludes)
     rows = (

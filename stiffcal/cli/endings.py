@@ -1,4 +1,4 @@
-"""How a command ends: the exit codes, and what is said when it did not go well."""
+"""How a command ends: the exit codes, and the messages when it did not go well."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def report_input_error(error: InputError, as_json: bool) -> None:
 
 
 def report_usage(error: typer.TyperException, command: str, as_json: bool) -> None:
-    """Say what is wrong with the command line itself, and where the help is of `command` (of all where "")."""
+    """Report what is wrong with the command line itself, and where the help is of `command` (of all where "")."""
     mend = f"see stiffcal {command} --help" if command else "see stiffcal --help"
     reason = mask(one_line(" ".join(error.format_message().split())).rstrip("."))
     fault = Fault(FaultCode.COMMAND_LINE, "", "command line", reason, mend)
@@ -52,7 +52,7 @@ def report_usage(error: typer.TyperException, command: str, as_json: bool) -> No
 
 
 def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
-    """Write the traceback of an internal fault to a log file, say in one line where it is; return the exit code."""
+    """Write the traceback of an internal fault to a log file, print in one line where it is; return the exit code."""
     words = one_line(" ".join(str(error).split()))
     log = write_fault_log(error, __version__, f"stiffcal {' '.join(map(shell.escaped, given))}")
     reason = mask(f"internal fault, not your input: {type(error).__name__}: {words}")

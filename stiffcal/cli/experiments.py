@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def overviews(result: IdentifyResult) -> list[Overview]:
-    """Return what the kinds of experiment show of a fit."""
+    """Return the overviews that the kinds of experiment make of a fit."""
     from stiffcal.documents import document_of
     from stiffcal.experiments import all_kinds
 

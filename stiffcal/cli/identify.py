@@ -108,7 +108,7 @@ def _show_dual_quaternions(console: Console, comparison: DualQuaternionFit) -> N
 
 
 def unidentified_in_words(group: UnidentifiedParameters) -> str:
-    """Return what these data do not distinguish, why, and what is known of it.
+    """Return the parameters that these data do not distinguish, why, and what is known of it.
 
     Examples
     --------

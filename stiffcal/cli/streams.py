@@ -1,6 +1,6 @@
 """The standard streams as a command needs them: closed ones, full disks behind them and readers that have gone.
 
-Why wrapped: rich and click end the process themselves, with 1, when a write to a stream fails, and 1 says that a
+Why wrapped: rich and click end the process themselves, with 1, when a write to a stream fails, and 1 means that a
 threshold did not hold. Here a stream that cannot take more decides only what it has to:
 
 - the reader of standard output has gone (``| head``): what is left is discarded, the command ends with its own code;
@@ -79,7 +79,7 @@ class StandardStream:
 
     def _failed(self, error: OSError) -> None:
         self.lost = True
-        # Windows says EINVAL of a pipe whose reader has gone
+        # Windows raises EINVAL for a pipe whose reader has gone
         reader_gone = isinstance(error, BrokenPipeError) or (os.name == "nt" and error.errno == errno.EINVAL)
         if self._needed and not reader_gone:
             self.failure = unwritable(error)

@@ -127,12 +127,12 @@ class Supervision:
         return None if isinstance(error, Exception) else _ended(self.files, f"by {type(error).__name__}")
 
     def restore(self) -> None:
-        """Give standard output back, for what a command says at its end."""
+        """Give standard output back, for the last messages of a command."""
         if self._answers is not None:
             sys.stdout, self._answers = self._answers, None
 
     def end(self, code: int) -> None:
-        """Say how the command has ended, to the parent that waits."""
+        """Report how the command has ended, to the parent that waits."""
         if self._report is not None:
             with suppress(OSError), self._report as report:
                 report.write(b"%d\n" % code)

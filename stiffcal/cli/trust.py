@@ -175,7 +175,7 @@ def show_entries(console: Console, result: TrustResult) -> None:
 
 
 def code_lines(result: TrustResult) -> list[str]:
-    """Return what a campaign wants to run, line by line: nothing in it moves the cursor or turns the text round."""
+    """Return the code that a campaign wants to run, as lines that neither move the cursor nor turn the text round."""
     from stiffcal.workflow.trust import lines_of
 
     plugins, queries, lines = result.plugins, result.queries or [], []

@@ -51,7 +51,7 @@ def validate(
 
 
 def show_validation(console: Console, document: Document) -> None:
-    """Draw the validate document: the error in unseen poses beside the noise, then where it is largest."""
+    """Draw the validate document: the error in held-out poses next to the noise, then where it is largest."""
     console.print(f"unseen poses ({document['scheme']})")
     table = plain_table("", "rms>")
     table.add_row("model", deviation(document["rms"]))

@@ -218,7 +218,7 @@ class ModelDiagnosis(CampaignAnswer):
         )
 
     def evidence(self, effect: str | None = None, place: str | None = None) -> pd.DataFrame:
-        """Return what speaks for effects, state by state: the residual against what drives the effect.
+        """Return the evidence for effects, state by state: the residual against what drives the effect.
 
         Parameters
         ----------

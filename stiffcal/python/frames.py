@@ -44,7 +44,7 @@ def frame_of_rows(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = ()
 
 
 def document_of_answer(answer: Any) -> Document:
-    """Return what a command answers as the document that its ``--json`` prints."""
+    """Return the result of a command as the document that its ``--json`` prints."""
     return answer if isinstance(answer, dict) else document_of(answer)
 
 

@@ -179,7 +179,7 @@ class CampaignSession:
             return frame_of_table(self._data().table)
 
     def residuals(self, heldout: bool = True) -> pd.DataFrame:
-        """Return what was measured, predicted and left over, with what each state carries; one load state a row.
+        """Return the measured, predicted and residual deflection, with what each state carries; one load state a row.
 
         Parameters
         ----------

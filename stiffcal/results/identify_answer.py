@@ -23,7 +23,7 @@ from stiffcal.results.identify_result import IdentifyResult
 
 
 def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
-    """Return what ``identify`` answers of load states alone, but for the error to expect.
+    """Return the result of ``identify`` for load states alone, but for the error to expect.
 
     Parameters
     ----------

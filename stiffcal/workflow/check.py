@@ -114,7 +114,7 @@ def check_campaign(
 
 
 def _read_in_full(campaign: Campaign) -> bool:
-    """Tell whether the campaign holds runs of which the first lines alone say nothing."""
+    """Return whether the campaign holds runs of which the first lines alone are not enough."""
     from stiffcal.ingest.non_load_runs import NonLoadRuns
 
     non_load = NonLoadRuns(campaign)
@@ -161,7 +161,7 @@ def _is_missing(fault: Fault) -> bool:
 def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
     """Return one line for every file that is named and not there yet."""
     sentences, sources = [], campaign.manifest.sources
-    homeless: dict[str, int] = {}  # a folder that is not there is told once, not for each of its files
+    homeless: dict[str, int] = {}  # a folder that is not there is reported once, not for each of its files
 
     def absent(files: Iterable[str]) -> list[str]:
         missing = [file for file in files if not (campaign.folder / file).exists()]
@@ -187,7 +187,7 @@ def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
 
 
 def _file(campaign: Campaign, name: str, log: LogQuality) -> CheckedSource:
-    """Return what was understood of a file."""
+    """Return the summary of a file as it was read."""
     source = campaign.manifest.sources[name]
     units = {
         column: unit.name
@@ -223,7 +223,7 @@ def _file(campaign: Campaign, name: str, log: LogQuality) -> CheckedSource:
 
 
 def _along(direction: Sequence[float], low: Any, high: Any) -> tuple[Any, Any]:
-    """Return the ends of a force along a line, told by the component that it makes most of."""
+    """Return the ends of a force along a line, named by the component that it makes most of."""
     import numpy as np
 
     unit = np.array(direction) / np.linalg.norm(direction)
@@ -240,7 +240,7 @@ def _number(value: Any) -> float | None:
 
 
 def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReducedRun]) -> list[CheckedRun]:
-    """Return what was made of the runs that give load states."""
+    """Return the summaries of the runs that give load states."""
     import numpy as np
 
     from stiffcal.reduction.consistency import work_of_load
@@ -274,7 +274,7 @@ def _kinematics(campaign: Campaign, states: LoadStates) -> CheckedKinematics:
 
 
 def _joints(campaign: Campaign, states: LoadStates) -> tuple[list[CheckedJoint], list[str]]:
-    """Return what loads put on each joint, and what is missing to identify it."""
+    """Return the torques of the loads on each joint, and what is missing to identify it."""
     from stiffcal.reduction.excitation import joint_excitation
 
     entries = joint_excitation(states, campaign.chain)

@@ -87,7 +87,7 @@ def _together(fits: list[IdentifyResult]) -> float | None:
 
 
 def _amplitude(parameter: IdentifiedParameter) -> float:
-    """Return what the fit's covariance is of: the value, for stiffness-like parameters its inverse."""
+    """Return the quantity that the fit's covariance is of: the value, for stiffness-like parameters its inverse."""
     from stiffcal.model.catalogue import find_effects
 
     if parameter.value is None:

@@ -37,7 +37,7 @@ class CompensateRequest:
     orientation : False where only the position counts.
     sag : True takes the sag under weight out too: the rigid robot's pose is meant; None: for paths in space.
     normal : "x,y,z" or "radial": the direction in which the picture shows the error; None: its length.
-    judge : another campaign, whose robot is to tell what the corrected targets leave.
+    judge : another campaign, whose robot computes the error that the corrected targets leave.
     """
 
     path: Path

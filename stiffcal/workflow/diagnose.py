@@ -149,7 +149,7 @@ def _law_fits(judged: HeldoutSection, lack: VarianceRatio | None) -> bool | None
     Parameters
     ----------
     judged : the experiment's section of ``validate``.
-    lack : the fit's own lack, where repeats tell it.
+    lack : the fit's own lack, where repeats show it.
     """
     from scipy.special import chdtrc
 
@@ -224,7 +224,7 @@ def search_now(data: Ingested, loss: str, context: RunContext) -> Search:
 
 
 def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
-    """Return what a search found, with what the present model holds and does not need."""
+    """Return the result of a search, with what the present model holds and does not need."""
     from stiffcal.campaign.model_file import default_model
     from stiffcal.diagnosis.document import diagnosis_result, effect_at
     from stiffcal.diagnosis.redundant import redundant_effects

@@ -95,7 +95,7 @@ class _Wanted:
 def _edit(
     campaign: Campaign, folder: Path, action: Literal["add", "remove"], effect: str, wanted: _Wanted
 ) -> list[str]:
-    """Edit the model file of a folder, which holds the campaign's model; return what changed, in words."""
+    """Edit the model file of a folder, which holds the campaign's model; return the changes, in words."""
     from stiffcal.campaign.model_editing import add_effect, remove_effect
     from stiffcal.model.campaign_effects import effects_with
 
@@ -136,7 +136,7 @@ def _edit(
 
 
 def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]) -> str:
-    """Name the amplitudes of the effect's curved form at these places, and say so."""
+    """Name the amplitudes of the effect's curved form at these places, and report it."""
     from stiffcal.campaign.model_editing import set_starts
     from stiffcal.campaign.model_file import place_names
 
@@ -221,7 +221,7 @@ def _check_possible(effect: str, given: Mapping[str, Sequence[Any]], possible: S
 
 
 def _remove_replaced(folder: Path, campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]) -> list[str]:
-    """Take out what the new effect includes or excludes at the same places, and say so."""
+    """Take out what the new effect includes or excludes at the same places, and report it."""
     from stiffcal.campaign.model_editing import remove_effect
     from stiffcal.campaign.model_file import place_names
 

@@ -93,7 +93,7 @@ def lever() -> tuple[Chain, MeasurementSetup]:
 
 
 def effect_picture(effect: Effect) -> EffectPicture | None:
-    """Return what an effect does on the example where it does most; None where it never shows.
+    """Return the picture of an effect on the example where it does most; None where it never shows.
 
     Parameters
     ----------
@@ -277,7 +277,7 @@ def _caption(effect: Effect) -> str:
 
 
 def _measured_late(effect: Effect, chain: Chain, setup: MeasurementSetup) -> EffectPicture | None:
-    """Return what a log shows that runs behind the force while the load moves."""
+    """Return the picture of a log that runs behind the force while the load moves."""
     measured_at = getattr(effect, "measured_at", None)
     if measured_at is None:
         return None
@@ -293,7 +293,7 @@ def _measured_late(effect: Effect, chain: Chain, setup: MeasurementSetup) -> Eff
 
 
 def _torque_next_to(effect: Effect, places: Sequence[Place], chain: Chain) -> EffectPicture | None:
-    """Return the torque that acts beside a drive, over the joint's angle."""
+    """Return the torque that acts in parallel to a drive, over the joint's angle."""
     values = {spec.symbol: spec.typical for spec in effect.parameters}
     angle = np.linspace(-np.pi, np.pi, 73)
     for place in places[:1]:
@@ -350,7 +350,7 @@ def _scaled(effect: Effect, place: Place, usual: dict[str, float], factor: float
 
 
 def _deflection(robot: CompliantRobot, setup: MeasurementSetup, example: LeverExample) -> Floats:
-    """Return (n, 3) m, the target's displacement as the tracker sees it."""
+    """Return (n, 3) m, the target's displacement as the tracker measures it."""
     balance = solve_balance(robot, example.angles, example.wrench, setup, example.order)
     displacement = np.ascontiguousarray(np.moveaxis(balance.displacement, 0, -1))
     observed = Observed(displacement, example.order)

@@ -14,7 +14,7 @@ from stiffcal.workflow.command_results import EffectDescription, EffectParameter
 
 
 def describe_effects(name: str | None = None, plugins: PluginCode | None = None) -> EffectsResult:
-    """Return what can be known of the effects that a model can hold.
+    """Return the description of the effects that a model can hold.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""What experiments beside load states (clamped robots, friction runs) add to the documents of a campaign.
+"""What experiments other than load states (clamped robots, friction runs) add to the documents of a campaign.
 
 A campaign may hold load states, such experiments, or both. Each kind makes one part for `identify` and one for
-`validate`; the parts go into the documents beside what the load states say, or stand alone.
+`validate`; the parts go into the documents next to the results of the load states, or stand alone.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ NOTHING: dict[str, float | None] = {"translation": None, "rotation": None}
 
 
 def fit_experiments(data: Ingested) -> list[ExperimentFit]:
-    """Return what each kind of experiment that the campaign holds adds to ``identify``."""
+    """Return the fits of the kinds of experiment that the campaign holds, for ``identify``."""
     from stiffcal.experiments import all_kinds
 
     fits = [kind.fit(measured_runs(data)) for kind in all_kinds()]
@@ -34,7 +34,7 @@ def fit_experiments(data: Ingested) -> list[ExperimentFit]:
 
 
 def validated_experiments(data: Ingested) -> list[ExperimentValidation]:
-    """Return what each kind of experiment that the campaign holds adds to ``validate``."""
+    """Return the validations of the kinds of experiment that the campaign holds, for ``validate``."""
     from stiffcal.experiments import all_kinds
 
     validations = [kind.validate(measured_runs(data)) for kind in all_kinds()]
@@ -58,7 +58,7 @@ def runs_with_fits(data: Ingested) -> MeasuredRuns:
 
 
 def merge_experiment_fits(result: IdentifyResult, fits: Sequence[ExperimentFit]) -> IdentifyResult:
-    """Return what ``identify`` answers with the parts of experiments in it."""
+    """Return the result of ``identify`` with the fits of experiments in it."""
     if not fits:
         return result
     noise = _merged(dict(NOTHING if result.noise is None else result.noise.items()), [fit.noise for fit in fits])
@@ -89,7 +89,7 @@ def merge_experiment_fits(result: IdentifyResult, fits: Sequence[ExperimentFit])
 
 
 def identify_without_states(balance: Balance, fits: Sequence[ExperimentFit]) -> IdentifyResult:
-    """Return what ``identify`` answers of a campaign that holds no load states."""
+    """Return the result of ``identify`` for a campaign that holds no load states."""
     empty = IdentifyResult(
         warnings=[],
         model=ModelSummary(balance, []),

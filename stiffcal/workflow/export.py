@@ -77,7 +77,7 @@ def export_campaign(
 
 
 def states_with_residuals(data: Ingested) -> pa.Table:
-    """Return the store's load states with what was measured, predicted and left over in unseen poses beside them.
+    """Return the store's load states with measurement, prediction and residual in held-out poses as further columns.
 
     States that were not judged (set aside) have NaN there.
     """
@@ -97,7 +97,7 @@ def states_with_residuals(data: Ingested) -> pa.Table:
 
 
 def _readings(data: Ingested) -> pa.Table:
-    """Return what other experiments measured, with the fit, of a campaign without load states."""
+    """Return the measurements of other experiments, with the fit, of a campaign without load states."""
     from stiffcal.experiments import tables_of_fits
 
     for name in reversed(tables_of_fits()):

@@ -147,14 +147,14 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     covariance = {a: {b: float(matrix[i, j]) for j, b in kept} for i, a in kept}
     fitted_values = robot.with_values(identified.values())
     setup = _aimed(data.states.setup, campaign.chain.n_joints)
-    # null where the rods do not tell becomes NaN
+    # null where the rods do not identify it becomes NaN
     of_links = {link.link: np.array(link.compliance, dtype=np.float64) for link in identified.links or ()}
     cautions = tuple(_cautions(identified, in_model))
     return FittedRobot(campaign, fitted_values, setup, covariance, f"fit {identified.fit_id}", cautions, of_links)
 
 
 def _cautions(identified: IdentifyResult, names: set[str]) -> Iterator[str]:
-    """Tell what no stated uncertainty of a fit holds: what the data do not tell, and what the model lacks."""
+    """Yield what no stated uncertainty of a fit holds: what the data do not identify, and what the model lacks."""
     known = set(identified.values())
     unknown = {name for group in identified.not_identifiable for name in group.parameters} & (names - known)
     if unknown:

@@ -67,7 +67,7 @@ def _entry(fit: StoredFit) -> HistoryEntry:
 def restore_model(
     folder: Path, context: RunContext, identifier: str, agree: Callable[[StoredFit], bool] | None = None
 ) -> str:
-    """Write the model of an earlier fit back to model.toml, with the comments it had; return what was done, in words.
+    """Write the model of an earlier fit back to model.toml, with the comments it had; return the changes, in words.
 
     Parameters
     ----------

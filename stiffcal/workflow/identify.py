@@ -55,7 +55,7 @@ def identify_campaign(
     folder : the campaign folder.
     context : store, progress and so on.
     loss : "linear" (least squares) or "huber" (outliers count less).
-    dual_quaternions : identify joint compliances in paper 003's form too, and say how the two agree.
+    dual_quaternions : identify joint compliances in paper 003's form too, and report how the two agree.
     coupling : with rods on a link, identify without them too, and show what the joints are then mistaken by.
 
     Returns
@@ -258,7 +258,7 @@ def _entry(result: IdentifyResult, text: str) -> Document:
 
 
 def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
-    """Return what error to expect in new poses: the numbers, and one sentence."""
+    """Return the error to expect in new poses: the numbers, and one sentence."""
     from stiffcal.validation.heldout import heldout_residuals
     from stiffcal.validation.validate import rms_of
 

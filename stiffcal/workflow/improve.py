@@ -40,9 +40,9 @@ def improve_campaign(
     ----------
     folder : the campaign folder.
     context : store, progress and so on.
-    ask : asked before each step; the loop stops where it says no. `always` adds nothing where the diagnosis is
+    ask : asked before each step; the loop stops where it returns no. `always` adds nothing where the diagnosis is
         undecided.
-    dry_run : only say what would be added.
+    dry_run : only report what would be added.
     notify_step : called with each rung of the ladder as it is reached.
 
     Returns

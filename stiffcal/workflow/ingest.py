@@ -24,7 +24,7 @@ def ingest_campaign(
     ----------
     folder : the campaign folder.
     store : where the store is; default ``folder/store``.
-    progress : told what is being read.
+    progress : called with what is being read.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def ingest_campaign(
 
 
 def is_stale(folder: str | Path, store: str | Path | None = None) -> str:
-    """Return why the store does not hold what the campaign says now, "" where it does."""
+    """Return why the store does not hold what the campaign's files state now, "" where it does."""
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.ingest.freshness import freshness_of
     from stiffcal.store import Store

@@ -209,7 +209,7 @@ def _plane(words: str) -> Plane:
 def _grid(
     fitted: FittedRobot, setup: MeasurementSetup, request: MapRequest, wrench: Floats, direction: Floats | None
 ) -> tuple[MapTask, MapGrid]:
-    """Return what is to be mapped, and how its points lie."""
+    """Return the task of the map, and how its points lie."""
     from stiffcal.compensation.inverse import middle_of_ranges
     from stiffcal.compensation.map_result import MapGrid
     from stiffcal.compensation.workspace import MapTask, reached_box

@@ -1,4 +1,4 @@
-"""Runs with the controller correcting beside the same poses without it, as they were measured (002, Fig. 6, 7)."""
+"""Runs with the controller correcting next to the same poses without it, as they were measured (002, Fig. 6, 7)."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.store import values_of
 from stiffcal.workflow.steps import Ingested, stored_ingest
 
-# The same pose: what a program is told twice; drives repeat within arc seconds, tables are rounded to less than this.
+# The same pose: what a program commands twice; drives repeat within arc seconds, tables are rounded to less than this.
 _SAME_POSE = np.radians(1.0)
-# What a run's tags say of its load over time.
+# Tags of a run that describe its load over time.
 _KINDS = {"step": "step", "impulse": "step", "process": "process", "drilling": "process", "milling": "process"}
 # A load has come when this share of it is there; a displacement is taken back when half of it is.
 _COME, _HALF = 0.1, 0.5
@@ -51,7 +51,7 @@ def with_and_without(data: Ingested) -> WithAndWithout | None:
 
 
 def _delay_remark(data: Ingested) -> str:
-    """Return what a simulated campaign's delay is made of; a measured one has no truth.json."""
+    """Return the parts of a simulated campaign's delay; a measured one has no truth.json."""
     file = data.campaign.folder / TRUTH_FILE
     try:
         made = json.loads(read_regular(file))["controller"]

@@ -196,7 +196,7 @@ def _loads(states: LoadStates, chain: Chain) -> tuple[Floats, NDArray[np.str_], 
 def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> NDArray[np.str_]:
     """Return (n,) one label for each direction of a run: the base axis that its force points along most.
 
-    A direction between two axes keeps one label, and two directions nearest to the same axis are told apart.
+    A direction between two axes keeps one label, and two directions nearest to the same axis are kept apart.
     """
     labels = np.full(len(force), "", dtype="<U16")
     for own in members_of(states.run):
@@ -328,7 +328,7 @@ def joint_torques(data: Ingested, identified: IdentifyResult) -> Floats:
 def most_correlated_covariates(
     data: Ingested, identified: IdentifyResult, states: ReportStates
 ) -> list[ResidualCovariate]:
-    """Return the joint torques that the residual follows most, most telling first."""
+    """Return the joint torques that the residual follows most, strongest first."""
     torque = joint_torques(data, identified)
     residual = states.residual[:, :3]
     keep = states.used & np.isfinite(residual).all(axis=1)

@@ -111,7 +111,7 @@ def _same(proposed: ProposedEffect, evidence: EffectEvidenceSummary) -> bool:
 def _as_proposed(
     evidence: EffectEvidenceSummary, diagnosis: DiagnoseResult, earlier: tuple[EarlierDiagnosis, ...]
 ) -> tuple[str, tuple[EffectAt, ...]]:
-    """Return what the diagnosis that proposed an effect found, in words, and its look-alikes."""
+    """Return the result of the diagnosis that proposed an effect, in words, and its look-alikes."""
     sources: list[DiagnoseResult | EarlierDiagnosis] = [diagnosis, *reversed(earlier)]
     for source in sources:
         for proposed in source.missing:

@@ -31,7 +31,7 @@ POINTS = 41
 
 
 def link_pictures(data: Ingested, identified: IdentifyResult) -> tuple[LinkPicture, ...]:
-    """Return what is shown of every link with rods; none where there are no rods."""
+    """Return the pictures of every link with rods; none where there are no rods."""
     states = data.states
     if not states.setup.rods or not len(states):
         return ()
@@ -44,7 +44,7 @@ def link_pictures(data: Ingested, identified: IdentifyResult) -> tuple[LinkPictu
 
 @dataclass(frozen=True)
 class _ObservedLinks:
-    """What was read and what the model says of it, (m, n) rows by states; the load in base axes, (n, 3) N."""
+    """What was read and what the model predicts, (m, n) rows by states; the load in base axes, (n, 3) N."""
 
     data: Observations
     states: LoadStates
@@ -73,7 +73,7 @@ def _picture(link: MeasuredLink, observed: _ObservedLinks) -> LinkPicture:
     runs = tuple(_run(int(number), link, observed, rigid) for number in np.unique(link.run))
     size = [float(np.nanmax(np.abs(run.lengths), initial=0.0)) for run in runs]
     rows = sorted(int(k) for k in np.argsort(size)[::-1][: HOW_MANY - 1])
-    # the campaign's first run beside those with the largest readings
+    # the campaign's first run, then those with the largest readings
     rows = sorted({0, *rows})
     lead = int(np.argmax(size))
     state = int(np.argmax(np.abs(runs[lead].lengths).max(axis=1)))
@@ -131,7 +131,7 @@ def _rows_of(link: MeasuredLink, data: Observations) -> Integers:
 
 
 def _tool_reader(observed: _ObservedLinks, where: Integers, direction: Floats) -> Callable[[Floats], Floats | None]:
-    """Return what reads the first target's displacement along a direction out of (m, n) rows; None if not measured."""
+    """Return a function of (m, n) rows: the first target's displacement along a direction, None if not measured."""
     data = observed.data
     rows = data.rows_of(TRANSLATION)
     rows = rows[data.body[rows] == 0]
@@ -166,7 +166,7 @@ def _opposite(start: Floats, end: Floats) -> tuple[tuple[int, int], ...]:
 
 
 def _sentences(link: MeasuredLink) -> tuple[str, ...]:
-    """Return what must be known of the pictures, in words."""
+    """Return the notes on the pictures, in words."""
     sentences = [fault.sentence for fault in link.faults]
     sentences += link.compliance.not_identifiable
     if not link.estimate.torsion.identifiable and link.compliance.twist is None:

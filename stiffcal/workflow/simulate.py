@@ -18,7 +18,7 @@ def simulate_campaign(
     folder : a campaign folder with simulate.toml and a model file that values every parameter.
     out : the campaign folder to write.
     seed : the same seed gives the same bytes; None: the one in simulate.toml.
-    progress : told what is being done.
+    progress : called with what is being done.
 
     Returns
     -------

@@ -67,7 +67,7 @@ class RunContext:
     ----------
     store : where the store is; None: DIR/store.
     update : False: refuse where an earlier step is missing or stale, instead of running it.
-    progress : told what is being done.
+    progress : called with what is being done.
     notify : called with a line for people, also when an earlier step is run first.
     on_step : called with an earlier step that is run first, and why.
     reach : folders and files that the user has named; a manifest may point to a baseline in them.
@@ -161,7 +161,7 @@ def stored_document(store: Store, name: str) -> Document | None:
 
 
 def stored_result(store: Store, name: str, kind: type[Result]) -> Result | None:
-    """Return what a document of the store holds; None where there is none that can be used, as `stored_document`."""
+    """Return the content of a document of the store; None where none can be used, as `stored_document`."""
     from stiffcal.store.index import DamagedStoreError
     from stiffcal.trust.notices import notice
     from stiffcal.workflow.stored import stored_result as checked_result
@@ -257,12 +257,12 @@ def stored_table(store: Store) -> tuple[pa.Table, LoadStates]:
     try:
         return table, states_from_table(table)
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError, RecursionError) as error:
-        # Anybody may have written what stands beside the columns.
+        # Anybody may have written what stands next to the columns.
         raise damaged(store.display_name, STATES, (str(error).splitlines() or [""])[0]) from error
 
 
 def announce(step: str, reason: str, folder: Path, context: RunContext) -> None:
-    """Say that an earlier step is run first, or refuse.
+    """Report that an earlier step is run first, or refuse.
 
     Raises
     ------
@@ -288,11 +288,11 @@ def key_of(*parts: Any) -> str:
 
 
 def key_of_table(table: pa.Table) -> str:
-    """Return a hash of a table's values and of what is written beside them."""
+    """Return a hash of a table's values and of the metadata written with them."""
     import pyarrow as pa
 
     sink = pa.BufferOutputStream()
-    # One batch: how the rows were cut into pieces says nothing about them.
+    # One batch: how the rows were cut into pieces is no property of them.
     whole = table.combine_chunks()
     with pa.ipc.new_stream(sink, whole.schema) as writer:
         writer.write_table(whole)

@@ -38,7 +38,7 @@ def stored_document(store: Store, name: str) -> Document | None:
 
 
 def stored_result(store: Store, name: str, kind: type[Result]) -> Result | None:
-    """Return what a document of the store holds, or None where there is none.
+    """Return the content of a document of the store, or None where there is none.
 
     Parameters
     ----------

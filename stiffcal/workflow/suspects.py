@@ -34,7 +34,7 @@ def suspicion_of(
     Returns
     -------
     Suspicion
-        Nothing is judged where the model cannot be fitted: whatever is wrong then is said by the fit itself.
+        Nothing is judged where the model cannot be fitted: the fit itself then reports what is wrong.
     """
     from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
     from stiffcal.identification.identify import Settings

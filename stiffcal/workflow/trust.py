@@ -50,7 +50,7 @@ class TrustOverview:
         return code and all(record.text_allowed(digest) for digest in self.queries)
 
     def result(self, action: Literal["shown", "allowed"] = "shown", entries: Sequence[TrustEntry] = ()) -> TrustResult:
-        """Return what `trust` answers of it, with the entries of the record that were made."""
+        """Return the result of `trust` for it, with the entries of the record that were made."""
         files = [
             CodeFile(
                 name=file.name,

@@ -99,7 +99,7 @@ def with_present_verdict(
 ) -> Document:
     """Return a stored validation with the verdict on the thresholds and the baseline as they are now.
 
-    The store is told of a verdict that has changed; not of one on a file's thresholds, which hold for this time.
+    The store records a verdict that has changed; not one on a file's thresholds, which hold for this time.
     """
     document = stored | check_thresholds(data, identified.parameters, stored, context, thresholds)
     if thresholds is None and document != stored and not data.uncounted:
