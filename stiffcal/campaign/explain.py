@@ -56,7 +56,7 @@ def faults_of(error: ValidationError, file: str, model: type[BaseModel], documen
     faults = []
     for detail in details:
         if detail["type"] == "missing" and detail["loc"] in misspelt:
-            continue  # the misspelt key is told already
+            continue  # the misspelt key is a fault already
         reason, mend = _words(detail, model)
         faults.append(Fault(_code(detail), file, key_path(detail["loc"], document), reason, mend))
     if unidentified > 0:

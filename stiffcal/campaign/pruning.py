@@ -22,7 +22,7 @@ def validate_without_wrong_keys(document: dict[str, Any], model: type[Model]) ->
 
     Parameters
     ----------
-    document : a file with faults, which have been told already.
+    document : a file whose faults have been reported already.
     model : its type.
 
     Returns

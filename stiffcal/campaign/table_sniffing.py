@@ -48,7 +48,7 @@ class SniffedColumn:
 
 @dataclass(frozen=True)
 class SniffedTable:
-    """What a look at a table told."""
+    """What was found in the first rows of a table."""
 
     path: Path
     """The file."""
