@@ -2,7 +2,7 @@
 
 A result is a frozen dataclass that the room which computes it returns. Its fields are the keys of its document, in
 their order; nested results are objects, arrays are lists, NaN is null. Marks in a field's annotation say more:
-`OrAbsent` (no key where None), `KeyIf` (a key where a property of the result says so), `NOT_IN_DOCUMENT`,
+`OrAbsent` (no key where None), `KeyIf` (a key where a property of the result is true), `NOT_IN_DOCUMENT`,
 `NOT_PROMISED` (in no schema), and `HAS_OWN_SCHEMA` (an answer inside another one).
 
 Why not pydantic's own dumping: keys that are absent where nothing is known need a newer pydantic than is required
@@ -73,7 +73,7 @@ class ManyKeys(NotInDocument):
 
 @dataclass(frozen=True, slots=True)
 class NullIsNan:
-    """The mark of a number whose null is NaN in Python, because None already says that the key is absent."""
+    """The mark of a number whose null is NaN in Python, because None already means that the key is absent."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Read null as NaN."""

@@ -83,7 +83,7 @@ class Fault:
 
 
 class InputError(Exception):
-    """The user's input is wrong; exit code 2. Carries one or more faults, the most telling first."""
+    """The user's input is wrong; exit code 2. Carries one or more faults, the most informative first."""
 
     def __init__(self, *faults: Fault) -> None:
         if not faults:

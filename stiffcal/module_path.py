@@ -67,7 +67,7 @@ def child_options() -> list[str]:
 def quiet_libraries() -> None:
     """Keep the warnings of libraries from standard error, whatever PYTHONWARNINGS asks for; ``--debug`` shows them.
 
-    They name lines of code, not the user's files; where one matters the command says so in words of its own.
+    They name lines of code, not the user's files; where one matters the command reports it itself.
     """
     warnings.simplefilter("ignore")
     os.environ["MPLBACKEND"] = "agg"  # pictures are files, and a backend that is not installed ends matplotlib's import

@@ -14,7 +14,7 @@ from stiffcal.mechanics.chain import BeamFrame
 # Physics section 2: links shorter than 50 mm are no place for a beam.
 SHORTEST_BEAM = 0.050
 
-# Below this sine two axes count as parallel: what is left of one beside the other would be rounding.
+# Below this sine two axes count as parallel: what is left of one across the other would be rounding.
 PARALLEL = 1e-6
 
 

@@ -1,4 +1,4 @@
-"""What can only be seen by looking at manifest, robot, model and folder together."""
+"""What can only be checked with manifest, robot, model and folder together."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def _special(folder: Path, file: str, place: str) -> Iterator[Fault]:
     except InputError as error:
         for fault in error.faults:
             yield _fault(fault.code, place, f'"{file}": {fault.reason}', fault.mend)
-    except (OSError, ValueError):  # not there, or not to be reached: whoever opens it says so
+    except (OSError, ValueError):  # not there, or not to be reached: whoever opens it reports it
         return
 
 

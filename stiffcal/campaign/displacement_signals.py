@@ -30,7 +30,7 @@ class PoseUnits(TomlTable):
 
 
 class PoseSigma(TomlTable):
-    """Standard uncertainty of one reading: position in its unit, rotation in its unit (rad beside a quaternion)."""
+    """Standard uncertainty of one reading: position in its unit, rotation in its unit (rad for a quaternion)."""
 
     position: Positive | None = None
     rotation: Positive | None = None
@@ -42,7 +42,7 @@ class Marker(TomlTable):
     Attributes
     ----------
     columns : its three coordinates; empty or NaN while it is hidden.
-    at_m : its place on the body, m; left out where a frame of the same name says it.
+    at_m : its place on the body, m; left out where a frame of the same name gives it.
     """
 
     columns: Columns3

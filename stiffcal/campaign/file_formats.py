@@ -84,7 +84,7 @@ def log_formats(first: tuple[str, ...] = ()) -> Iterator[LogFormat]:
 
 
 def format_of(file: str) -> str | None:
-    """Return the format that a file's ending stands for, None where it says nothing.
+    """Return the format that a file's ending stands for, None where no format has that ending.
 
     Examples
     --------

@@ -81,7 +81,7 @@ def _attach(
 
 @dataclass(frozen=True)
 class _Load:
-    """What the manifest says of the load: axes, point, whether moments are measured, sigma in N and N·m."""
+    """The manifest's description of the load: axes, point, whether moments are measured, sigma in N and N·m."""
 
     axes: str
     point: str
@@ -191,7 +191,7 @@ def _targets(manifest: Manifest) -> tuple[tuple[str, ...], str]:
 
 
 def _sigma(manifest: Manifest, load: _Load) -> Sigma:
-    """Return the stated uncertainties in SI; of several displacement signals the first that says one."""
+    """Return the stated uncertainties in SI; of several displacement signals the first that states one."""
     translation: float | None = None
     rotation: float | None = None
     for _, _, signal in manifest.signals():
@@ -216,7 +216,7 @@ def holding(setup: MeasurementSetup) -> MeasurementSetup:
 
 
 def _motor_sigma(manifest: Manifest) -> float | None:
-    """Return the stated uncertainty of a joint's angle, rad; motor-side logs state it of the motor: not told here."""
+    """Return the stated uncertainty of a joint's angle, rad; motor-side logs state it of the motor: not returned."""
     for _, _, signal in manifest.signals():
         if isinstance(signal, JointSignals) and not signal.motor and signal.sigma is not None:
             return _scaled(signal.sigma.position, signal.unit_of("position").factor)

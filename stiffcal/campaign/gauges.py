@@ -21,7 +21,7 @@ from stiffcal.mechanics.chain import Chain
 def rods_of(manifest: Manifest, chain: Chain) -> tuple[tuple[Rods, BeamProperties], ...]:
     """Return the rods that some source logs, link by link, with what their link's field needs to know of it.
 
-    Columns that nothing places on a link are a fault of the manifest, told by `stiffcal.campaign.checks`.
+    Columns that nothing places on a link are a fault of the manifest, reported by `stiffcal.campaign.checks`.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def _expansion_next_to(link: str, names: tuple[str, ...], manifest: Manifest, ch
 
 
 def _link_of(name: str, manifest: Manifest, chain: Chain) -> str:
-    """Return the beam that a rod sits on, by the name that the chain knows it by."""
+    """Return the beam that a rod sits on, by its name in the chain."""
     entry, beams = manifest.ids[name], chain.beams
     number = body_number(entry.link, chain.link_names)
     link = next((link for link, beam in beams.items() if link == entry.link or beam.joint == number), None)
@@ -101,7 +101,7 @@ def gauges_of(manifest: Manifest, frames: Mapping[str, Attachment], targets: tup
 
 
 def stated_sigma(manifest: Manifest, kind: type[Displacement] | type[Lengths]) -> float | None:
-    """Return the stated standard uncertainty of rods or gauges, m: the first that says one."""
+    """Return the stated standard uncertainty of rods or gauges, m: the first that states one."""
     for _, _, signal in manifest.signals():
         if isinstance(signal, kind) and signal.sigma is not None and signal.sigma.length is not None:
             return float(signal.sigma.length * _metres(signal))

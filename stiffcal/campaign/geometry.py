@@ -32,7 +32,7 @@ class _Skeleton:
     flange: Floats
     """(4, 4), before the robot file's own flange."""
     entries: tuple[JointEntry, ...]
-    """J entries of the robot file, defaults where it says nothing."""
+    """J entries of the robot file, defaults where it has none."""
     link_names: tuple[str | None, ...]
     """J names."""
     mass: Floats
@@ -129,7 +129,7 @@ def _from_urdf(robot: RobotFile, folder: Path) -> _Skeleton:
             turn = rotation_taking_z_to(joint.axis)
             fixed.append(before @ turn)
             limits.append(joint.limits or (-np.inf, np.inf))
-            before = turn.T  # the joint's own frame seen from the turned one: a rotation, so the transpose
+            before = turn.T  # the joint's own frame expressed in the turned one: a rotation, so the transpose
     masses = [_lumped(urdf, joint) for joint in turning]
     return _Skeleton(
         np.array(fixed),
@@ -209,7 +209,7 @@ def _limits(skeleton: _Skeleton, coupling: Floats, offset: Floats) -> Floats:
 
 
 def _masses(skeleton: _Skeleton) -> tuple[Floats, Floats]:
-    """Prefer the robot file's masses to the URDF's: (J,) with NaN where neither knows, (J, 3)."""
+    """Prefer the robot file's masses to the URDF's: (J,) with NaN where neither gives one, (J, 3)."""
     mass, com = skeleton.mass.copy(), skeleton.com.copy()
     for k, entry in enumerate(skeleton.entries):
         if entry.link.mass_kg is not None:

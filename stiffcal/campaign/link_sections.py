@@ -80,7 +80,7 @@ def _solve(section: BeamSectionEntry) -> BeamSection:
 
 
 def moduli(section: BeamSectionEntry) -> tuple[float, float]:
-    """Return E and G, Pa; their usual ratio where the file does not say both, and G = 1 where it says none."""
+    """Return E and G, Pa; their usual ratio where the file does not state both, and G = 1 where it states none."""
     if section.E_Pa is not None:
         return section.E_Pa, section.G_Pa if section.G_Pa is not None else section.E_Pa / USUAL_RATIO
     shear = section.G_Pa if section.G_Pa is not None else 1.0

@@ -95,7 +95,7 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
     Raises
     ------
     InputError
-        With every fault that can be seen: each with file and key path.
+        With every fault that can be detected: each with file and key path.
     """
     folder = Path(folder)
     if not folder.is_dir():

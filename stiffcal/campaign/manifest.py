@@ -1,6 +1,6 @@
 """campaign.toml, typed: what was measured, with which instruments, in which frames.
 
-The keys are those of the interface description; a key that is not known is refused. What cannot be seen in one table
+The keys are those of the interface description; a key that is not known is refused. What cannot be checked in one table
 alone (frames that do not exist, files that are missing) is checked in `stiffcal.campaign.checks`.
 """
 

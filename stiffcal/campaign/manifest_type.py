@@ -1,6 +1,6 @@
 """The manifest's type as a file is checked against it: with the options of log formats and kinds of experiment.
 
-`stiffcal.campaign.manifest` says what every manifest may hold. Which tables of options a source or a run may hold
+`stiffcal.campaign.manifest` defines what every manifest may hold. Which tables of options a source or a run may hold
 besides, readers and experiments declare; the type is made from both, so that a new one needs no edit here and the JSON
 Schema follows.
 """

@@ -35,7 +35,7 @@ def add_effect(
     Parameters
     ----------
     folder : the campaign folder; a model file is written from the default model where there is none.
-    effect : its name. That the catalogue knows it, and where it can sit, is for the caller to see.
+    effect : its name. That the catalogue holds it, and where it can sit, is for the caller to check.
     joints, links, pairs : the places; none for a set-up effect.
     n_joints : J, for ``joints = "all"``.
 

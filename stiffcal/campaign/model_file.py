@@ -1,4 +1,4 @@
-"""model.toml, typed: which effects the model holds now; this room knows none of them by name."""
+"""model.toml, typed: which effects the model holds now; this room names none of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Looking past wrong keys: a file without them, so that its other faults are told in the same breath."""
+"""Looking past wrong keys: a file without them, so that its other faults are reported with them."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ ALLOW = "STIFFCAL_ALLOW"
 
 
 def escapes(file: str) -> bool:
-    """Tell whether a path leads out of the folder that it is written in.
+    """Return whether a path leads out of the folder that it is written in.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def leads_outside(folder: Path, file: str) -> Path | None:
     """
     try:
         goal, own = (folder / file).resolve(), folder.resolve()
-    except (OSError, ValueError, RuntimeError):  # links in a circle, a NUL: no such file, which is told elsewhere
+    except (OSError, ValueError, RuntimeError):  # links in a circle, a NUL: no such file, which is reported elsewhere
         return None
     inside = goal.is_relative_to(own) or any(goal.is_relative_to(place) for place in _allowed_places(folder))
     return None if inside else goal
@@ -95,7 +95,7 @@ def links_outside(folder: Path, file: str) -> list[tuple[str, Path]]:
     goal = leads_outside(folder, file)
     if goal is not None:
         return [(file, goal)]
-    if "\0" in file:  # no file's name; whoever opens it says so
+    if "\0" in file:  # no file's name; whoever opens it reports it
         return []
     symlinks = []
     for place, folders, files in os.walk(folder / file):

@@ -115,7 +115,7 @@ class BeamSectionEntry(TomlTable):
     outline : points [x2, x3], m.
     wall_m : thickness of the wall all round, where the section is hollow.
     holes : outlines of the hollows, where the wall is not the same all round.
-    E_Pa : Young's modulus. G_Pa : shear modulus; without moduli a drawn section tells fibres and warping alone.
+    E_Pa : Young's modulus. G_Pa : shear modulus; without moduli a drawn section gives fibres and warping alone.
     EI : N·m², both planes alike; EI2, EI3 : bending about x2 and x3.
     GJ : N·m². EA : N.
     """
@@ -156,7 +156,7 @@ class RobotFile(TomlTable):
     ----------
     convention : "dh" (Denavit-Hartenberg) or "modified-dh" (Craig); with `urdf` none.
     urdf : path beside robot.toml; base_link, tip_link where it branches.
-    gravity_mps2 : in base axes. joints : base to wrist; with a URDF only those of which something is said.
+    gravity_mps2 : in base axes. joints : base to wrist; with a URDF only those with entries of their own.
     flange : in the last frame of the convention (DH: after a, α and d of the last row; URDF: the tip link).
     """
 

@@ -1,6 +1,6 @@
 """JSON Schemas of what a person writes, made from the types: ``python -m stiffcal.campaign.schemas schemas/``.
 
-An editor that is told of them (``#:schema`` in a TOML file's first line) completes keys and marks mistakes.
+An editor that is given them (``#:schema`` in a TOML file's first line) completes keys and marks mistakes.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def schema_document(model: type[BaseModel]) -> dict[str, Any]:
 
 
 def _describe(table: dict[str, Any]) -> None:
-    """Move what a docstring says of its attributes to the properties; leave out what TOML does not have (null)."""
+    """Move a docstring's descriptions of attributes to the properties; leave out what TOML does not have (null)."""
     properties: dict[str, Any] = table.get("properties", {})
     summary, _, attributes = str(table.get("description", "")).partition("Attributes\n----------\n")
     if summary.strip():

@@ -22,7 +22,7 @@ Rows: TypeAlias = Annotated[str, AfterValidator(_check_rows)]
 
 
 class Signal(TomlTable, ABC):
-    """What all signals share; each kind of signal says which columns it reads.
+    """What all signals share; each kind of signal names the columns it reads.
 
     Attributes
     ----------

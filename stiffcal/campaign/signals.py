@@ -63,7 +63,7 @@ TorqueConstants: TypeAlias = Annotated[
 
 
 class JointSignals(Signal):
-    """What the controller says of the joints, one column per joint.
+    """What the controller logs of the joints, one column per joint.
 
     Attributes
     ----------

@@ -21,7 +21,7 @@ _RAW_NOTE = "Logs go here. stiffcal reads them and never changes them.\n"
 
 
 def template_kinds() -> tuple[str, ...]:
-    """Return the kinds of campaign that `write_template` knows, sorted; nothing is imported for them.
+    """Return the kinds of campaign that `write_template` can write, sorted; nothing is imported for them.
 
     Examples
     --------

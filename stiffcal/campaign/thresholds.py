@@ -66,7 +66,7 @@ class CampaignThresholds(TomlTable):
 
 
 class ThresholdsFile(TomlTable):
-    """Thresholds of many campaigns in one file. What a campaign says itself may be tighter than these, never looser.
+    """Thresholds of many campaigns in one file. What a campaign sets itself may be tighter than these, never looser.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ def tighter(first: Thresholds, second: Thresholds) -> Thresholds:
 def _by_joint_tighter(
     first: dict[str, float], second: dict[str, float], choose: Callable[[list[float]], float]
 ) -> dict[str, float]:
-    """Return one table by joint of two; a joint that a table does not name has what it says of all."""
+    """Return one table by joint of two; a joint that a table does not name has its value for all."""
     names = dict.fromkeys((*first, *second))
     tables = [table for table in (first, second) if table]
     return {

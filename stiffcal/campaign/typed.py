@@ -1,6 +1,6 @@
 """The types that manifest, robot file and model file are made of: strict tables, vectors, columns, units.
 
-Why own validators: what pydantic says of a wrong value is written for programmers. `WrongValueError` carries a
+Why own validators: pydantic's text for a wrong value is written for programmers. `WrongValueError` carries a
 reason and a mend in the lab's words; `stiffcal.campaign.explain` turns everything into faults with file and key path.
 """
 

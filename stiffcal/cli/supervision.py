@@ -1,8 +1,8 @@
 """A command whose campaign brings code along: the answer stays clean, and its end is the command's own.
 
-Before such code first runs, the process splits: the child goes on with the command, the parent waits. The child says
+Before such code first runs, the process splits: the child goes on with the command, the parent waits. The child reports
 through a pipe how the command has ended; where it ends without that word (`os._exit`, a signal, a crash), the code is
-at fault, and the parent says so with exit code 2. Where a process cannot be split safely (Windows, macOS, threads) the
+at fault, and the parent ends with exit code 2. Where a process cannot be split safely (Windows, macOS, threads) the
 command is started again in a child process. Commands without such code pay nothing for this.
 
 From then on standard output belongs to the answer alone: whatever else prints goes to standard error.

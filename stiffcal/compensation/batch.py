@@ -58,7 +58,7 @@ class LinearCompensation:
         return result.T
 
     def correction(self, joints: Floats, wrench: Floats, damping: float = 5e-3) -> Floats:
-        """Return (n, L) joint offsets, rad, that take it back: least motion, damped beside singular poses."""
+        """Return (n, L) joint offsets, rad, that take it back: least motion, damped near singular poses."""
         chain = self._robot.chain
         result = np.empty(joints.shape)
         for start in range(0, len(joints), BLOCK):

@@ -7,7 +7,7 @@ vectors as rows, so that whatever is linear in all frames is one product with a 
 Why products where a formula would do: for arrays as small as a robot's, calling numpy is what costs, so that the fewest
 calls win. The joints' transforms are a constant matrix times (1, cos, sin); levers, mass moments and the sensor's axes
 are a constant matrix times all frames; the nodes' wrenches are these times a matrix in which the load stands; and
-displacements, with a 1 beside each, are a constant matrix times the wrenches.
+displacements, with a 1 appended to each, are a constant matrix times the wrenches.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from stiffcal.mechanics.rotations import cross_matrix
 
 # v @ MINUS_SKEW is −[v]× in nine numbers.
 MINUS_SKEW = -np.stack([cross_matrix(axis).ravel() for axis in np.eye(3)])
-# A displacement's six numbers, and the 1 beside them.
+# A displacement's six numbers, and the 1 appended to them.
 SIX_AND_ONE = 7
 
 
@@ -117,7 +117,7 @@ class ChainPair:
     ----------
     axes_of_reading : (3, 4) the reading's axes in base axes, row by row, on the loaded shape; the last column is 0.
     motion_and_damping : (6, L + 6) −J, how the target moves per logged angle, base axes, halfway between both shapes,
-        and beside it the damping on a diagonal.
+        and with it the damping on a diagonal.
     """
 
     def __init__(self, chain: NodeChain, nodes: LinearNodes, motion: Floats, damping: float) -> None:
@@ -181,7 +181,7 @@ class ChainPair:
     def _place_target(self, chain: NodeChain, nodes: LinearNodes, motion: Floats, damping: float) -> None:
         count, size, n_logged = len(chain.nodes), SIX_AND_ONE * len(chain.nodes), motion.shape[1]
         inboard = chain.placed(nodes.setup.targets[0])[0] + 1  # nodes that move the target
-        # How the target moves per displacement of every node, and the damping beside it.
+        # How the target moves per displacement of every node, and its damping.
         self._reach = np.zeros((6, size + 6))
         self._reach[:, size:] = damping * np.eye(6)
         of_node = np.moveaxis(self._reach[:, :size].reshape(6, count, SIX_AND_ONE)[:, :inboard], 1, 0)

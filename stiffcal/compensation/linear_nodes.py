@@ -182,7 +182,7 @@ def _answers(robot: CompliantRobot, wrench: Floats, angles: Floats) -> Floats:
 
 
 def _acts_next_to(robot: CompliantRobot, placed_effect: PlacedEffect) -> bool:
-    """Tell whether an effect puts a torque beside its drive (a balancing spring)."""
+    """Return whether an effect puts a torque in parallel with its drive (a balancing spring)."""
     angles = np.zeros((robot.chain.n_joints, 1))
     return placed_effect.effect.joint_torque(placed_effect.place, robot.chain, angles, placed_effect.values) is not None
 

@@ -31,11 +31,11 @@ class LinkPart:
     """
     end_by_compliance: Floats | None
     """The same by the 6×6 compliance that the link's rods gave, in place of the model; None where no rods are on it. A
-    twist that the rods do not tell is the model's, else none.
+    twist that the rods do not measure is the model's, else none.
     """
     at_target_by_compliance: Floats | None
     """The same by the 6×6 compliance that the link's rods gave, in place of the model; None where no rods are on it. A
-    twist that the rods do not tell is the model's, else none.
+    twist that the rods do not measure is the model's, else none.
     """
 
 
@@ -68,7 +68,7 @@ def link_parts(
     ----------
     robot : valued.
     angles : (n, J) model angles, rad.
-    wrench : (n, 6) as the set-up says.
+    wrench : (n, 6) acting as the set-up states.
     order : of the states, for laws with a memory; None where each stands alone.
     compliances : (6, 6) by link: its end's displacement per wrench there, beam axes; NaN where not known.
     """

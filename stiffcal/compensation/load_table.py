@@ -63,7 +63,7 @@ class WrittenTable:
         return len(self.lines)
 
     def has(self, names: Sequence[str]) -> bool:
-        """Tell whether all these columns of numbers stand in the table."""
+        """Return whether all these columns of numbers stand in the table."""
         return all(name in self.numbers for name in names)
 
     def block(self, names: Sequence[str]) -> Floats:
@@ -73,7 +73,7 @@ class WrittenTable:
 
 
 def read_load_table(file: Path, joint_names: Sequence[str], joints_needed: bool) -> LoadTable:
-    """Read a CSV of poses and loads: commas or semicolons; degrees, N and N·m unless the header says otherwise.
+    """Read a CSV of poses and loads: commas or semicolons; degrees, N and N·m unless the header states others.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     Parameters
     ----------
     file : the table: commas, semicolons or tabs between the cells.
-    joint_names : the L joints of the robot, whose columns are in degrees where no unit is said.
+    joint_names : the L joints of the robot, whose columns are in degrees where no unit is stated.
     asked : names of columns of numbers: joints, and names of `QUANTITIES` and `QUATERNION`.
     words : names of columns of words.
 

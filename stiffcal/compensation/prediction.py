@@ -20,7 +20,7 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import StateOrder
 from stiffcal.model.equilibrium import Balance, solve_balance
 
-# Steps of the differences: small beside working loads, far above the solver's rounding.
+# Steps of the differences: small compared with working loads, far above the solver's rounding.
 FORCE_STEP_N, MOMENT_STEP_NM = 10.0, 2.0
 # A compliance matrix worse conditioned than this (in units scaled by 1 m) has a direction that does not give at all.
 LARGEST_CONDITION = 1e10
@@ -28,7 +28,7 @@ LARGEST_CONDITION = 1e10
 
 @dataclass(frozen=True)
 class Prediction:
-    """What the model says of n states; base axes."""
+    """The model's prediction of n states; base axes."""
 
     deflection: Floats
     """(n, 6) of the first target, from the unloaded, weight-sagged robot: m, then rotation vector, rad."""
@@ -137,7 +137,7 @@ def parameter_covariance(
     Parameters
     ----------
     angles : (n, J) model angles, rad.
-    wrench : (n, 6) as the set-up says.
+    wrench : (n, 6) acting as the set-up states.
     order : the states' order, for laws with a memory; None where each stands alone.
     covariance : of the parameters, by full names.
     weight : True: of the target's place, sag under weight included; else of its displacement from the weight-only
@@ -178,7 +178,7 @@ def _moved(balance: Balance, rigid: tuple[Floats, Floats] | None) -> Floats:
 def cartesian_compliance(
     robot: CompliantRobot, angles: Floats, wrench: Floats, setup: MeasurementSetup, balance: Balance
 ) -> Floats:
-    """Return (n, 6, 6): a small wrench at the target beside the load.
+    """Return (n, 6, 6): a small wrench at the target added to the load.
 
     A wrench at the target is one at the load's point with the lever's moment, as long as both ride on one body; where
     they do not, the stiffness is that of the unloaded robot.

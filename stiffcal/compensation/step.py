@@ -192,7 +192,7 @@ class _ProcessWrench:
 
 
 class _Solver:
-    """Joint offsets from a deflection: the least motion that takes it back, damped beside singular poses."""
+    """Joint offsets from a deflection: the least motion that takes it back, damped near singular poses."""
 
     def __init__(self, motion_and_damping: Floats) -> None:
         self._motion = motion_and_damping

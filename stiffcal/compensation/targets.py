@@ -1,6 +1,6 @@
 """Joint targets that bring the loaded robot where it is wanted.
 
-The controller is told q′ instead of q, such that the robot, balanced under its weight and the load, stands in the
+The controller is given q′ instead of q, such that the robot, balanced under its weight and the load, stands in the
 wanted pose. Why solved and not one Newton step: a correction moves the levers of load and weight, which one step leaves
 out; with the chain's own Jacobian in place of the balanced robot's every further step gains two digits or more.
 
@@ -31,7 +31,7 @@ _STOP = 1e-9
 _MAX_STEPS = 30
 # A joint turn smaller than this share of the largest makes so little way that a correction would be sought far off.
 _SINGULAR = 1e-3
-# Compensation corrects millimetres; a joint that would have to go farther stands beside a singular pose.
+# Compensation corrects millimetres; a joint that would have to go farther stands near a singular pose.
 LARGEST_CORRECTION = np.radians(5.0)
 
 
@@ -160,7 +160,7 @@ def errors_of(
 def pose_error(position: Floats, rotation: Floats, goal: PoseGoal) -> Floats:
     """Return (n, 6) reached minus wanted: positions, m, and the rotation vector of R R_wantedᵀ, rad; base axes.
 
-    Taken from the poses as unit dual quaternions, Δq̂ = p̂ ∘ q̂⁻¹ (003, eq. 36), which knows no singular orientation.
+    Taken from the poses as unit dual quaternions, Δq̂ = p̂ ∘ q̂⁻¹ (003, eq. 36), which has no singular orientation.
     """
     return displacement_of_duals(dual_from_pose(position, rotation), dual_from_pose(goal.position, goal.rotation))
 

@@ -144,7 +144,7 @@ def _reach(chain: Chain, target: Attachment, task: MapTask) -> tuple[Integers, F
     joints[near[reached]], status[near[reached]] = solutions[reached], REACHED
     rest = near[~reached]
     if rest.size and np.isfinite(chain.limits).any():
-        # Is it the joint limits that keep the robot from there? The same chain without limits tells.
+        # Is it the joint limits that keep the robot from there? The same chain without limits decides.
         free = replace(chain, limits=np.tile([-np.inf, np.inf], (len(chain.limits), 1)))
         _, reached = nearest_solution(free, target, _some(goal, rest), task.home, with_rotation)
         status[rest[reached]] = BEYOND_LIMITS

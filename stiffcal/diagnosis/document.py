@@ -73,7 +73,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     -------
     DiagnoseResult
         ``next_measurement`` is left for who can plan measurements (`look_alike_pairs`), ``superfluous``,
-        ``evidence``, ``fit_id`` and ``key`` for who knows the campaign.
+        ``evidence``, ``fit_id`` and ``key`` for readers who know the campaign.
     """
     scan = search.first
     noise = Rms.of(search.final.noise_length) if search.final.noise is not None else None

@@ -56,13 +56,13 @@ class Explanation:
     """A finding in a lab engineer's words."""
 
     seen: str
-    """What was seen, with numbers."""
+    """What was observed, with numbers."""
     means: str
     """Which effect that is."""
     alike: str
     """What else would look the same, "" for nothing."""
     check: str
-    """How to check it on the machine, "" where nobody knows."""
+    """How to check it on the machine, "" where no check is known."""
 
     @property
     def text(self) -> str:
@@ -171,7 +171,7 @@ class RunErrors:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EffectEvidenceSummary:
-    """What speaks for an effect; its load states are the table ``evidence``."""
+    """The evidence for an effect; its load states are the table ``evidence``."""
 
     effect: str
     """Its name."""
@@ -222,7 +222,7 @@ class DiagnoseResult(CommandResult):
     undecided: Annotated[list[UndecidedEffect], NOT_PROMISED] = field(default_factory=list)
     """Where leaving out one pose gives another name: the first missing effect with its rivals, at most four."""
     could_be: list[EffectAt]
-    """Effects of which each alone fits all poses, with all its places, where the poses are too few to tell which."""
+    """Effects of which each alone fits all poses, with all its places, where the poses are too few to decide which."""
     findings: list[Finding]
     """All candidates for the next single step, best first."""
     next_measurement: SeparatingMeasurement | None
@@ -252,7 +252,7 @@ class DiagnoseResult(CommandResult):
     superfluous: Annotated[list[EffectAt], NOT_PROMISED]
     """Effects of the model without which the error is no larger."""
     evidence: Annotated[list[EffectEvidenceSummary], NOT_PROMISED]
-    """What speaks for what is missing, and for what the model holds beyond the joints' compliances."""
+    """The evidence for what is missing, and for what the model holds beyond the joints' compliances."""
     suspects: OrAbsent[list[Suspect]] = None
     """Runs and rows that disagree with all the others; the answer is without them, steps inside a run apart."""
     with_suspects: OrAbsent[WithSuspects] = None

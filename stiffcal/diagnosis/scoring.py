@@ -1,4 +1,4 @@
-"""How a candidate does in poses it has not seen, from small matrices of inner products.
+"""How a candidate does in poses left out of its fit, from small matrices of inner products.
 
 For every pose (fold) f the inner products G_f of all whitened rows — base model, candidate, residual — are taken once.
 Leaving poses out is then subtraction, refitting everything else with the candidate is one small solve, and the error on

@@ -1,4 +1,4 @@
-"""Findings in a lab engineer's words: what was seen, how large at the tool, what it means, how to check it."""
+"""Findings in a lab engineer's words: what was observed, how large at the tool, what it means, how to check it."""
 
 from __future__ import annotations
 

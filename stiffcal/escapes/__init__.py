@@ -45,7 +45,7 @@ def hidden() -> re.Pattern[str]:
 
 
 def escape_invisible(text: str) -> str:
-    r"""Return a text on one line in which every character that cannot be seen is written out.
+    r"""Return a text on one line in which every invisible character is written out.
 
     Examples
     --------

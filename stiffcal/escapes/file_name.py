@@ -12,7 +12,7 @@ _SAFE = " -_+=@#(),"
 _DEVICES = re.compile(r"(?:CON|PRN|AUX|NUL|COM[0-9]|LPT[0-9]|CONIN\$|CONOUT\$)(?=$|[ .])", re.IGNORECASE)
 LONGEST = 180  # bytes: file systems take 255, and an ending, a lock's or a temporary file's name have to fit as well
 _DIGEST = 16
-_TAKEN = 240  # bytes that a name can have beside the longest ending, `.parquet`
+_TAKEN = 240  # bytes that a name can have without the longest ending, `.parquet`
 
 
 def escaped(text: str) -> str:

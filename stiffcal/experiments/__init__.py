@@ -1,6 +1,6 @@
 """The kinds of experiment, and how they are found.
 
-In a load campaign the wrench and the joint angles are known and the deflection is measured; a clamped robot knows its
+In a load campaign wrench and joint angles are known and the deflection is measured; of a clamped robot one knows its
 (zero) motion and measures the reaction; a drive in free motion shows its friction. A kind is one folder here, named as
 in ``experiment = "clamped"`` of a run, with one `ExperimentKind` called ``KIND``. It is found by walking this folder:
 nothing else has to be edited for the manifest, its JSON Schema, the default model and every command to know it.

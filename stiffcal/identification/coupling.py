@@ -47,7 +47,7 @@ class Coupling:
     """The links that carry rods."""
     by_rods: dict[str, float] = field(default_factory=dict)
     """Standard uncertainty that the rods' noise leaves where the links' part was taken out, of amplitudes; the fit of
-    what remains knows nothing of it.
+    what remains does not depend on it.
     """
 
     def values(self, way: Way) -> dict[str, tuple[float, float]]:

@@ -306,7 +306,7 @@ def noise_from_repeats(
 def _of_two_experiments(
     data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers], motors: NDArray[np.bool_]
 ) -> Noise | None:
-    """Tell the noise of load states and of clamped ones each from their own repeats: no state reads both."""
+    """Estimate the noise of load states and of clamped ones each from their own repeats: no state reads both."""
     noises = []
     for rows in (~motors, motors):
         own = replace(

@@ -136,7 +136,7 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
 
 
 def _wrench_of(campaign: Campaign) -> tuple[str, str, tuple[str, ...]]:
-    """Return on what the first wrench in the manifest acts as it says, its key, and its columns."""
+    """Return on what the first wrench in the manifest acts as it states, its key, and its columns."""
     for source, name, signal in campaign.manifest.signals():
         if isinstance(signal, Wrench):
             return signal.acts_on, f"sources.{source}.{name}", signal.columns

@@ -67,7 +67,7 @@ def readings_table(
 
     Parameters
     ----------
-    described : what else decides what is made of them (frames, moved joints, fixtures), kept beside them.
+    described : what else decides what is made of them (frames, moved joints, fixtures), kept with them.
     """
     columns = {"run": pa.array([readings.runs[k].name for k in readings.run], pa.string()), "time_s": readings.time}
     columns |= {f"{name}_rad": readings.joints[:, k] for k, name in enumerate(joint_names)}

@@ -1,6 +1,6 @@
 """The heaps of an HDF5 file, in which words of any length lie, looked through before the library reads from them.
 
-An object in a damaged heap that says it has no size, or more than there is, leads libhdf5 in a circle for ever (seen
+An object in a damaged heap whose stated size is zero, or more than there is, leads libhdf5 in a circle for ever (found
 with 2.0), where nothing can call it back. So each heap is walked here first, as the library does it.
 
 Source: The HDF Group, HDF5 File Format Specification, III.E "Disk Format: Level 1E - Global Heap".
@@ -51,7 +51,7 @@ def check_heaps(path: Path, data: Iterable[Region] = ()) -> None:
 
 
 def _bytes_of_length(file: IO[bytes]) -> int:
-    """Return how many bytes a size has in this file, as its first block says: eight in all but odd files."""
+    """Return how many bytes a size has in this file, as its first block states: eight in all but odd files."""
     at = 0
     while head := _read(file, at, 16):
         if head.startswith(FILE_SIGNATURE) and len(head) == 16:
@@ -92,7 +92,7 @@ def _check_heap(file: IO[bytes], at: int, file_size: int, layout: str) -> None:
     number = struct.calcsize(layout)
     head = _read(file, at, 8 + number)
     size = struct.unpack(layout, head[8:])[0] if len(head) == 8 + number else 0
-    if not SMALLEST <= size <= file_size - at:  # the library says so itself
+    if not SMALLEST <= size <= file_size - at:  # the library reports this itself
         return
     position, end = at + OBJECT_HEAD, at + size
     while end - position >= OBJECT_HEAD:

@@ -105,7 +105,7 @@ class MeasurementSetup:
 
 @dataclass(frozen=True)
 class RunInfo:
-    """What the manifest says of a run."""
+    """A run as the manifest describes it."""
 
     name: str
     """The run's id, unique in the campaign."""
@@ -140,7 +140,7 @@ class LoadStates:
     wrench: Floats
     """(n, 6) N, N·m: force then moment, what the surroundings do to the robot, axes and point as in the setup."""
     position: Floats
-    """(n, B, 3) m, base axes, of each target; NaN where not seen."""
+    """(n, B, 3) m, base axes, of each target; NaN where not measured."""
     rotation: Floats
     """(n, B, 3, 3) base_from_target; NaN where orientation is not measured."""
     deflection: Floats

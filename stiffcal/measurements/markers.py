@@ -1,8 +1,8 @@
-"""Poses of bodies from several points on them: which points were seen, and how far the pose is known by them.
+"""Poses of bodies from several points on them: which points were measured, and how far the pose is known by them.
 
 Points that err alike and independently give the place of their middle and, independently of it, the turn: with k
-points seen the middle errs by σ²/k on every axis, the turn by σ² S⁻¹, S = Σ (r² I − r rᵀ) over the points' places r
-from their middle. A body's frame that is not in the middle of what was seen moves with the turn: its place errs with it
+points measured the middle errs by σ²/k on every axis, the turn by σ² S⁻¹, S = Σ (r² I − r rᵀ) over the points' places r
+from their middle. A body's frame that is not in the middle of these moves with the turn: its place errs with it
 (the covariance of the pose's linear least squares; Arun, Huang and Blostein 1987 for the pose).
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 
-# Points this close to one line, by the second largest of their spreads over the largest, tell no turn about it.
+# Points this close to one line, by the second largest of their spreads over the largest, give no turn about it.
 ON_A_LINE = 1e-3
 FEWEST = 3
 

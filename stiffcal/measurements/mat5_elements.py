@@ -43,7 +43,7 @@ def check_elements(path: Path, display_name: str = "") -> None:
     with open_regular(path) as file:
         head = file.read(HEADER)
         order = {b"IM": "<", b"MI": ">"}.get(head[126:128])
-        if order is None:  # version 4, or none: the library says so itself
+        if order is None:  # version 4, or none: the library reports this itself
             return
         packed = unpacked = 0
         while tag := file.read(8):

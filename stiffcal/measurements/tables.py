@@ -1,4 +1,4 @@
-"""Load states as a table: one row per state, a unit in every column's name, the setup as a JSON document beside it.
+"""Load states as a table: one row per state, a unit in every column's name, the setup as JSON in its metadata.
 
 The table is what lies in the store, so its columns are part of the interface: a person reads it with one line of
 pandas, polars or DuckDB. Rotations are unit quaternions w, x, y, z. Missing numbers are NaN.
@@ -31,7 +31,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     Columns: ``run`` (id), ``row`` (data row of the source, or the hold's number in the run, from 1), ``time_s``,
     ``hold_s``, ``<joint>_rad``, ``Fx_N … Mz_Nm`` (what the surroundings do to the robot, in the axes of
     ``setup.wrench_axes``), per target ``<target>_x_m …`` and ``<target>_qw … _qz`` (base axes), ``<target>_dx_m …``
-    and ``<target>_rx_rad …`` (deflection already taken), ``<target>_markers`` (names of the points that were seen,
+    and ``<target>_rx_rad …`` (deflection already taken), ``<target>_markers`` (names of the points that were measured,
     where its pose comes from points), ``<rod>_length_m`` and ``<gauge>_displacement_m`` as read,
     ``reference``, ``temperature<k>``, ``n_readings``,
     ``Fx_scatter_N …`` and ``<target>_x_scatter_m …`` (standard deviation of single readings within the hold), and
@@ -138,7 +138,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
 
 
 def _markers_columns(states: LoadStates) -> dict[str, list[str]]:
-    """Return, by target whose poses come from points, the points that were seen: their names with commas between."""
+    """Return, by target whose poses come from points, the measured points: their names with commas between."""
     columns = {}
     for b, markers in enumerate(states.setup.markers):
         if markers is not None:
@@ -153,7 +153,7 @@ def _markers_columns(states: LoadStates) -> dict[str, list[str]]:
 
 
 def _markers_measured(table: pa.Table, setup: MeasurementSetup) -> NDArray[np.bool_]:
-    """Return (n, B, K) which points were seen, back from the table's words."""
+    """Return (n, B, K) which points were measured, from the table's text."""
     most = max((len(markers.names) for markers in setup.markers if markers is not None), default=0)
     result = np.zeros((table.num_rows, len(setup.targets), most), dtype=np.bool_)
     for b, markers in enumerate(setup.markers):

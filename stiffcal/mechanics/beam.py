@@ -127,7 +127,7 @@ def axis_fields(shape: BeamProperties, x1: Floats) -> Floats:
 def amplitudes_per_end(shape: BeamProperties) -> Floats:
     """Return (6, 6): the unknowns' amplitudes per unit displacement of the outboard end.
 
-    The inverse of `end_fields` for what a wrench at the end makes: all six can be told from the end alone.
+    The inverse of `end_fields` for what a wrench at the end makes: all six follow from the end alone.
     """
     return np.asarray(np.linalg.inv(end_fields(shape)[:, : len(UNKNOWNS)]))
 
@@ -195,7 +195,7 @@ def beam_compliance(
 def amplitudes_per_load(shape: BeamProperties) -> Floats:
     """Return (6, 6): the unknowns' amplitudes times their rigidity, per unit of the wrench at the axis' end.
 
-    A force along x1 off the neutral fibre bends too, one across beside the twist centre twists too.
+    A force along x1 off the neutral fibre bends too, one across it off the twist centre twists too.
     """
     (n2, n3), (c2, c3), length = shape.neutral, shape.twist_centre, shape.length
     rows = np.zeros((6, 6))

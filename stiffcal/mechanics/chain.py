@@ -74,7 +74,7 @@ class Chain:
     link_names: tuple[str, ...]
     """J names."""
     link_mass: Floats
-    """(J,) kg, zero where not known; ``masses_known`` tells."""
+    """(J,) kg, zero where not known; see ``masses_known``."""
     link_com: Floats
     """(J, 3) m, in the link's joint frame."""
     masses_known: bool

@@ -37,7 +37,7 @@ def quaternion_product(a: Floats, b: Floats) -> Floats:
 
 
 def dual_product(a: Floats, b: Floats) -> Floats:
-    """Return a ∘ b of dual quaternions (…, 8) (003, eq. 6): for poses, b seen from a.
+    """Return a ∘ b of dual quaternions (…, 8) (003, eq. 6): for poses, b expressed in a.
 
     Examples
     --------

@@ -20,7 +20,7 @@ def drive_matrix(chain: Chain) -> Floats:
     """Return (J, J): velocity of the model joints (row) per velocity of each drive (column).
 
     A drive counts in the sense of its logged angle, so that logged torques and velocities keep their signs. Its
-    transpose takes torques about the model joints to the drives. Where the file says ``coupling = "mechanical"`` the
+    transpose takes torques about the model joints to the drives. Where the file states ``coupling = "mechanical"`` the
     drives sit on the logged axes and one of them turns several joints.
     """
     combined = np.count_nonzero(chain.coupling, axis=1) > 1
@@ -40,7 +40,7 @@ def inertial_regressor(chain: Chain, angles: Floats, velocity: Floats, accelerat
     -------
     (n, J, 10 J)
         Torque (N·m, what the drive gives) of joint j per unit of number i; numbers as in `PER_LINK`, link by link.
-        Columns that the joint torques never feel are zero, others hang together: only combinations can be told.
+        Columns without effect on the torques are zero, others are collinear: only combinations can be identified.
     """
     n, count = angles.shape
     result = np.zeros((n, count, PER_LINK * count))

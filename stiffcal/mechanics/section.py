@@ -56,7 +56,7 @@ class BeamSection:
         return 3.0 * self.EI3 / (self.shear_2 * length**2), 3.0 * self.EI2 / (self.shear_3 * length**2)
 
     def warping_at(self, points: Floats) -> Floats:
-        """Return Ψ at (p, 2) places, m²; beside the section that of the nearest point of it.
+        """Return Ψ at (p, 2) places, m²; outside the section that of the nearest point of it.
 
         Rods are fixed on the wall or on a bracket, which moves with the wall where it stands.
         """

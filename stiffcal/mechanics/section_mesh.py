@@ -20,7 +20,7 @@ MAX_CUTS = 40
 
 
 class SectionError(ValueError):
-    """The drawing is no section; the message says why."""
+    """The drawing is no section; the message states why."""
 
 
 def inner_outline(outline: Floats, wall: float) -> Floats:

@@ -54,7 +54,7 @@ def rod_views(campaign: Campaign, setup: MeasurementSetup) -> list[CheckedRods]:
 
 
 def _of_section(campaign: Campaign, link: str) -> list[str]:
-    """Return what the drawn section says of the Euler–Bernoulli beam on it."""
+    """Compare the drawn section with the Euler–Bernoulli beam on it."""
     beam = campaign.chain.beams[link]
     if beam.section is None:
         return []

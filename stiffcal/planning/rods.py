@@ -61,7 +61,7 @@ class RodObservability:
     gain: float
     """See `stiffcal.links.rods.RodDesign`."""
     std: Floats
-    """(6,) standard uncertainty of the end's displacement in one state, m and rad; NaN where not seen."""
+    """(6,) standard uncertainty of the end's displacement in one state, m and rad; NaN where not measured."""
     sigma: float
     """Of a rod, m: as stated, else `USUAL_SIGMA`."""
     stated: bool
@@ -112,7 +112,7 @@ def rod_observability(rods: Rods, shape: BeamProperties, outline: Sequence[Float
 def _advice(
     rods: Rods, shape: BeamProperties, design: RodDesign, outline: Sequence[Floats] | None
 ) -> tuple[ExtraRod, ...]:
-    """Try one more rod at every place; the one that tells most comes first, then the one that steadies most."""
+    """Try one more rod at every place; first the one which makes most unknowns identifiable, then the most accurate."""
     across = _around(np.asarray(outline) if outline is not None else rods.start[:, 1:])
     tried: list[ExtraRod] = []
     for i, start_point in enumerate(across):
@@ -129,7 +129,7 @@ def _advice(
 
 
 def _worth(rod: ExtraRod) -> tuple[int, list[int], float]:
-    """Sort by how much a rod tells, in the order in which rods are spent, then by how well."""
+    """Sort by how many unknowns a rod makes identifiable, in the order in which rods are spent, then by how well."""
     determines = [UNKNOWNS.index(name) for name in rod.determines]
     return -len(determines), determines, rod.gain if determines else rod.gain_after
 
@@ -142,7 +142,7 @@ def _with_one_more(rods: Rods, shape: BeamProperties, design: RodDesign, start: 
     )  # fmt: skip
     extended = rod_design(more, shape)
     determines = tuple(name for name in extended.names if name not in design.names)
-    # The same unknowns with one rod more compare; one unknown more is worth its price by what it tells.
+    # The same unknowns with one rod more compare; one unknown more is worth its price by what it makes identifiable.
     same = rod_design(more, shape, design.names)
     return ExtraRod(start, end, determines, design.gain, same.gain, extended.gain, extended.redundancy)
 

@@ -1,4 +1,4 @@
-"""Which pose and load would tell two models apart."""
+"""Which pose and load would distinguish two models."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def separating_measurement(
         ]
     except NoBalanceError:
         return None
-    # What differs in proportion to nothing — an offset — is not seen: both count from the unloaded state.
+    # What differs in proportion to nothing — an offset — does not show: both count from the unloaded state.
     difference = np.sqrt(np.sum((displacements[0] - displacements[1])[:, 0, :3] ** 2, axis=1))
     best = int(np.argmax(difference))
     size = float(difference[best])

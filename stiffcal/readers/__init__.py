@@ -1,8 +1,8 @@
 """The interface of a log format, and how formats are found.
 
 A format is one module in this folder, named like the format, with one class derived from `Reader` and one instance of
-it called ``READER``. Nothing else has to be edited: the folder is walked, the class says by which endings files are of
-the format, which options a manifest may hold for it, and what the tests of hostile input start from. A package outside
+it called ``READER``. Nothing else has to be edited: the folder is walked, the class declares the endings of its
+files, which options a manifest may hold for it, and what the tests of hostile input start from. A package outside
 stiffcal adds a format through the entry point group ``stiffcal.readers`` (name: the format, value: the instance).
 
 Why batches: a log can be larger than memory, so every reader yields pieces of bounded size and every stage behind it
@@ -34,7 +34,7 @@ from stiffcal.files import check_regular
 from stiffcal.measurements.timestamps import seconds_of_times, seconds_of_timestamps
 
 Options: TypeAlias = Mapping[str, object]
-"""What the manifest says of a format: the table ``csv = {…}``, ``hdf5 = {…}`` of a source."""
+"""The manifest's options of a format: the table ``csv = {…}``, ``hdf5 = {…}`` of a source."""
 
 
 @dataclass(frozen=True)
@@ -77,14 +77,14 @@ class Batch:
 
 @dataclass(frozen=True)
 class Header:
-    """What a log says of itself."""
+    """A log's own description."""
 
     columns: tuple[str, ...]
     """The names of all columns, in order."""
     units: dict[str, str] = field(default_factory=dict)
     """Column name to the unit that the log itself states (a unit row, an attribute), where it does."""
     n_rows: int | None = None
-    """The number of data rows where the format knows it without reading them, else None."""
+    """The number of data rows where the format states it without reading them, else None."""
     options: dict[str, object] = field(default_factory=dict)
     """The options as understood, detected ones included (a delimiter that was not given)."""
 
@@ -349,7 +349,7 @@ def check_there(path: Path, display_name: str) -> None:
 def damaged_file_errors(
     kind: str, display_name: str, mend: str = "copy it again from its origin, or log again"
 ) -> Iterator[None]:
-    """Turn whatever a library says of a damaged file, in errors of every kind, into one line.
+    """Turn a library's messages on a damaged file, in errors of every kind, into one line.
 
     Parameters
     ----------

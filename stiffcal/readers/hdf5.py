@@ -73,7 +73,7 @@ class Hdf5Options(TomlTable):
 class Columns:
     """The columns of a group: names, how to read rows of one, how many rows there are, units, the datasets behind.
 
-    `elsewhere` are the names that only link to another file, `groups` the groups beside them.
+    `elsewhere` are the names that only link to another file, `groups` the groups next to them.
     """
 
     names: tuple[str, ...]

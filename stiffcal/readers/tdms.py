@@ -154,7 +154,7 @@ def _open(path: Path, options: Options, display_name: str) -> Iterator[tuple[Map
     # Opened here, as the library lets go of no file that it cannot read.
     with open_regular(path, display_name) as raw:
         with damaged_file_errors("TDMS file", display_name):
-            # What it logs of a damaged file is said below, as a fault.
+            # What it logs of a damaged file is reported below, as a fault.
             log_manager.set_level(logging.CRITICAL)
             file = TdmsFile.open(raw)
         with file:

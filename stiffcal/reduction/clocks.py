@@ -149,7 +149,7 @@ def offset_near(first: SharedSignal, second: SharedSignal, lag: float) -> Source
 
 
 def moves(values: Floats) -> bool:
-    """Tell whether a log shows more than noise: its slow part against what white noise would leave of it.
+    """Return whether a log shows more than noise: its slow part against what white noise would leave of it.
 
     Examples
     --------
@@ -282,7 +282,7 @@ def _refined(first: SharedSignal, second: SharedSignal, lag: float) -> SourceClo
 def _steps_agree(
     windows: Sequence[tuple[float, float, float]], first: SharedSignal, second: SharedSignal, lag: float
 ) -> bool:
-    """Tell whether the steps of one log follow those of the other, linearly, beyond chance.
+    """Return whether the steps of one log follow those of the other, linearly, beyond chance.
 
     Two logs that merely wander agree somewhere over their whole length; their steps from hold to hold do not.
     """

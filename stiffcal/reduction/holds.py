@@ -29,7 +29,7 @@ USUAL_REST = 2.2  # where none is clear, the median of all that may be holds: le
 CLEAR_REST = 6.0  # likewise: surely a hold, whose durations give what is usual
 SLICE = 0.05  # of what most of the time is spent in: a slice of a ramp, not a hold
 SHORT_HOLD = 0.35  # of the usual duration: shorter ones are pauses or settling
-SHORT_PAUSE = 0.1  # likewise: shorter ones are not worth telling from the ramps
+SHORT_PAUSE = 0.1  # likewise: shorter ones are not worth separating from the ramps
 LONG_END = 1.25  # of the median: a log that runs on before the first or after the last load is cut to the median
 BRIEF = "held too briefly"  # begins the reason why such a stretch is not read
 EDGE_SHARE = 0.03  # of a hold: the window that looks for its edges, and the margin left off at each
@@ -234,7 +234,7 @@ def _tolerance(white: Floats) -> float:
 
 
 def _segmented(white: Floats, tolerance: float) -> list[_Piece]:
-    """Cut at every change of level: chunk by chunk, each at its most telling place, until nothing changes."""
+    """Cut at every change of level: chunk by chunk, each where the step is most significant, until nothing changes."""
     n_channels = white.shape[1]
     # chi-square of c degrees at a false alarm of about 1e-7 per place (Laurent & Massart 2000, Lemma 1, x = 16)
     bound = n_channels + 2.0 * np.sqrt(16.0 * n_channels) + 32.0
@@ -274,7 +274,7 @@ def _joined(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
     joined = [pieces[0]]
     for piece in pieces[1:]:
         current = joined[-1]
-        # a piece of a few blocks knows its level only to its own noise
+        # the level of a piece of a few blocks is known only to its own noise
         uncertain = 3.0 * np.sqrt(piece.mean.size / (piece.last - piece.first))
         if np.linalg.norm(piece.mean - current.mean) < max(tolerance, min(uncertain, 3.0 * tolerance)):
             n, more = current.last - current.first, piece.last - piece.first
@@ -331,7 +331,7 @@ def _abruptness(white: Floats, before: _Piece, after: _Piece, way: float) -> flo
 
 
 def _is_level(white: Floats, piece: _Piece, tolerance: float) -> bool:
-    """Tell a hold from a slice of a ramp: by what changes inside its middle, edges of ramps being left out."""
+    """Distinguish a hold from a slice of a ramp: by what changes inside its middle, edges of ramps being left out."""
     n = piece.last - piece.first
     if n < LEAST_BLOCKS:
         return False

@@ -83,7 +83,7 @@ def _directions(vectors: Floats, loaded: NDArray[np.bool_]) -> tuple[Integers, I
 
 
 def _branches(direction: Integers, magnitude: Floats, step: float) -> Integers:
-    """Tell loading from unloading within each stretch of one direction."""
+    """Distinguish loading from unloading within each stretch of one direction."""
     n = len(direction)
     branch = np.full(n, UNLOADED, dtype=np.int64)
     start = 0

@@ -283,7 +283,7 @@ class _RunReadings:
         return np.asarray(members[self.kept[members] & (members != k)])
 
     def _unexplained(self, k: int) -> bool:
-        """Tell whether neither repeats, nor neighbours in time, nor a jump between neighbours explain a reading."""
+        """Return whether neither repeats, nor neighbours in time, nor a jump between neighbours explain a reading."""
         if not self.group_of[k].loaded:
             return self._far_unloaded(k) and not self._slipped(k)
         off = self._off_repeats(k)
@@ -295,7 +295,7 @@ class _RunReadings:
         return not self._slipped(k) and not self._at_a_jump(k)
 
     def _far_unloaded(self, k: int) -> bool:
-        """Tell whether an unloaded reading is far from the others.
+        """Return whether an unloaded reading is far from the others.
 
         One that was reached the same way is enough to agree with; of the rest it takes two, since two may be bumped.
         """
@@ -327,7 +327,7 @@ class _RunReadings:
         return np.asarray(np.median(change, axis=0))
 
     def _slipped(self, k: int) -> bool:
-        """Tell whether the reading before or after is off its own repeats alike: a slip or a drift, not a bump."""
+        """Return whether the reading before or after is off its own repeats alike: a slip or a drift, not a bump."""
         off = self._off_repeats(k)
         for neighbour in (k - 1, k + 1):
             if neighbour not in self.group_of or not self.kept[neighbour]:
@@ -364,7 +364,7 @@ class _RunReadings:
         return min(own) <= max(2.0 * self.bound, 3.0 * float(np.median(gaps)) if gaps else 0.0)
 
     def _at_a_jump(self, k: int) -> bool:
-        """Tell whether the other readings jump at this load, and this one lies on one side or within the jump."""
+        """Return whether the other readings jump at this load, and this one lies on one side or within the jump."""
         repeats = self._others(k)
         at = np.array([self.load[int(j)] for j in repeats])
         values = self.white[repeats]

@@ -27,7 +27,7 @@ LEAST_RETURNS = 2  # or states of the other kind
 
 
 def _is_mended(force: Floats, motion: Floats, step: Floats, starts: range) -> bool:
-    """Tell whether motion follows force (both (n, 3)) far better with the step taken out from one state on."""
+    """Return whether motion follows force (both (n, 3)) far better with the step taken out from one state on."""
 
     def left(force: Floats) -> float:
         return float(np.sum((motion - force @ np.linalg.lstsq(force, motion, rcond=None)[0]) ** 2))

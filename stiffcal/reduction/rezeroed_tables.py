@@ -85,7 +85,7 @@ def _best_step(reading: Floats, per_reading: Floats, columns: Floats, measured: 
 
 
 def _scan(springs: Floats, give: Floats, measured: Floats, starts: NDArray[np.int64]) -> tuple[int, Floats, float]:
-    """Fit compliances and one step, for every start: springs (n, 3, J), give (n, 3, q), seen (n, 3)."""
+    """Fit compliances and one step, for every start: springs (n, 3, J), give (n, 3, q), measured (n, 3)."""
     J, q = springs.shape[2], give.shape[2]
     scale = np.maximum(np.sqrt(np.einsum("ncj,ncj->j", springs, springs)), 1e-300)
     springs = springs / scale

@@ -75,7 +75,7 @@ class PictureBlock:
     draw: Callable[[], Figure]
     """Makes the figure."""
     caption: str
-    """What is seen, with numbers."""
+    """What is observed, with numbers."""
 
 
 Block: TypeAlias = Paragraph | Items | SubheadingBlock | Facts | TableBlock | PictureBlock

@@ -14,8 +14,8 @@ class HalfRun:
     name: str
     """The run's id."""
     force: Floats
-    """(n, 3) N, less the reference's. ``moved``: (n, 3) m, ``turned``: (n, 3) rad, NaN where not measured: as seen, the
-    controller's own motion with it.
+    """(n, 3) N, less the reference's. ``moved``: (n, 3) m, ``turned``: (n, 3) rad, NaN where not measured: observed,
+    the controller's own motion with it.
     """
     moved: Floats
     turned: Floats

@@ -234,7 +234,7 @@ class EvidenceFigure:
     check: str = ""
     """How to check it on the machine, as the catalogue has it."""
     seen: str = ""
-    """What was seen, with numbers; "" where no diagnosis has found it."""
+    """What was observed, with numbers; "" where no diagnosis has found it."""
     alternatives: tuple[EffectAt, ...] = ()
     """Look-alikes."""
     parameters: tuple[IdentifiedParameter, ...] = ()

@@ -1,7 +1,7 @@
 """What the columns of the store's tables mean: unit, words, and whether a number may be missing.
 
 Names in <…> stand for what a campaign calls its joints and targets, <k> for a number from 1. That these are the
-columns which are written, neither more nor fewer, `stiffcal.schemas.tables` sees to.
+columns which are written, neither more nor fewer, `stiffcal.schemas.tables` ensures.
 """
 
 from __future__ import annotations

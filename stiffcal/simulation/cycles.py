@@ -1,8 +1,8 @@
 """Load cycles: which loads a run sets, when, and how it goes from one to the next.
 
 Why a path coordinate: between two holds the load runs along one straight line in wrench space, ahead of nothing and
-behind nothing. All instruments see the same path, each at its own moments, so one number p tells where on it the robot
-is at any time, and everything that depends on the load is solved at some p and interpolated between.
+behind nothing. All instruments measure the same path, each at its own times, so one number p gives where on it
+the robot is at any time, and everything that depends on the load is solved at some p and interpolated between.
 Hold k (from 0) covers p = 2k … 2k + 1, the ramp after it p = 2k + 1 … 2k + 2.
 """
 
@@ -63,7 +63,7 @@ class LoadProgram:
     def path(self, time: Floats) -> Floats:
         """Return (n,) the path coordinate p at moments, s from the run's start.
 
-        A ramp is a straight change of the load seen through a first-order lag (air in the cylinder, the robot coming to
+        A ramp is a straight change of the load behind a first-order lag (air in the cylinder, the robot coming to
         rest); before the first hold and after the last the robot stays as it is in them.
         """
         hold = self.hold_at(time)

@@ -15,7 +15,7 @@ def check_extent(settings: SimulationSettings, manifest: Manifest) -> None:
     Parameters
     ----------
     settings : `simulate.toml`.
-    manifest : says of which kind each run is.
+    manifest : gives the kind of each run.
 
     Raises
     ------

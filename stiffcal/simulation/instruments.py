@@ -60,7 +60,7 @@ class SamplingContext:
     robot: TrueRobot
     """What the robot has beyond its files."""
     misplaced: Floats
-    """(6,) m and rad, base axes: how far the robot stands from where its kinematics says, all through the run."""
+    """(6,) m and rad, base axes: how far the robot stands from where its kinematics puts it, all through the run."""
     gear_ratio: Floats
     """(L,) motor turns per joint turn."""
 
@@ -73,7 +73,7 @@ class SamplingContext:
         return np.asarray((self.true_run.planned.begins + self.time) / 3600.0)
 
     def place(self, frame: str) -> tuple[Floats, Floats]:
-        """Return (n, 3) position and (n, 3, 3) rotation of a frame in base axes, as really seen."""
+        """Return (n, 3) position and (n, 3, 3) rotation of a frame in base axes, as it really is."""
         position = self.true_run.position_at(frame, self.path)
         rotation = self.true_run.rotation_at(frame, self.path)
         if self.frames[frame].body == 0:
@@ -84,7 +84,7 @@ class SamplingContext:
         return position + self.misplaced[:3], np.asarray(rotation_from_vector(self.misplaced[3:]) @ rotation)
 
     def stand(self, frame: str) -> tuple[Floats, Floats]:
-        """Return the same of the frame that an instrument looks from: beside the robot it stands on the ground.
+        """Return the same of the frame that an instrument measures from: off the robot it stands on the ground.
 
         What makes the target wander, or the robot's base give, leaves the tracker where it is: else none would show.
         """

@@ -30,7 +30,7 @@ class RunSetup:
 
     run: SimulatedRun
     moved_joint: int | None
-    """As the manifest says, from 1."""
+    """As in the manifest, from 1."""
     loads: Loads
     """The load cycles that the run would have."""
     frames: Mapping[str, Attachment]

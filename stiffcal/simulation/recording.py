@@ -74,7 +74,7 @@ class RecordingContext:
     """Rod to its link's node, and what it reads, (7,): of that node's displacement, and per kelvin."""
 
     def misplaced(self, run: int) -> Floats:
-        """Return (6,) how far the robot stands from where its kinematics says, m and rad, base axes."""
+        """Return (6,) how far the robot stands from where its kinematics puts it, m and rad, base axes."""
         robot = self.settings.robot
         drawn = stream(self.seed, Stream.MISPLACED, run).standard_normal(6)
         size = np.repeat([robot.position_error_m, robot.orientation_error_rad], 3)

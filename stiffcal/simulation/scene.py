@@ -178,7 +178,7 @@ def draw_acts(
 
 
 def _check_runs(campaign: Campaign, settings: SimulationSettings) -> None:
-    """Raise where manifest and settings speak of different runs, or a pose cannot be."""
+    """Raise where manifest and settings name different runs, or a pose cannot be."""
     faults: list[Fault] = []
     planned_names = {run.id for run in settings.runs}
     for run in campaign.manifest.runs:

@@ -1,6 +1,6 @@
 """`simulate.toml`: what a simulated campaign does with its robot, and how its instruments err. SI units throughout.
 
-What the logs look like (files, formats, columns, units) is *not* said here: `campaign.toml` says it already, and
+What the logs look like (files, formats, columns, units) is *not* stated here: `campaign.toml` states it already, and
 `simulate` writes exactly what the manifest promises to read.
 """
 
@@ -42,7 +42,7 @@ Direction = Annotated[
 
 
 class Amounts(TomlTable):
-    """An amount per axis for each quantity that an instrument may read; zero where it is not said."""
+    """An amount per axis for each quantity that an instrument may read; zero where it is not stated."""
 
     force_N: NotNegative = 0.0
     moment_Nm: NotNegative = 0.0

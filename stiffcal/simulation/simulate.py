@@ -1,6 +1,6 @@
-"""Simulating a whole campaign: raw logs of a known robot, and the truth beside them.
+"""Simulating a whole campaign: raw logs of a known robot, and the truth with them.
 
-The manifest of the folder given says what is logged how; `simulate.toml` what is done and how instruments err; the
+The manifest of the folder given states what is logged how; `simulate.toml` what is done and how instruments err; the
 model file, every parameter valued, what the robot is. Out comes a campaign folder like any other. Its model file has
 lost the values: whoever analyses it starts where a lab starts, and the truth stands in `truth.json` alone.
 """
@@ -56,9 +56,9 @@ def simulate_campaign(
     settings : its `simulate.toml`, of `load_settings`.
     out : the folder to write; may be the campaign's own (then only logs and truth are written).
     seed : for all that is drawn; None: the settings'. The same seed gives the same bytes.
-    progress : told what is being done.
+    progress : receives what is being done.
     settle : another robot that is loaded in place of the model file's, e.g. a physics engine; the model file then only
-        says what the truth is called.
+        decides what the truth is called.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def simulate_campaign(
     corrects = any(run.compensation == "on" for run in campaign.manifest.runs)
     truth = truth_document(robot, stage, switched_on, logs, settings.controller if corrects else None)
     with _only_whole(out):
-        # First: it tells a folder that a killed process left half-made from one that holds something else.
+        # First: it distinguishes a folder that a killed process left half-made from one that holds something else.
         write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")
         files = [*_write_logs(out, campaign, switched_on, logs, progress), TRUTH_FILE]
         if out.resolve() != campaign.folder.resolve():

@@ -67,7 +67,7 @@ class TrueRun:
     """Frame name to (4, 4) base_from_frame at the run's start."""
     nodes: Floats | None = None
     """(s, 2J + 2, 6) the nodes' own displacements since the run's start, node axes, m and rad; None where the robot
-    that answers does not tell them. Rods on links see these.
+    that answers does not return them. Rods on links measure these.
     """
     correction: Correction | None = None
     """What a correcting controller adds over time; None where none corrects."""
@@ -102,7 +102,7 @@ class TrueRun:
 
 
 class RestSolver(Protocol):
-    """A robot, seen from outside: asked for loads in the order in which they act, it says where it comes to rest."""
+    """A robot as an observer meets it: given loads in the order in which they act, it returns where it rests."""
 
     def __call__(self, joints: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder) -> Places:
         """Return the places of the set-up's targets.
@@ -143,7 +143,7 @@ def solve_true_runs(
     planned_runs : the runs.
     frames : the frames that instruments look at, where they really are.
     tool : what hangs on the flange.
-    settle : who says where the robot comes to rest; None: the exact balance of ``robot``. Effects of observation
+    settle : returns where the robot comes to rest; None: the exact balance of ``robot``. Effects of observation
         (drift, a slip) are ``robot``'s in either case.
     commanded_change : run to (s, L) rad, by how much a controller moves the joints at each solved place.
 
@@ -324,7 +324,7 @@ def _observed_shift(robot: CompliantRobot, displacement: Floats, order: StateOrd
 
 
 def _refuse_setup_effects(robot: CompliantRobot) -> None:
-    """Raise where the model holds turned or shifted frames: those are said in simulate.toml, where nothing can mix."""
+    """Raise where the model holds turned or shifted frames: those are given in simulate.toml, where nothing can mix."""
     for placed_effect in robot.placed:
         if placed_effect.specs(ParameterRole.SETUP):
             name = placed_effect.effect.name

@@ -19,8 +19,8 @@ folder, flushes it to the disk, and then replaces the link `current`, which is o
 then is the old folder removed. What a killed writer left behind, or could not remove, the next command removes. A
 reader inside stiffcal holds a shared lock on its generation, so that it is not removed beneath it.
 
-A store may come from anybody. Files are found by the names of tables and documents alone (never by what an index says),
-opened without following links, and compared with their SHA-256; the user's record of trust knows the digests of the
+A store may come from anybody. Files are found by the names of tables and documents alone (never by the index),
+opened without following links, and compared with their SHA-256; the user's record of trust holds the digests of the
 indexes that their own runs have written (`stiffcal.store.origin`).
 
 Where links cannot be replaced atomically (Windows, some network folders) a file ``current.id`` with the generation's

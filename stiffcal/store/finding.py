@@ -22,7 +22,7 @@ def find_generation(
 ) -> Path | None:
     """Return the folder of the generation that is to be read, or None where there is none.
 
-    Where none is named, or the named one is not there, the newest whole one; one line says so.
+    Where none is named, or the named one is not there, the newest complete one, with a warning of one line.
 
     Raises
     ------

@@ -147,7 +147,7 @@ def _renew_link(store: Path, target: Path) -> None:
         # A copied store: the generation that it holds has been carried over by now.
         shutil.rmtree(link)
     elif os.path.lexists(link):
-        # A junction is removed like an empty folder; an archive that knows no links keeps one as a file.
+        # A junction is removed like an empty folder; an archive without links keeps one as a file.
         (link.rmdir if is_junction(link.lstat()) else link.unlink)()
     if sys.platform == "win32":
         import _winapi
@@ -186,7 +186,7 @@ def pinned(store: Path, folder: Path, display_name: str = "store") -> Iterator[b
 
 
 def has_others(store: Path, current: Path | None) -> bool:
-    """Return whether something lies beside the current generation; False where none of ``generations`` is named."""
+    """Return whether something lies next to the current generation; False where none of ``generations`` is named."""
     generations = store / GENERATIONS
     if current is None or current.parent != generations or not is_plain_folder(generations):
         return False

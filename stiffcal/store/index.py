@@ -114,7 +114,7 @@ class Index:
     tables: Mapping[str, Entry] = field(default_factory=dict)
     documents: Mapping[str, Entry] = field(default_factory=dict)
     digest: str = ""
-    """SHA-256 of the index itself, under which the user's record knows the generation."""
+    """SHA-256 of the index itself, under which the user's record holds the generation."""
 
     def of(self, kind: str) -> Mapping[str, Entry]:
         """Return the tables or the documents."""
@@ -172,7 +172,7 @@ def read_index(store: Path, place: str, display_name: str) -> Index:
 
 
 def parse_index(content: bytes, display_name: str) -> Index:
-    """Return what an index says.
+    """Return the content of an index.
 
     Raises
     ------

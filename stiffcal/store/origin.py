@@ -84,7 +84,7 @@ def known_sources_state(digest: str) -> str:
 def with_origins(name: str, document: dict[str, Any], entry: Entry, generation: str, place: str) -> dict[str, Any]:
     """Return a document that grows entry by entry, each entry with its origin where that is not the user.
 
-    An entry cannot make itself the user's own: what it says of itself counts only in an own generation.
+    An entry cannot make itself the user's own: what it states of itself counts only in an own generation.
     """
     key = ENTRY_LISTS.get(name)
     listed = document.get(key) if key is not None else None

@@ -58,7 +58,7 @@ class PreviousGeneration:
 
     @property
     def sources_state(self) -> str:
-        """The state of its sources as this user's record knows it."""
+        """The state of its sources as this user's record holds it."""
         return known_sources_state(self.index.digest) if self.there else ""
 
     def document(self, name: str, writing: str) -> dict[str, Any] | None:
@@ -66,7 +66,7 @@ class PreviousGeneration:
 
         Parameters
         ----------
-        writing : the origin of what is written: beside what the user computes, a stranger's results do not count.
+        writing : the origin of what is written: next to what the user computes, a stranger's results do not count.
         """
         if name not in self.index.documents:
             return None

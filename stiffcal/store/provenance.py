@@ -167,13 +167,13 @@ class SourceHashes:
 
     @property
     def state(self) -> str:
-        """What `sources_state` says of the files that were hashed, "" where one of them has changed since."""
+        """`sources_state` of the files that were hashed, "" where one of them has changed since."""
         return self._state if self._state == sources_state(self._folder, self._files) else ""
 
 
 @contextmanager
 def hash_sources(folder: Path, files: Sequence[str]) -> Iterator[SourceHashes]:
-    """Hash files beside what is done inside the block; ``result()`` gives the hashes.
+    """Hash files while something else is done inside the block; ``result()`` gives the hashes.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def hash_sources(folder: Path, files: Sequence[str]) -> Iterator[SourceHashes]:
 
 
 def sources_state(folder: Path, files: Sequence[str]) -> str:
-    """Return one digest over what the file system says of every source, "" where that cannot tell of a change.
+    """Return one digest over the file system's data on every source, "" where that cannot show a change.
 
     Name, device, inode, size, times of change of content and of inode: whoever writes a file without changing these has
     changed the clock of the machine. A file that was changed just now may be changed again within the same tick of the
@@ -231,7 +231,7 @@ def changed_sources(
     provenance : the record of what was read.
     folder : the campaign folder.
     files : what the manifest names now; None: the same as then.
-    thorough : hash every file, whatever the file system says.
+    thorough : hash every file, whatever the file system's data.
     elsewhere : sources that are no files, as they are now.
     known_state : `sources_state` when they were hashed, from the user's own record and not from the store; where it is
         the present one, no file is hashed.

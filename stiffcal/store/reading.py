@@ -120,7 +120,7 @@ class Store:
             yield snapshot
 
     def remove_leftovers(self) -> None:
-        """Remove what an earlier command has left beside the current generation: it was killed, or had no right to.
+        """Remove what an earlier command has left next to the current generation: it was killed, or had no right to.
 
         For a command that has read the current generation. Where somebody writes just now, or this command has not the
         right to either, it stays for the next one.
@@ -152,7 +152,7 @@ class Store:
         Parameters
         ----------
         command : what is writing, for another writer that has to wait.
-        wait_s : how long to wait for another writer before saying so.
+        wait_s : how long to wait for another writer before giving up.
 
         Examples
         --------

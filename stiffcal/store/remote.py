@@ -6,14 +6,14 @@ one atomic step. Reading and writing go through a folder of this process on the 
 are first read, written there in bounded memory and sent when they are finished. What is kept unchanged is copied inside
 the object store.
 
-Two writers: S3 has no locks, and Arrow no conditional put; but what was put is seen by everyone at once. That is
-enough for Lamport's bakery: a writer announces itself, draws a number above all it sees, and waits until every smaller
+Two writers: S3 has no locks, and Arrow no conditional put; but what was put can be read by everyone at once. That is
+enough for Lamport's bakery: a writer announces itself, draws a number above all it reads, and waits until every smaller
 one is gone. It renews its number while it works; one that stands still for `LEASE_S` belonged to a process that was
-killed, and is removed. Before the switch the writer sees that its number is still there and that the generation it
+killed, and is removed. Before the switch the writer checks that its number is still there and that the generation it
 began from still holds. One that is stopped between that look and the switch, for longer than the lease, and then wakes
 up, puts an object that does not count: its NUMBER is that of what it began from, plus one, and who came after it has a
 larger NUMBER or TICKET. After the switch every writer looks again: where another has switched too since it began, it
-takes its own back and is told. So of two one may have to do its work again, but no result is lost without a word.
+takes its own back with an error. So of two one may have to do its work again, but no result is lost without a word.
 """
 
 from __future__ import annotations

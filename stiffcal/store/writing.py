@@ -1,4 +1,4 @@
-"""Writing a store: a new generation beside the old one, made the current one by `Writing.commit`."""
+"""Writing a store: a new generation next to the old one, made the current one by `Writing.commit`."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class TableStream:
 
     @property
     def entry(self) -> Entry:
-        """What the index says of the table; complete once it is closed."""
+        """The table's entry in the index; complete once it is closed."""
         return Entry(self._file.size, self.n_rows, self._file.digest.hexdigest())
 
     def abandon(self) -> None:
@@ -200,7 +200,7 @@ class Writing:
         self._index["documents"][name] = Entry(len(content), sha256=digest, origin=self.origin)
 
     def stored(self, name: str) -> dict[str, Any] | None:
-        """Return a document of the old generation, None where there is none that counts beside what is written."""
+        """Return a document of the old generation, None where there is none that counts next to what is written."""
         return self._old.document(name, self.origin)
 
     def keep(self, *names: str) -> None:

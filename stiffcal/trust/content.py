@@ -44,7 +44,7 @@ class TrustEntry:
     key: str
     """The SHA-256, the folder or the place."""
     note: str
-    """Where it was when the user allowed it, "" where that says nothing."""
+    """Where it was when the user allowed it, "" where that is not known."""
     since: str
     """When, UTC, ISO 8601."""
 

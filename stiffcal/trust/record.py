@@ -4,7 +4,7 @@ It holds what the user has allowed (plugin code and queries by their SHA-256, fo
 stores) and the generations of stores that the user's own runs have written. Nothing in a campaign folder can write to
 it: a record inside a campaign folder, or one that others can write to, is not believed.
 
-Where nothing can be remembered (no home, a folder that is read-only), commands work and one line says so.
+Where nothing can be remembered (no home, a folder that is read-only), commands work, with a warning of one line.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class TrustRecord:
         return [*listed, *(TrustEntry("generation", digest, "", "") for digest in pending)]
 
     def allow_plugin(self, digest: str, note: str) -> None:
-        """Remember that the user has allowed plugin code; `note` says where it was.
+        """Remember that the user has allowed plugin code; `note` holds where it was.
 
         Raises
         ------
@@ -151,8 +151,8 @@ class TrustRecord:
     def remember_generation(self, *generations: CommittedGeneration, required: bool = False) -> None:
         """Remember generations that this user's run has just written.
 
-        What the record cannot take is noted beside it. Where that cannot be done either, the generations hold for this
-        process alone, and one line says so.
+        What the record cannot take is noted next to it. Where that cannot be done either, the generations hold for this
+        process alone, with a warning of one line.
 
         Parameters
         ----------
@@ -239,7 +239,7 @@ _cached: dict[_Stamp, RecordContent] = {}
 def open_record() -> TrustRecord:
     """Return the record as it stands now.
 
-    A damaged one is set aside, one that is not to be believed is left alone; one line says so, and nothing is trusted.
+    A damaged one is set aside, one that must not be believed is left alone: one line warns, and nothing is trusted.
     """
     record = _opened(state_folder())
     if record.folder not in _writable_at_first:
@@ -354,7 +354,7 @@ def _set_aside(folder: Path, error: ValueError, may_lock: bool) -> tuple[RecordC
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """Hold the lock beside the record.
+    """Hold the lock next to the record.
 
     Raises
     ------

@@ -18,7 +18,7 @@ def before_plugin_code(action: Callable[[tuple[str, ...]], None] | None) -> None
 
 
 def interruptions_by(asked: Callable[[], bool] | None) -> None:
-    """Say how to tell the user's Ctrl-C from a `KeyboardInterrupt` that a plugin raises; None: all are the user's."""
+    """Set how the user's Ctrl-C differs from a `KeyboardInterrupt` that a plugin raises; None: all are the user's."""
     _is_interruption[:] = [] if asked is None else [asked]
 
 

@@ -153,7 +153,7 @@ def _check_limits(fitted: FittedRobot, table: WrittenTable, joints: Floats) -> N
 
 
 def shortened(faults: list[Fault]) -> list[Fault]:
-    """Return the first faults of many, the last of them saying how many more there are."""
+    """Return the first faults of many, the last of them with how many more there are."""
     if len(faults) <= _MOST_FAULTS:
         return faults
     last = faults[_MOST_FAULTS - 1]

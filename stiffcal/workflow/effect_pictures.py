@@ -1,7 +1,7 @@
 """What each effect does to a load-deformation curve, computed by the effect's own law on a lever with two joints.
 
 The example: two parallel joints, links of one metre and of 0.8 m, a force at the tool that goes up and down along one
-line, twice, against the other direction too. The effect is enlarged until it can be seen; the model without it is
+line, twice, against the other direction too. The effect is enlarged until it is visible; the model without it is
 joint compliance alone.
 """
 

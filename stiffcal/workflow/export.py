@@ -26,14 +26,14 @@ TABLES, MODELS = (".csv", ".parquet"), (".json", ".urdf")
 def export_campaign(
     folder: Path, context: RunContext | None = None, output: Path = Path("states.csv"), *, raw_text: bool = False
 ) -> ExportResult:
-    """Write a campaign's states or model to a file, whose ending says which.
+    """Write a campaign's states or model to a file, whose ending decides which.
 
     Parameters
     ----------
     folder : the campaign folder.
     context : store, progress and so on.
     output : ``*.csv`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit with its
-        model; ``*.urdf``: the robot, with the stiffness of its joints beside it.
+        model; ``*.urdf``: the robot, with the stiffness of its joints in an element of its own.
     raw_text : leave texts in a CSV file as they are, also those that a spreadsheet takes for formulas.
 
     Returns

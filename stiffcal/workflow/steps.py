@@ -198,7 +198,7 @@ def stored_ingest(store: Store) -> IngestResult | None:
 def ingested(folder: Path, context: RunContext) -> Ingested:
     """Return the campaign's load states, ingesting first where they are missing, stale or somebody else's.
 
-    Where logs are missing and nothing else has changed, what is stored is used; `Ingested.origin` says whose it is.
+    Where logs are missing and nothing else has changed, what is stored is used; `Ingested.origin` holds whose it is.
 
     Raises
     ------

@@ -28,7 +28,7 @@ def stored_document(store: Store, name: str) -> Document | None:
 
     Raises
     ------
-    DamagedError : it is not what was written, or holds something else than its name says.
+    DamagedError : it is not what was written, or holds something else than its name states.
     NewerError : it was written by a newer stiffcal.
     """
     if name not in store.documents:
@@ -46,7 +46,7 @@ def stored_result(store: Store, name: str, kind: type[Result]) -> Result | None:
 
     Raises
     ------
-    DamagedError : it is not what was written, or holds something else than its name says.
+    DamagedError : it is not what was written, or holds something else than its name states.
     NewerError : it was written by a newer stiffcal.
     """
     document = stored_document(store, name)

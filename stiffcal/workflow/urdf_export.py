@@ -1,7 +1,7 @@
 """The robot as URDF, each joint with the stiffness of its drive.
 
-URDF knows no stiffness: it stands in an element of its own, which readers that do not know it pass over. Joint angles
-in the file are the chain's own; where logged angles are coupled, a comment says how they become these.
+URDF has no stiffness: it stands in an element of its own, which readers that do not know it pass over. Joint angles
+in the file are the chain's own; where logged angles are coupled, a comment states how they become these.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ class ClampedResult:
 
 
 def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
-    """Tell every joint that was driven against the fixture; None where the campaign holds no clamped run.
+    """Fit every joint that was driven against the fixture; None where the campaign holds no clamped run.
 
     Where the campaign holds load states too, these are fitted together with the clamped runs, and the parameters come
     from there; this part then adds play, friction and curve.

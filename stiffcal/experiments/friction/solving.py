@@ -43,7 +43,7 @@ class FrictionLaw:
         return self.placed.place.joints[0]
 
     def held(self, symbol: str) -> bool:
-        """Tell whether the model file holds a parameter at its value."""
+        """Return whether the model file holds a parameter at its value."""
         return self.placed.parameter_name(symbol) in self.fixed
 
     def columns(self, velocity: Floats, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:

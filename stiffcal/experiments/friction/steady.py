@@ -205,7 +205,7 @@ def _longest_steady_piece(time: Floats, angle: Floats, noise: float) -> tuple[in
 
 
 def _bends(time: Floats, angle: Floats, first: int, last: int, noise: float) -> bool:
-    """Tell whether the velocity changes slowly over the length of a piece, as around the fastest moment of a swing."""
+    """Return whether the velocity changes slowly over the length of a piece, as around the fastest point of a swing."""
     away = np.linspace(-1.0, 1.0, last - first + 1)
     _, linear, square, cubic = (
         float(coefficient) for coefficient in np.polynomial.legendre.legfit(away, angle[first : last + 1], 3)

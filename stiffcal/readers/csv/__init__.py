@@ -2,15 +2,15 @@
 
 Options of the manifest (``csv = {…}``), all optional:
 
-delimiter : one character; absent: told from the header line.
+delimiter : one character; absent: found from the header line.
 decimal : "." or ",".
 encoding : of the file, "utf-8" when absent.
 skip_rows : lines before the line with the column names.
-unit_row : True where the line after the names holds units; absent: told from that line, which then holds nothing but
-    units this program has heard of.
+unit_row : True where the line after the names holds units; absent: decided by that line, which then holds nothing but
+    units known to this program.
 
 Lines are parsed by pyarrow in blocks, single-threaded, with every wanted column's type given, so that memory stays flat
-and no cell is guessed at. Faults are found again in a second, slow pass that knows lines and columns.
+and no cell is guessed at. Faults are found again in a second, slow pass that tracks lines and columns.
 """
 
 from __future__ import annotations

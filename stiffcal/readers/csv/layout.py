@@ -83,7 +83,7 @@ class LogLayout:
     def split(self, line: str, strict: bool = False) -> list[str]:
         """Return the cells of one line, without the blanks around them; `strict`: `csv.Error` for stray quotation."""
         for row in csv.reader([line], delimiter=self.delimiter, strict=strict):
-            # Blanks as the parser knows them: no-break spaces and the like belong to the cell.
+            # Blanks as the parser defines them: no-break spaces and the like belong to the cell.
             return [cell.strip(" \t") for cell in row]
         return [""]
 
@@ -312,7 +312,7 @@ def _read_units(text: LogText, layout: LogLayout, asked: object, wanted: WantedC
 
 
 def _all_units(words: Sequence[str]) -> bool:
-    """Return True where every word is a unit this program has heard of, and none is a number."""
+    """Return True where every word is a unit known to this program, and none is a number."""
 
     def parts(word: str) -> list[str]:
         return (

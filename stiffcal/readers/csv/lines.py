@@ -1,7 +1,7 @@
 """The bytes of a text log, as the CSV parser is to see them: one line end, no empty lines, every line counted.
 
 Why between the file and the parser: exact line numbers, a file that ends in the middle of a line and a quotation mark
-that swallows lines can only be seen here. All steps are on whole chunks of bytes, so this costs little beside parsing.
+that swallows lines can only be detected here. All steps are on whole chunks of bytes: far cheaper than parsing.
 """
 
 from __future__ import annotations

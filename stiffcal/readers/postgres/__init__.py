@@ -1,6 +1,6 @@
 """Tables and queries of a PostgreSQL database, TimescaleDB included, streamed. Needs the extra ``postgres`` (ADBC).
 
-What is read, the manifest says under `file`: a table (``daq.ft``) or a query (``select … order by t``). Options
+What is read, the manifest states under `file`: a table (``daq.ft``) or a query (``select … order by t``). Options
 (``postgres = {…}``):
 
 uri_env : the environment variable that holds the address, ``postgresql://user@host/database``.
@@ -51,13 +51,13 @@ from stiffcal.trust.record import open_record
 BATCH_BYTES = 4 << 20
 BATCH_ROWS = 1 << 16
 STATEMENT_S, LONGEST_S = "STIFFCAL_POSTGRES_STATEMENT_S", 1800
-"""The variable that says how long a statement may take, s, and what holds without it."""
+"""The variable that sets how long a statement may take, s, and what holds without it."""
 _FILE = {"from": str}  # the option as which the manifest's `file` comes here
 _CANCELLED, _NO_TABLE = "57014", "42P01"  # SQLSTATE query_canceled and undefined_table
 
 
 class PostgresOptions(TomlTable):
-    """How a PostgreSQL database is reached; which table or query is read, `file` says. No password stands here.
+    """How a PostgreSQL database is reached; which table or query is read, `file` states. No password stands here.
 
     The user allows databases by environment, ``STIFFCAL_POSTGRES_ENV`` and ``STIFFCAL_POSTGRES``, and trusts queries.
 
@@ -254,7 +254,7 @@ def _longest_statement_s() -> int:
 
 
 def _near_table(connection: Any, servers_words: str, source: _What) -> str:
-    """Return the nearest name of a table in the database, where that can be said."""
+    """Return the nearest name of a table in the database, where there is one."""
     relation = re.search(r'relation "(.*)" does not exist', servers_words)
     wanted = ".".join(source.table) if source.table else relation[1] if relation else None
     if wanted is None:
@@ -271,7 +271,7 @@ def _near_table(connection: Any, servers_words: str, source: _What) -> str:
 
 
 def _server_message(error: Exception, address: Address) -> str:
-    """Return what the server says, on one line, without the address's secrets."""
+    """Return the server's message, on one line, without the address's secrets."""
     servers_words = address.without_secrets(" ".join(str(error).split()))
     first_error = re.search(r"(?:ERROR|FATAL): .*?(?= LINE \d| Query was|$)", servers_words)
     return (first_error.group() if first_error else servers_words)[:300]

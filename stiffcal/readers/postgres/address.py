@@ -168,6 +168,6 @@ def _patience(parameters: Mapping[str, str]) -> int:
     if len(hosts) == 1 and not hosts[0].startswith(("/", "@")) and "hostaddr" not in parameters:
         try:
             hosts = [str(resolved[4][0]) for resolved in socket.getaddrinfo(hosts[0], None, type=socket.SOCK_STREAM)]
-        except OSError:  # libpq says so
+        except OSError:  # libpq reports it
             hosts = []
     return PATIENCE_S if len(hosts) <= 1 else max(_SHORTEST_S, PATIENCE_S // len(hosts))

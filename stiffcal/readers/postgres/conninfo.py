@@ -1,4 +1,4 @@
-"""Addresses of PostgreSQL servers as libpq takes them, read by ourselves before libpq sees them.
+"""Addresses of PostgreSQL servers as libpq takes them, read by ourselves before libpq gets them.
 
 Why: where libpq cannot read an address, its message quotes the part that it stumbles over, which may be the password.
 An address that these rules cannot read is refused without a word of what stands in it.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def apparent_negative(path: LoadPath, axis: int) -> Booleans:
-    """Tell the steps of a path on which force and deflection along an axis run against each other.
+    """Return the steps of a path on which force and deflection along an axis run against each other.
 
     Returns
     -------

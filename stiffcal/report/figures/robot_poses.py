@@ -150,7 +150,7 @@ def draw_robot_poses(runs: Sequence[ReportRun], states: ReportStates | None, sca
 def draw_pose_sheet(
     runs: Sequence[ReportRun], numbers: Sequence[int], states: ReportStates | None, scale: float, columns: int = 4
 ) -> Figure:
-    """Draw each pose in a small picture of its own, seen from aside and above, its shadow on the floor.
+    """Draw each pose in a small picture of its own, in side view and top view, its shadow on the floor.
 
     Parameters
     ----------

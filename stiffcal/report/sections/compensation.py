@@ -78,7 +78,7 @@ def _answer(poses: list[ComparedPose]) -> str:
 
 
 def _turned_back(pose: ComparedPose) -> bool:
-    """Tell whether the compensated target moves, on the whole, against where the load would move it."""
+    """Return whether the compensated target moves, on the whole, against where the load would move it."""
     work_off = float(np.sum(pose.off.force * pose.off.moved))
     work_on = float(np.sum(pose.on.force * pose.on.moved))
     return work_off > 0.0 and work_on < -0.05 * work_off

@@ -1,4 +1,4 @@
-"""Load-deformation curves: the telling runs large, the others as small multiples; single states run by run."""
+"""Load-deformation curves: the most informative runs large, the others as small multiples; single states run by run."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _line_displacement_blocks(content: ReportContent, states: ReportStates) -> l
 
 
 def _run_rms(content: ReportContent) -> dict[str, float]:
-    """Residual of each run in poses not seen, from the validate document."""
+    """Residual of each run in poses left out of the fit, from the validate document."""
     entries = (content.validate or {}).get("by_run", [])
     return {str(entry["label"]): wording.part(entry.get("rms"), "translation") or 0.0 for entry in entries}
 
