@@ -253,7 +253,7 @@ def _source_run_faults(manifest: Manifest, name: str, source: Source) -> Iterato
         mend = 'add run = { column = "run" } or run = { each = "row" }'
         if not source.is_states:
             mend += ", or [[runs]] with files = { … } for each"
-        yield _fault(FaultCode.KEY_MISSING, place, "it is not said which run a row belongs to", mend)
+        yield _fault(FaultCode.KEY_MISSING, place, "it is not stated which run a row belongs to", mend)
     if source.run is not None and source.run.each == "row" and not source.is_states:
         yield _fault(
             FaultCode.KEY_CONFLICT,
@@ -273,7 +273,7 @@ def _format_faults(manifest: Manifest, name: str, source: Source) -> Iterator[Fa
             yield _fault(
                 FaultCode.FORMAT_UNKNOWN,
                 f"sources.{name}",
-                f'the ending of "{file}" does not tell the format',
+                f'the ending of "{file}" does not determine the format',
                 'add format = "csv", say',
             )
             return
@@ -311,7 +311,7 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
                 if point.at_m is None and marker not in manifest.frames:
                     mend = "write { columns = […], at_m = [x, y, z] }"
                     yield _fault(
-                        FaultCode.KEY_MISSING, f"{place}.markers.{marker}", "its place on the body is not said", mend
+                        FaultCode.KEY_MISSING, f"{place}.markers.{marker}", "its place on the body is not stated", mend
                     )
     for name, rod in manifest.ids.items():
         if links is not None and rod.link not in links:
@@ -345,7 +345,7 @@ def _wrench_faults(wrench: Wrench, source: Source, place: str) -> Iterator[Fault
         yield _fault(
             FaultCode.KEY_MISSING,
             place,
-            "it is not said in which axes the wrench is",
+            "it is not stated in which axes the wrench is",
             'add frame = "ft_sensor", or axes and point',
         )
     if wrench.point_frame is None:

@@ -183,7 +183,7 @@ def _delimiter(lines: list[str], display_name: str) -> str:
             FaultCode.FORMAT_UNKNOWN,
             display_name,
             "",
-            "no columns can be told apart",
+            "no columns can be distinguished",
             "separate them by commas, semicolons or tabs",
         )
     return best

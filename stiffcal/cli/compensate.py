@@ -78,7 +78,7 @@ Normal = Annotated[
 ]
 Judge = Annotated[
     Path | None,
-    typer.Option(metavar="DIR", help="Another campaign, whose robot tells what is left.", show_default=False),
+    typer.Option(metavar="DIR", help="Another campaign, whose robot predicts what is left.", show_default=False),
 ]
 PictureFile = Annotated[
     Path | None,

@@ -113,7 +113,7 @@ def _show_missing(console: Console, result: DiagnoseResult, effect: ProposedEffe
     console.print(f"\nmissing: {effect_words(effect)}")
     if effect.alternatives:
         names = ", ".join(effect_words(alternative) for alternative in effect.alternatives)
-        console.print(f"  cannot be told from: {names}", soft_wrap=True)
+        console.print(f"  cannot be distinguished from: {names}", soft_wrap=True)
     finding = result.finding_of(effect)
     if finding is None or finding.evidence is None:
         return
@@ -130,12 +130,14 @@ def _show_next_measurement(console: Console, result: DiagnoseResult) -> None:
         load = ", ".join(significant(value) for value in measurement.load[:3])
         between = " and ".join(effect_words(effect) for effect in measurement.separates)
         console.print(
-            f"\nto tell {between} apart: pose ({pose})°, force ({load}) N in the sensor's axes; "
+            f"\nto distinguish {between}: pose ({pose})°, force ({load}) N in the sensor's axes; "
             f"there they differ by {length(measurement.difference_m)}",
             soft_wrap=True,
         )
     elif len(result.missing) == 1 and result.missing[0].alternatives:
-        console.print("\nno single load in reach tells the foremost of these look-alikes apart by more than the noise")
+        console.print(
+            "\nno single load in reach distinguishes the foremost of these look-alikes by more than the noise"
+        )
 
 
 def _show_pace(console: Console, pace: SearchPace) -> None:

@@ -38,7 +38,7 @@ def identify(
 ) -> int:
     """Fit the model: each stiffness with its uncertainty.
 
-    Says too what the data cannot tell, and what error to expect in new poses.
+    Lists too what the data cannot identify, and what error to expect in new poses.
 
     Example: stiffcal identify demo --loss huber
     """
@@ -76,7 +76,7 @@ def show_fit(console: Console, result: IdentifyResult) -> None:
     for group in result.not_identifiable:
         if elsewhere and set(group.parameters) <= elsewhere:
             continue
-        console.print(f"cannot be told: {unidentified_in_words(group)}")
+        console.print(f"cannot be identified: {unidentified_in_words(group)}")
     if result.expected_error:
         console.print(result.expected_error)
     if result.coupling is not None:

@@ -36,7 +36,7 @@ def show_links(console: Console, links: list[LinkResult]) -> None:
         lowest, highest = link.compliance_interval
         for row, column, words, factor, unit in _ELEMENTS:
             value, low, high = link.compliance[row][column], lowest[row][column], highest[row][column]
-            value_text = "cannot be told"
+            value_text = "not identifiable"
             if value is not None and low is not None and high is not None:
                 value_text = interval(value * factor, low * factor, high * factor)
             table.add_row(words, value_text, unit)
@@ -58,7 +58,7 @@ def show_coupling(console: Console, coupling: CouplingResult) -> None:
     console.print(table)
     for way in ways:
         unidentified = len(way.not_identifiable)
-        console.print(f"{way.says}: fit {deviation(way.rms)} rms, {unidentified or 'no'} parameters not told apart")
+        console.print(f"{way.says}: fit {deviation(way.rms)} rms, {unidentified or 'no'} parameters not identifiable")
 
 
 _HEADS = {
@@ -71,7 +71,7 @@ _HEADS = {
 
 def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
     if estimate is None:
-        return "cannot be told"
+        return "not identifiable"
     spread = share(NORMAL_95 * estimate.std / abs(estimate.value)) if estimate.value else "–"
     if way == "with-rods":
         return f"{significant(estimate.value)} ± {spread}"

@@ -46,7 +46,7 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
         table = plain_table("parameter", "place", "value, ± 95 %>", "")
         for parameter in not_compliances:
             low, high = _ends(parameter.interval)
-            words = interval(parameter.value, low, high) if parameter.value is not None else "cannot be told"
+            words = interval(parameter.value, low, high) if parameter.value is not None else "not identifiable"
             table.add_row(
                 parameter.name,
                 places(parameter.where),
@@ -69,7 +69,7 @@ def _place(parameter: IdentifiedParameter) -> str:
 def _stiffness(parameter: IdentifiedParameter) -> str:
     low, high = _ends(parameter.stiffness_interval)
     if parameter.value is None:
-        return "cannot be told"
+        return "not identifiable"
     # A compliance of zero: these data show no give at all, and only how stiff the joint is at least.
     if parameter.known_stiffness is None:
         return f"above {significant(low)}" if low else "rigid"

@@ -162,7 +162,7 @@ def _warnings(search: Search) -> list[str]:
     if now is not None and not now.adequate and not search.unexplained:
         words.append(
             f"what is left is {now.ratio:.2g} times the noise that the manifest states, and follows nothing: look at "
-            "sigma in campaign.toml, or repeat loads, which tells the noise itself"
+            "sigma in campaign.toml, or repeat loads, which measures the noise itself"
         )
     return words
 
@@ -299,7 +299,7 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
         n = len(search.could_be)
         who = f"each of {n} effects alone fits" if n > 1 else f"{candidate_in_words(search.could_be[0])} alone fits"
         return (
-            f"Something is missing, and these {len(search.first.folds)} poses are too few to tell what: "
+            f"Something is missing, and these {len(search.first.folds)} poses are too few to decide what: "
             f"{who} them all, so that leaving poses out cannot choose among them ({against})."
         )
     return f"Something is missing, and it is none of these: no effect in the catalogue accounts for it ({against})."

@@ -141,8 +141,7 @@ def fit_warnings(fit: Fit) -> list[str]:
         )
     in_noise = _jointly_unidentifiable(fit)
     words += [
-        f"{effect} at {', '.join(places)}: within the noise, told from none at all by less than three standard "
-        "uncertainties"
+        f"{effect} at {', '.join(places)}: within the noise, less than three standard uncertainties from zero"
         for effect, places in in_noise.items()
     ]
     for parameter in fit.parameters:

@@ -227,7 +227,7 @@ def _gaps(identified: NDArray[np.bool_]) -> tuple[str, ...]:
     names = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
     loads = ("F1", "F2", "F3", "M1", "M2", "M3")
     missing = ", ".join(f"{names[i]} per {loads[j]}" for i, j in np.argwhere(~without_twist) if i <= j)
-    return (f"these loads do not tell {missing}",)
+    return (f"these loads do not identify {missing}",)
 
 
 def carried_to_target(

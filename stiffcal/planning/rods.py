@@ -161,7 +161,7 @@ def _observable(view: RodObservability) -> tuple[str, ...]:
         for i, (name, std) in enumerate(zip(_COMPONENTS, view.std, strict=True))
         if np.isfinite(std)
     ]
-    check = f"{view.spare} to spare as a check" if view.spare else "none to spare: only the load can tell a wrong one"
+    check = f"{view.spare} to spare as a check" if view.spare else "none to spare: only the load can show a wrong one"
     carried = ", ".join(view.carried) or "nothing"
     known = ", ".join(determined)
     return (
@@ -181,7 +181,7 @@ def _unmeasured(view: RodObservability) -> tuple[str, ...]:
             f"no rod on {view.link} sees it twist: all run along the fibre, where an even twist changes no length"
         )
     elif "torsion" in view.taken_as_absent:
-        sentences.append(f"the twist of {view.link} is taken as absent: too few rods to tell it from the rest")
+        sentences.append(f"the twist of {view.link} is taken as absent: too few rods to distinguish it from the rest")
     moments = [error for error in view.mistakes if error.load in view.taken_as_absent and "moment" in error.load]
     sentences += [
         f"a {error.load} at the end of {view.link} is taken for a force: the end is then wrong by "
@@ -196,6 +196,6 @@ def _advised(rod: ExtraRod, view: RodObservability) -> str:
         "[" + ", ".join(f"{1e3 * value:.0f}" for value in point) + "]" for point in (rod.start, rod.end)
     )
     if rod.determines:
-        return f"one more rod from {places} mm would tell {', '.join(rod.determines)}"
+        return f"one more rod from {places} mm would determine {', '.join(rod.determines)}"
     times = rod.gain_before / rod.gain_after
     return f"one more rod from {places} mm would make the end of {view.link} known {times:.2g} times better"

@@ -191,7 +191,7 @@ def find_reader(path: Path, log_format_name: str | None = None, display_name: st
         FaultCode.FORMAT_UNKNOWN,
         display_name or str(path),
         "",
-        "the format cannot be told from the file",
+        "the format cannot be determined from the file",
         f"say format = one of {', '.join(format_names())} in its source",
     )
 

@@ -104,7 +104,7 @@ def _verdict(name: str, torque: float, relative: float, sees: bool) -> JointExci
         words = "sees no torque in these poses: load it with a lever arm about its axis"
         return JointExcitation(name, torque, np.nan, False, words)
     if relative > NOT_KNOWN:
-        words = "its stiffness cannot be told from the others': add poses or load directions that turn it more"
+        words = "its stiffness cannot be distinguished from the others': add poses or load directions that turn it more"
         return JointExcitation(name, torque, relative, False, words)
     if relative > POORLY_KNOWN:
         words = f"poorly known, to about {100.0 * relative:.0f} %: more load about its axis would help"

@@ -101,7 +101,7 @@ def register_frames(
         if name != tracker and name not in _carriers(manifest, setup.target_names):
             raise InputError.at(
                 FaultCode.REGISTRATION_IMPOSSIBLE,
-                "campaign.toml", f"frames.{name}.estimate", "unloaded poses tell nothing of this frame",
+                "campaign.toml", f"frames.{name}.estimate", "unloaded poses do not determine this frame",
                 "only the instrument's frame and the target's can be estimated; give this one",
             )  # fmt: skip
     mask = readings.reference if chosen is None else chosen

@@ -114,7 +114,7 @@ def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, displa
         labels = [manifest.runs[0].id] * n
     else:
         raise InputError.at(
-            FaultCode.KEY_MISSING, "campaign.toml", f"[sources.{name}]", "which run each row belongs to is not said",
+            FaultCode.KEY_MISSING, "campaign.toml", f"[sources.{name}]", "which run each row belongs to is not stated",
             'add run = { column = "run" } or run = { each = "row" }',
         )  # fmt: skip
     reasons = [IN_USE] * n

@@ -50,7 +50,7 @@ class RunSetup:
                 FaultCode.KEY_MISSING,
                 "campaign.toml",
                 f'runs "{self.run.id}"',
-                "which joint is driven is not said",
+                "which joint is driven is not stated",
                 "add moved_joint = 1, say",
             )
         return self.moved_joint

@@ -35,7 +35,7 @@ def validation_document(states: LoadStates, validation: Validation) -> dict[str,
     cycles = find_load_cycles(states)
     warnings = []
     if validation.heldout.scheme == "none":
-        warnings.append("a single pose: the error in unseen poses cannot be told, this is the error of the fit")
+        warnings.append("a single pose: the error in unseen poses cannot be estimated, this is the error of the fit")
     if validation.noise["translation"] is None:
         warnings.append("the noise is not known: whether the model is good enough cannot be judged")
     return {

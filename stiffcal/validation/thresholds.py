@@ -176,7 +176,7 @@ def _stiffness(parameter: IdentifiedParameter, joint: str, limit: float) -> Chec
     unit, value = JOINT_STIFFNESS_UNIT, parameter.known_stiffness
     bound = f"min_stiffness = {limit:.3g} {unit}"
     if parameter.value is None:
-        says = f"stiffness of {joint} cannot be told from these data: {bound} cannot be judged"
+        says = f"stiffness of {joint} cannot be identified from these data: {bound} cannot be judged"
         return Check("min_stiffness", joint, limit, None, unit, None, says)
     if value is None:
         return Check("min_stiffness", joint, limit, None, unit, True, f"no give was seen at {joint}: above {bound}")

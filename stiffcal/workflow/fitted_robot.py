@@ -115,7 +115,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     campaign = tried(campaign, context)
     robot = placed_robot(campaign)
     if not robot.placed:
-        reason = "the model holds nothing that gives under a load, so no deflection can be told"
+        reason = "the model holds nothing that gives under a load, so no deflection can be predicted"
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE,
             "model.toml",
@@ -159,8 +159,8 @@ def _cautions(identified: IdentifyResult, names: set[str]) -> Iterator[str]:
     unknown = {name for group in identified.not_identifiable for name in group.parameters} & (names - known)
     if unknown:
         yield (
-            f"these data do not tell {', '.join(sorted(unknown))}: taken as rigid; a load that turns it moves the "
-            "robot further than is said here, and the stated uncertainty does not hold that"
+            f"these data do not identify {', '.join(sorted(unknown))}: taken as rigid; a load that turns it moves the "
+            "robot further than is stated here, and the stated uncertainty does not hold that"
         )
     missed, noise = identified.rms.translation, None if identified.noise is None else identified.noise.translation
     if missed is not None and noise is not None and missed > _BEYOND_NOISE * noise:

@@ -264,11 +264,11 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
 
     heldout = heldout_residuals(data.states, fit)
     if heldout.scheme == "none":
-        return None, "what error to expect in new poses cannot be told from a single pose: measure in others too"
+        return None, "what error to expect in new poses cannot be estimated from a single pose: measure in others too"
     rms, deflection = rms_of(heldout.residual, heldout.data), rms_of(heldout.displacement, heldout.data)
     error, whole = rms["translation"], deflection["translation"]
     if error is None or not whole:
-        return Rms.of(rms), "no displacement was measured: no error can be told"
+        return Rms.of(rms), "no displacement was measured: no error can be estimated"
     return Rms.of(rms), (
         f"in new poses like these expect an error of {1e3 * error:.3g} mm rms, "
         f"{100.0 * error / whole:.3g} % of the deflection under such loads"

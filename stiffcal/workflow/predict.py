@@ -211,7 +211,7 @@ def _unknown_twists(fitted: FittedRobot, parts: tuple[LinkPart, ...]) -> Iterato
     for link_part in parts:
         if link_part.link in fitted.link_compliances and not np.isfinite(fitted.link_compliances[link_part.link][3, 3]):
             has = "without it" if link_part.end is None else "with the fit's"
-            yield f"the rods on {link_part.link} do not tell its twist: its part by the rods' 6×6 is {has}"
+            yield f"the rods on {link_part.link} do not identify its twist: its part by the rods' 6×6 is {has}"
 
 
 def _load_path(

@@ -96,8 +96,8 @@ MANIFEST_FAULTS = {
     "file outside": ([('"raw/table.csv"', '"../table.csv"')], "sources.table.file", "outside the campaign folder"),
     "absolute file": ([('"raw/table.csv"', '"/tmp/table.csv"')], "sources.table.file", "outside the campaign folder"),
     "file missing": ([('"raw/table.csv"', '"raw/tabel.csv"')], "sources.table.file", 'did you mean "table.csv"'),
-    "format unknown": ([('"raw/table.csv"', '"raw"')], "sources.table", "does not tell the format"),
-    "run of rows not said": ([('run = { each = "row" }', 'sampling = "states"')], "sources.table", "which run"),
+    "format unknown": ([('"raw/table.csv"', '"raw"')], "sources.table", "does not determine the format"),
+    "run of rows not stated": ([('run = { each = "row" }', 'sampling = "states"')], "sources.table", "which run"),
     "log without time": (
         [('run = { each = "row" }', 'run = { column = "run" }\nsampling = "time"')],
         "sources.table",

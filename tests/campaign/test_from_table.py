@@ -143,7 +143,7 @@ def test_quaternion_is_not_taken_for_joints() -> None:
     ("text", "words"),
     [
         ("", "the file is empty"),
-        ("a,b\n1,2\n", "no columns can be told apart"),
+        ("a,b\n1,2\n", "no columns can be distinguished"),
         ("1,2,3\n4,5,6\n", "no header"),
         ("a,b,c\nx,y,z\n", "no line of numbers"),
         ("A1,A1,A2\n1,2,3\n", 'two columns have the name "A1"'),

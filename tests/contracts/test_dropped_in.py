@@ -114,7 +114,7 @@ def test_faults_of_the_manifest_know_a_new_format(tmp_path: Path, capsys: pytest
 def test_without_its_file_the_format_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = in_json(tmp_path / "c")
     assert refusal(capsys, "check", folder) == (
-        'campaign.toml: sources.table: the ending of "raw/states.jrows" does not tell the format; '
+        'campaign.toml: sources.table: the ending of "raw/states.jrows" does not determine the format; '
         'add format = "csv", say [format-unknown]\n'
     )
 

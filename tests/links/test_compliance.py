@@ -96,7 +96,7 @@ def test_loads_in_one_direction_tell_one_column() -> None:
     found = regress_compliance(measured(seven_rods(NOISE), SHAPE, wrench, 1), wrench)
     assert abs(found.matrix[1, 1] - compliance(SHAPE)[1, 1]) < 3.0 * found.std[1, 1] < 0.1 * found.matrix[1, 1]
     assert np.isnan(found.matrix[2, 2])
-    assert "do not tell" in found.not_identifiable[-1]
+    assert "do not identify" in found.not_identifiable[-1]
 
 
 def test_rods_that_leave_a_moment_out_take_the_link_as_a_beam() -> None:

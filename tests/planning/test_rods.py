@@ -34,7 +34,7 @@ def test_the_papers_pattern_is_blind_to_torsion_and_an_oblique_rod_is_advised() 
     assert not np.allclose(best.start[1:], best.end[1:])
     assert estimate_link(with_advised(rods), SHAPE, np.zeros((1, 6))).torsion.identifiable
     assert any("no rod on swing sees it twist" in sentence for sentence in view.sentences)
-    assert "would tell torsion" in view.sentences[-1]
+    assert "would determine torsion" in view.sentences[-1]
 
 
 def test_stated_uncertainty_is_that_of_the_estimate() -> None:

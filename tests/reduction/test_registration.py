@@ -52,5 +52,5 @@ def test_too_few_poses_are_refused() -> None:
 def test_other_frames_are_refused() -> None:
     campaign, states = load_campaign(folder_of("01")), reduced("01").states
     manifest = estimating(campaign.manifest, ("ft_sensor",))
-    with pytest.raises(InputError, match="unloaded poses tell nothing of this frame"):
+    with pytest.raises(InputError, match="unloaded poses do not determine this frame"):
         register_frames(in_instrument_axes(states), manifest, campaign.chain, ("ft_sensor",))

@@ -154,7 +154,7 @@ def test_ranking_holds_every_number_with_its_unit() -> None:
 def test_next_measurement_names_pose_load_and_gain() -> None:
     made = next_measurement.section(content())
     assert isinstance(made, ReportSection)
-    assert "cannot tell backlash (joint 4) from friction-hysteresis (joint 4)" in words(made)
+    assert "cannot distinguish backlash (joint 4) from friction-hysteresis (joint 4)" in words(made)
     none = next_measurement.section(content(next_measurement=None))
     assert isinstance(none, LeftOut)
     assert "no single load in reach" in none.reason

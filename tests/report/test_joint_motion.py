@@ -86,7 +86,7 @@ def test_pictures_have_units_and_say_what_rises() -> None:
 def test_couplings_are_told_in_words() -> None:
     coupled = (replace(JOINTS[0], couplings=()), replace(JOINTS[1], couplings=(("rz", "tz"),)))
     for joints, words in (
-        (JOINTS, "cannot be told"),
+        (JOINTS, "cannot be identified"),
         (coupled[:1], "nothing rises above the noise"),
         (coupled, "joint 2 (A2): turn about its axis with the force along z"),
     ):

@@ -77,7 +77,7 @@ def test_rods_end_tool_and_the_bent_link_are_drawn() -> None:
     assert "tool [mm]" in words[2]
     assert "force along y [N]" in words[2]
     assert "displacements drawn 1 000 times" in words[3]
-    assert "φ1: not told by these rods" in pictures[1].caption
+    assert "φ1: not identifiable from these rods" in pictures[1].caption
     assert "they mirror each other within 0" in pictures[0].caption
     assert "The link’s part is up to 0.180 mm" in pictures[2].caption
     items = [block for block in made.blocks if isinstance(block, Items)]

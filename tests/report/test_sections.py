@@ -56,7 +56,7 @@ def test_no_upper_bound_is_said() -> None:
 def test_parameters_without_a_value_are_dashes_never_numbers() -> None:
     nothing = dict.fromkeys(("value", "std", "interval", "stiffness", "stiffness_std", "stiffness_interval"))
     found = cells(compliance(identifiable=False, **nothing))
-    assert found[2:] == ["–", "–", "–", "–", "cannot be told from these data"]
+    assert found[2:] == ["–", "–", "–", "–", "not identifiable from these data"]
 
 
 def test_fixed_parameter_has_no_uncertainty() -> None:

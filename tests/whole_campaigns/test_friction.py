@@ -194,7 +194,7 @@ def test_a_joint_of_the_model_that_no_run_moves(cell: Path, command: Command) ->
     assert value(document, "j5.coulomb")["value"] is None
     assert any("A5 never moved" in gap["reason"] for gap in document["not_identifiable"])
     checked = command("check", cell, codes=(1,))
-    assert checked["missing"] == ["joint A5: no run tells its friction: move it both ways"]
+    assert checked["missing"] == ["joint A5: no run measures its friction: move it both ways"]
 
 
 def test_one_direction_only(tmp_path: Path, command: Command) -> None:

@@ -316,7 +316,7 @@ def test_one_direction_only_is_a_named_gap(tmp_path: Path) -> None:
     document = document_of(identify_campaign(out))
     assert document["clamped"]["joints"] == []
     assert any("driven one way only" in words for words in document["warnings"])
-    assert any("joint A5 cannot be told" in words for words in document["warnings"])
+    assert any("joint A5 cannot be identified" in words for words in document["warnings"])
     assert all(one["value"] is None for one in document["parameters"])
 
 

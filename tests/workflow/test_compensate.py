@@ -91,7 +91,7 @@ def test_the_right_model_takes_more_than_95_per_cent_and_says_what_is_left(campa
     assert np.all(left < printed)
     assert printed.max() < 0.05 * 1e3 * lengths(document, "error_before").min()
     assert document["residual_95"] == pytest.approx(1e-3 * printed.max())
-    assert not any("missing" in text or "do not tell" in text for text in document["warnings"])
+    assert not any("missing" in text or "do not identify" in text for text in document["warnings"])
 
 
 def test_joint_compliance_alone_takes_60_per_cent_on_a_robot_that_has_more(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_what_the_data_do_not_tell_is_said() -> None:
         noise={"translation": None, "rotation": None},
     )
     (said,) = _cautions(fit, set(names))
-    assert "do not tell joint-compliance.j1.c: taken as rigid" in said
+    assert "do not identify joint-compliance.j1.c: taken as rigid" in said
     assert not list(_cautions(fit, set()))
 
 

@@ -230,7 +230,7 @@ def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
         reference = _play_of_joint(peers)
         why = run.left_out
         if not why and not run.both_ways:
-            why = "driven one way only: friction and play cannot be told from the spring; drive it to and fro"
+            why = "driven one way only: friction and play cannot be distinguished from the spring; drive it to and fro"
         if not why and run.play > 0.0 and (side := run.fit.law.flank_not_reached):
             why = f"its motion ends within the play, the {side} flank is never reached: drive it to and fro beyond both"
         if not why and reference > 0.0 and run.motion < LEAST_MOTION * reference:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 DEFINITION = Definition(
     play=(
         f"length of the segment about the crossing whose slope stays below {SLOPE_SHARE:g} of the outer slope (from "
-        "the flanks to the ends that were reached), common to both branches; its torque band is told with it"
+        "the flanks to the ends that were reached), common to both branches; its torque band is given with it"
     ),
     friction="half the torque between the branches at all angles",
     reversal_error="raw width between the branches at zero torque, which friction alone can cause",
@@ -230,7 +230,7 @@ def _why_unidentified(placed_effect: PlacedEffect, joint: ClampedJoint | None, o
             return "another law of the joint holds it too: " + ", ".join(other_effects)
     elif not joint.play_found:
         return "there is no play, and so no band in which it is crossed"
-    return "torque over angle alone does not tell it: measure load states too"
+    return "torque over angle alone does not determine it: measure load states too"
 
 
 def torque_angle(joint: ClampedJoint) -> TorqueAngle:
@@ -270,12 +270,12 @@ def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: t
             )
     if any(run.chain.source == "motor torque" for run in runs):
         words.append(
-            "torque is told by the motors alone: friction is in it, and half the torque between the branches is "
+            "torque is measured by the motors alone: friction is in it, and half the torque between the branches is "
             "named friction"
         )
     if any(not run.chain.moments_measured for run in runs):
         words.append("no moments are measured: a joint's torque is that of the force's lever about its axis alone")
     with_result = {joint.joint for joint in joints}
     for number in sorted({run.joint for run in runs} - with_result):
-        words.append(f"joint {names[number - 1]} cannot be told: none of its clamped runs can be used")
+        words.append(f"joint {names[number - 1]} cannot be identified: none of its clamped runs can be used")
     return words

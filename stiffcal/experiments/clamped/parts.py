@@ -174,9 +174,9 @@ def _largest(values: Floats) -> float | None:
 
 def _expected(result: ClampedResult) -> str:
     if not result.joints:
-        return "no joint can be told from the clamped runs"
+        return "no joint can be identified from the clamped runs"
     worst = max(result.joints, key=lambda joint: joint.play_std)
-    return f"play is told to {1e3 * NORMAL_95 * worst.play_std:.2g} mrad or better (95 %)"
+    return f"play is known to {1e3 * NORMAL_95 * worst.play_std:.2g} mrad or better (95 %)"
 
 
 def readings_of(data: MeasuredRuns) -> ClampedReadings | None:
@@ -255,7 +255,7 @@ def chain_of_run(campaign: Campaign, readings: ClampedReadings, run: Run | None)
             raise InputError.at(
                 FaultCode.POSE_UNREACHABLE, "campaign.toml", f"run {info.name}: joints_deg",
                 f"the log puts {chain.joint_names[k]} at {np.rad2deg(pose[k]):.0f}°, out of its reach: the motors' "
-                "angles do not tell where the robot stood",
+                "angles do not determine where the robot stood",
                 "write the pose into the run: joints_deg = […]",
             )  # fmt: skip
     fixture = None if run is None or run.fixture_compliance is None else np.array(run.fixture_compliance)

@@ -74,8 +74,8 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
         unscaled = "joints.current" in angles.mean
         raise InputError.at(
             FaultCode.SIGNAL_MISSING, f"run {run.id}", "",
-            "no force sensor, and motor currents without a torque constant: nothing tells the torque"
-            if unscaled else "neither a force sensor nor motor torques are logged: nothing tells the torque",
+            "no force sensor, and motor currents without a torque constant: nothing measures the torque"
+            if unscaled else "neither a force sensor nor motor torques are logged: nothing measures the torque",
             "add torque_constant = [N*m per ampere, one per joint] to the joints signal"
             if unscaled else "add a source with a wrench, or torque = […] (or current with torque_constant)",
         )  # fmt: skip

@@ -221,7 +221,7 @@ def expected_words(fit: FrictionFit) -> str:
     """Return one sentence on how well friction is determined."""
     relative = rms_of(fit.residual) / max(rms_of(fit.friction), 1e-300)
     return (
-        f"friction of a drive is told to {rms_of(fit.residual):.3g} N·m rms over the measured speeds, "
+        f"friction of a drive is known to {rms_of(fit.residual):.3g} N·m rms over the measured speeds, "
         f"{100.0 * relative:.3g} % of it"
     )
 

@@ -201,7 +201,7 @@ def _parameter(
     shape = spec.role is ParameterRole.NONLINEAR
     value = law.shape[spec.symbol] if shape else fit.amplitude[law.joint, spec.symbol]
     if spec.symbol not in free:
-        why = "" if law.held(spec.symbol) else "these data do not tell it; the usual value is taken"
+        why = "" if law.held(spec.symbol) else "these data do not identify it; the usual value is taken"
         return FrictionParameter(name, effect, law.joint, spec, value, None, None, True, False, why)
     k = free.index(spec.symbol)
     std = float(np.sqrt(covariance[k, k]))

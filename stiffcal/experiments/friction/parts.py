@@ -177,7 +177,7 @@ def _nothing_identified(data: MeasuredRuns, placed: tuple[PlacedEffect, ...]) ->
         parameters=[parameter for effect in placed for parameter in unknown_parameters(effect)],
         not_identifiable=gaps(data, friction_readings(data)[0], placed, set()),
         effects=effects_in_model(placed),
-        expected="no friction can be told from these runs",
+        expected="no friction can be identified from these runs",
     )
 
 

@@ -66,7 +66,7 @@ class FrictionRunsReduction(RunsReduction):
         names = self.campaign.chain.joint_names
         asked = [effect.place.joints[0] for effect in moving_effects(self.campaign)]
         missing = [joint for joint in asked if joint not in measured]
-        return [f"joint {names[joint - 1]}: no run tells its friction: move it both ways" for joint in missing], []
+        return [f"joint {names[joint - 1]}: no run measures its friction: move it both ways" for joint in missing], []
 
 
 def _entry(run: FrictionRun, friction: FrictionReduction) -> IngestedRun:

@@ -42,7 +42,7 @@ SAME_POSE_RAD = np.radians(1.0)
 
 ONE_WAY = SetAside(
     SetAsideCode.ONE_DIRECTION,
-    "moved in one direction only at this speed: weight and friction cannot be told apart",
+    "moved in one direction only at this speed: weight and friction cannot be distinguished",
 )
 SHORT = SetAside(SetAsideCode.ANOTHER_STRETCH, "covers another stretch of angle than the other passes at this speed")
 

@@ -60,7 +60,7 @@ def _meaning(diagnosis: DiagnoseResult) -> str:
         names = wording.listing(map(wording.effect_at, diagnosis.could_be), 40)
         return text + (
             "The error is larger than the noise. In these poses and loads the following look alike, each of them able "
-            f"to make all of it: {names}. More poses, or loads along other axes in these, tell them apart."
+            f"to make all of it: {names}. More poses, or loads along other axes in these, distinguish them."
         )
     if diagnosis.unexplained:
         words = "beyond what is named here " if diagnosis.missing else ""

@@ -37,7 +37,7 @@ def section(content: ReportContent) -> ReportSection | None:
         )
         for parameter in comparison.parameters
     )
-    caption = "Stiffness of the joints that the fit tells, each form carried on until its steps are rounding."
+    caption = "Stiffness of the joints that the fit identifies, each form carried on until its steps are rounding."
     return ReportSection(_TITLE, (Paragraph(text), TableBlock(columns, rows, caption)))
 
 

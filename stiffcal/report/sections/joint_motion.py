@@ -100,8 +100,8 @@ def _couplings(joints: tuple[JointPicture, ...]) -> str:
     """Describe the entries off the diagonal of each joint's whole 6×6."""
     full = [joint for joint in joints if joint.couplings is not None]
     if not full:
-        return "The loads do not turn all six directions of any joint: its whole 6×6 compliance cannot be told."
-    text = f"The whole 6×6 compliance can be told of {wording.listing(joint.name for joint in full)}. "
+        return "The loads do not turn all six directions of any joint: its whole 6×6 compliance cannot be identified."
+    text = f"The whole 6×6 compliance can be identified of {wording.listing(joint.name for joint in full)}. "
     coupled = [joint for joint in full if joint.couplings]
     if not coupled:
         return text + "Beside the diagonal nothing rises above the noise."

@@ -61,7 +61,7 @@ def section(content: ReportContent) -> ReportSection | None:
 
 def _of_link(picture: LinkPicture, link_result: LinkResult | None) -> list[Block]:
     words = (
-        f"{wording.count(len(picture.rods), 'rod')} on link {picture.link} tell how the link itself bends and "
+        f"{wording.count(len(picture.rods), 'rod')} on link {picture.link} measure how the link itself bends and "
         "stretches, apart from drives and bearings. Beam axes: x1 along the link from its clamped end, x3 along its "
         "joint’s axis made perpendicular to it, x2 across both."
     )
@@ -96,7 +96,9 @@ def _coupling(coupling: CouplingResult) -> list[Block]:
         SubheadingBlock("What the rods change"),
         Paragraph(words),
         TableBlock(
-            tuple(columns), tuple(rows), "Difference from tool and rods together; a dash: not told, or left out."
+            tuple(columns),
+            tuple(rows),
+            "Difference from tool and rods together; a dash: not identifiable, or left out.",
         ),
     ]
 
@@ -116,7 +118,7 @@ def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
     for row, column, words, factor, unit in _ELEMENTS:
         value, ends = link_result.compliance[row][column], (low[row][column], high[row][column])
         if value is None or ends[0] is None or ends[1] is None:
-            rows.append((words, "cannot be told", "", unit))
+            rows.append((words, "not identifiable", "", unit))
             continue
         half = 0.5 * factor * (ends[1] - ends[0])
         if half > abs(factor * value):
@@ -160,7 +162,7 @@ def _end_caption(picture: LinkPicture, lead: int) -> str:
         f"Displacement of the outboard end of {picture.link} in run {run.name}, from the rods (marks, with the 95 % "
         "half-width of one state) and by the compliance of the table times the wrench that the link carries (lines)."
     )
-    return text + (f" {wording.listing(unknown)}: not told by these rods." if unknown else "")
+    return text + (f" {wording.listing(unknown)}: not identifiable from these rods." if unknown else "")
 
 
 def _tool_caption(picture: LinkPicture) -> str:

@@ -30,11 +30,9 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 def _no_measurement_reason(diagnosis: DiagnoseResult) -> str:
     if diagnosis.unexplained:
-        return (
-            "no known effects are to be told apart; more poses along what the remainder follows would show its course"
-        )
+        return "no known effects need distinguishing; more poses along what the remainder follows would show its course"
     if len(diagnosis.missing) == 1 and diagnosis.missing[0].alternatives:
-        return "no single load in reach tells the foremost of the look-alikes apart by more than the noise"
+        return "no single load in reach distinguishes the foremost of the look-alikes by more than the noise"
     return "no effect has a look-alike that another pose would have to rule out"
 
 
@@ -51,5 +49,5 @@ def _separating(measurement: SeparatingMeasurement, joints: tuple[str, ...], ori
     facts.append(("there they differ by", f"{wording.length(measurement.difference_m)} at the tool"))
     if measurement.gain:
         facts.append(("gain", f"{wording.digits(measurement.gain)} times the noise"))
-    text = f"{origin} cannot tell {first} from {second} in the poses measured so far. One load in this pose would:"
+    text = f"{origin} cannot distinguish {first} from {second} in these poses. One load in this pose would:"
     return [Paragraph(text), Facts(tuple(facts))]

@@ -9,7 +9,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.sections.stiffness import where_words
 
 ORDER = 40
-_TITLE = "What these data cannot tell"
+_TITLE = "What these data cannot identify"
 # So many springs of one effect in the noise are named together.
 _MANY = 4
 
@@ -32,17 +32,17 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
     ]
     hardly = _hardly([parameter for parameter in parameters if parameter.poorly_known], content.joint_names)
     if hardly and not named and not open_ones:
-        text = "No parameter is beyond telling, but in these poses the loads tell little of the following."
+        text = "Every parameter can be identified, but in these poses the loads contain little of the following."
         return ReportSection(_TITLE, (Paragraph(text), Items(hardly)))
     if not named and not open_ones and content.states is None:
         return None
     if not named and not open_ones:
         return ReportSection(
-            _TITLE, (Paragraph("Every parameter of the model can be told from these poses and loads."),)
+            _TITLE, (Paragraph("Every parameter of the model can be identified from these poses and loads."),)
         )
     blocks: list[Block] = [
         Paragraph(
-            "The following cannot be told from these poses and loads. No number is given for it, rather than a "
+            "The following cannot be identified from these poses and loads. No number is given for it, rather than a "
             "wrong one."
         ),
         Items((*named, *open_ones, *hardly)),
@@ -58,8 +58,8 @@ def _hardly(parameters: list[IdentifiedParameter], joint_names: tuple[str, ...])
             in_noise.setdefault(parameter.effect, []).append(parameter.name.partition(".")[2])
     together = {effect for effect, names in in_noise.items() if len(names) >= _MANY}
     lines = [
-        f"{effect} {wording.listing(in_noise[effect], 24)}: within the noise, told from none at all by less than three "
-        "standard uncertainties"
+        f"{effect} {wording.listing(in_noise[effect], 24)}: within the noise, less than three "
+        "standard uncertainties from zero"
         for effect in sorted(together)
     ]
     lines += [

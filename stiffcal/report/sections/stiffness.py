@@ -23,7 +23,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     parameters = content.identify.parameters
     elsewhere = content.parameters_on_pages
     if parameters and len(elsewhere) == len(parameters):
-        return LeftOut(_TITLE, "these runs tell friction alone")
+        return LeftOut(_TITLE, "these runs measure friction alone")
     parameters = [parameter for parameter in parameters if parameter.name not in elsewhere]
     if not parameters:
         return LeftOut(_TITLE, "the model holds no parameter")
@@ -100,7 +100,7 @@ def _verdict(parameter: IdentifiedParameter) -> str:
     if parameter.fixed:
         return "given, not fitted"
     if not parameter.identifiable or parameter.value is None:
-        return "cannot be told from these data"
+        return "not identifiable from these data"
     if parameter.at_bound:
         return "at the edge of what is possible"
     if parameter.above_noise is False:
