@@ -53,11 +53,17 @@ def show_ingest(console: Console, result: IngestResult) -> None:
 
 
 def _dropped(run: IngestedRun) -> str:
-    """Return each reason once, with how often it came."""
-    count: dict[str, int] = {}
+    """Return each cause once, with how often it came; a single state with its figures."""
+    from stiffcal.measurements.set_aside import SetAsideCode
+
+    causes = [f"{unused.pieces} × {unused.why}" for unused in run.dropped if unused.pieces is not None]
+    states: dict[str, list[str]] = {}
     for unused in run.dropped:
-        count[unused.why] = count.get(unused.why, 0) + (1 if unused.pieces is None else unused.pieces)
-    return "; ".join(f"{n} × {why}" for why, n in count.items())
+        if unused.pieces is None:
+            states.setdefault(unused.code, []).append(unused.why)
+    for code, reasons in states.items():
+        causes.append(f"{len(reasons)} × {reasons[0] if len(reasons) == 1 else SetAsideCode(code).short_text}")
+    return "; ".join(causes)
 
 
 def _clocks(run: IngestedRun) -> str:

@@ -230,7 +230,10 @@ def _ingested_runs(states: LoadStates, runs: Sequence[ReducedRun]) -> list[Inges
     used = states.used
     for info, members in zip(states.runs, states.members(), strict=True):
         reduced = by_name.get(info.name)
-        aside = [UnusedData(state=int(states.row[k]), why=str(states.set_aside[k])) for k in members[~used[members]]]
+        aside = [
+            UnusedData(state=int(states.row[k]), why=str(states.set_aside[k]), code=str(states.set_aside_code[k]))
+            for k in members[~used[members]]
+        ]
         ingested.append(
             IngestedRun(
                 id=info.name,

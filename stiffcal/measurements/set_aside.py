@@ -32,6 +32,22 @@ class SetAsideCode(StrEnum):
     ANOTHER_STRETCH = "another-stretch"
     """A friction pass over another stretch of angle than the others at its speed."""
 
+    @property
+    def short_text(self) -> str:
+        """The cause for people, without the figures of one state."""
+        return _SHORT_TEXTS[self]
+
+
+_SHORT_TEXTS = {
+    SetAsideCode.NONE: "",
+    SetAsideCode.EXCLUDED: "excluded in the manifest",
+    SetAsideCode.BUMPED: "bumped: off from its neighbours and repeats",
+    SetAsideCode.HELD_BRIEFLY: "held too briefly to be read",
+    SetAsideCode.COMMANDS_NOT_LOGGED: "no log of what the controller corrected",
+    SetAsideCode.RODS_NOT_READ: "no reading of the rods",
+    SetAsideCode.ONE_DIRECTION: "moved in one direction only at this speed",
+    SetAsideCode.ANOTHER_STRETCH: "over another stretch of angle than the other passes",
+}
 
 OF_PASSES = (SetAsideCode.ONE_DIRECTION, SetAsideCode.ANOTHER_STRETCH)
 """The causes of friction passes; the others are those of load states."""

@@ -16,6 +16,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.reduction.blocks import noise_of
+from stiffcal.reduction.unused import UnusedCode, UnusedStretch
 
 SAME_LEVEL = 0.003  # of the log's range: changes smaller than this do not cut a hold
 SAME_LOAD = 0.01  # of the log's range: holds side by side that differ by less are one (sensor drift, relaxation)
@@ -31,19 +32,7 @@ SLICE = 0.05  # of what most of the time is spent in: a slice of a ramp, not a h
 SHORT_HOLD = 0.35  # of the usual duration: shorter ones are pauses or settling
 SHORT_PAUSE = 0.1  # likewise: shorter ones are not worth separating from the ramps
 LONG_END = 1.25  # of the median: a log that runs on before the first or after the last load is cut to the median
-BRIEF = "held too briefly"  # begins the reason why such a stretch is not read
 EDGE_SHARE = 0.03  # of a hold: the window that looks for its edges, and the margin left off at each
-
-
-@dataclass(frozen=True)
-class UnusedStretch:
-    """A stretch of a log that no state uses: start and end in s on the first source's clock, and why."""
-
-    start: float
-    end: float
-    reason: str
-    brief: bool = False
-    """A load was held there, too briefly to be read."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +89,7 @@ def find_holds(time: Floats, values: Floats) -> Holds:
     3
     """
     if time.size < 8:
-        return _none(UnusedStretch(0.0, 0.0, "too few readings to see a hold"))
+        return _none(UnusedStretch(0.0, 0.0, UnusedCode.TOO_FEW_READINGS))
     white, tolerance = _whitened(values)
     kept, pauses = _levels(time, white, tolerance)
     for _ in range(MOST_LOOKS):
@@ -113,11 +102,9 @@ def find_holds(time: Floats, values: Floats) -> Holds:
         tolerance = _tolerance(white)
         kept, pauses = _levels(time, white, tolerance)
     else:
-        return _none(
-            UnusedStretch(float(time[0]), float(time[-1]), "the noise of the holds is another one at every look")
-        )
+        return _none(UnusedStretch(float(time[0]), float(time[-1]), UnusedCode.NOISE_UNSTEADY))
     if not kept:
-        return _none(UnusedStretch(float(time[0]), float(time[-1]), "the load was never held"))
+        return _none(UnusedStretch(float(time[0]), float(time[-1]), UnusedCode.NEVER_HELD))
     return _with_edges(time, white, kept, pauses, tolerance)
 
 
@@ -353,10 +340,11 @@ def _with_edges(
     margin = np.minimum(EDGE_SHARE * (left - reached), 0.25 * (left - reached))
     start, end = reached + margin, left - margin
     dropped = [
-        UnusedStretch(float(time[piece.first]), float(time[piece.last - 1]), BRIEF, brief=True) for piece in pauses
+        UnusedStretch(float(time[piece.first]), float(time[piece.last - 1]), UnusedCode.HELD_BRIEFLY)
+        for piece in pauses
     ]
     dropped += [
-        UnusedStretch(float(end[k - 1]), float(start[k]), "load changing or settling") for k in range(1, len(kept))
+        UnusedStretch(float(end[k - 1]), float(start[k]), UnusedCode.LOAD_CHANGING) for k in range(1, len(kept))
     ]
     start, end, ends = _short_ends(start, end)
     dropped += ends
@@ -397,13 +385,9 @@ def _short_ends(start: Floats, end: Floats) -> tuple[Floats, Floats, list[Unused
     start, end = start.copy(), end.copy()
     dropped: list[UnusedStretch] = []
     if end[0] - start[0] > LONG_END * usual:
-        dropped.append(
-            UnusedStretch(float(start[0]), float(end[0] - usual), "before the first load: longer than the holds")
-        )
+        dropped.append(UnusedStretch(float(start[0]), float(end[0] - usual), UnusedCode.BEFORE_FIRST_LOAD))
         start[0] = end[0] - usual
     if end[-1] - start[-1] > LONG_END * usual:
-        dropped.append(
-            UnusedStretch(float(start[-1] + usual), float(end[-1]), "after the last load: longer than the holds")
-        )
+        dropped.append(UnusedStretch(float(start[-1] + usual), float(end[-1]), UnusedCode.AFTER_LAST_LOAD))
         end[-1] = start[-1] + usual
     return start, end, dropped

@@ -16,9 +16,10 @@ from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clock_course import clock_courses
 from stiffcal.reduction.clocks import SharedSignal, SourceClockOffset, align_clocks, moves
-from stiffcal.reduction.holds import BRIEF, Holds, UnusedStretch, find_holds
+from stiffcal.reduction.holds import Holds, find_holds
 from stiffcal.reduction.states import RawStates
 from stiffcal.reduction.swept_loads import find_sweeps, is_swept
+from stiffcal.reduction.unused import UnusedCode, UnusedStretch
 
 # What a device may have in common with another, the load first.
 _SHARED = ("wrench", "position.", "marker.", "lengths.", "displacement.", "joints")
@@ -100,7 +101,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         end = np.minimum(holds.end, blocks.end[-1] - ahead + blocks.interval)
         covered = end - start >= LEAST_EXCITED * (holds.end - holds.start)
         for k in np.flatnonzero(keep & ~covered):
-            dropped.append(UnusedStretch(float(holds.start[k]), float(holds.end[k]), f"{source} was not logging"))
+            dropped.append(UnusedStretch(float(holds.start[k]), float(holds.end[k]), UnusedCode.NOT_LOGGED, source))
         if (~covered).sum() > MISSED * len(holds):
             warnings.append(_missed(run.id, source, int((~covered).sum()), len(holds)))
         keep &= covered
@@ -116,7 +117,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     numbers = np.flatnonzero(keep)
     states = _averaged(run, holds, numbers, placed)
     lasted = holds.left - holds.reached
-    aside = [SetAside(SetAsideCode.HELD_BRIEFLY, f"{BRIEF} to be read: {seconds:.2g} s") for seconds in lasted]
+    aside = [SetAside(SetAsideCode.HELD_BRIEFLY, f"held too briefly to be read: {seconds:.2g} s") for seconds in lasted]
     states = replace(states, set_aside=[aside[k] if brief[k] else IN_USE for k in numbers])
     dropped = sorted(dropped, key=lambda stretch: stretch.start)
     return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes)
@@ -212,14 +213,14 @@ def _with_brief_ones(holds: Holds) -> tuple[Holds, NDArray[np.bool_]]:
 
     They become states that are set aside: their load was there, and friction and creep remember it.
     """
-    pauses = [piece for piece in holds.dropped if piece.brief]
+    pauses = [piece for piece in holds.dropped if piece.code == UnusedCode.HELD_BRIEFLY]
     reached = np.array([piece.start for piece in pauses])
     left = np.array([piece.end for piece in pauses])
     quarter = 0.25 * (left - reached)
     ends = ((holds.start, reached + quarter), (holds.end, left - quarter), (holds.reached, reached), (holds.left, left))
     order = np.argsort(np.concatenate([holds.start, reached + quarter]), kind="stable")
     start, end, reached, left = (np.concatenate(pair)[order] for pair in ends)
-    not_brief = tuple(piece for piece in holds.dropped if not piece.brief)
+    not_brief = tuple(piece for piece in holds.dropped if piece.code != UnusedCode.HELD_BRIEFLY)
     return Holds(start, end, reached, left, not_brief), order >= len(holds)
 
 

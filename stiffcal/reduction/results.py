@@ -8,7 +8,7 @@ from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, OrAbsent
 from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.holds import UnusedStretch
+from stiffcal.reduction.unused import UnusedStretch, by_cause, cause_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,6 +19,8 @@ class UnusedData:
     """The state's data row of the table or number of the hold, from 1; None of pieces."""
     why: str
     """In words."""
+    code: str
+    """The same as a `UnusedCode`, or a `SetAsideCode` of a state or reading."""
     pieces: OrAbsent[int] = None
     """How many pieces were not used for this reason; None of a state."""
     seconds: OrAbsent[float] = None
@@ -46,16 +48,14 @@ class IngestedRun:
 
 
 def sum_up_dropped(dropped: Sequence[UnusedStretch]) -> list[UnusedData]:
-    """Sum up what was not used of a run's logs, by reason."""
-    stretches: dict[str, list[tuple[float, float]]] = {}
-    for stretch in dropped:
-        stretches.setdefault(stretch.reason, []).append((stretch.start, stretch.end))
+    """Sum up what was not used of a run's logs, by cause."""
     return [
         UnusedData(
-            why=reason,
+            why=cause_text(pieces),
+            code=pieces[0].code.value,
             pieces=len(pieces),
-            seconds=float(sum(end - start for start, end in pieces)),
-            first_s=[float(pieces[0][0]), float(pieces[0][1])],
+            seconds=float(sum(piece.end - piece.start for piece in pieces)),
+            first_s=[float(pieces[0].start), float(pieces[0].end)],
         )
-        for reason, pieces in stretches.items()
+        for pieces in by_cause(dropped)
     ]

@@ -18,7 +18,8 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.reduction.holds import Holds, UnusedStretch
+from stiffcal.reduction.holds import Holds
+from stiffcal.reduction.unused import UnusedCode, UnusedStretch
 
 # Levels per side of zero: ten per cent of the largest load apart, so that none is taken for its neighbour
 # (`load_cycles.SAME_LEVEL_SHARE` is eight).
@@ -130,7 +131,7 @@ def find_sweeps(time: Floats, values: Floats) -> SweptPasses | None:
         return None
     windows += _rest(time[last:])
     start, stop = (np.array(side) for side in zip(*_apart(windows), strict=True))
-    between = (UnusedStretch(float(time[0]), float(time[-1]), "between the loads at which a sweep is read"),)
+    between = (UnusedStretch(float(time[0]), float(time[-1]), UnusedCode.BETWEEN_SWEPT_LOADS),)
     return SweptPasses(Holds(start, stop, start.copy(), stop.copy(), between), passes)
 
 

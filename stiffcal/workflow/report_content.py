@@ -24,6 +24,7 @@ from stiffcal.identification.state_loads import branch_words, force_since_refere
 from stiffcal.identification.state_tables import component_block, gauge_block
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.measurements.load_states import members_of
+from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.reduction.load_cycles import LoadCycles, find_load_cycles
@@ -313,11 +314,22 @@ def _sigma_in_words(signal: Any) -> str:
     return ", ".join(words)
 
 
+_OF_ONE_STATE = (SetAsideCode.BUMPED, SetAsideCode.HELD_BRIEFLY)
+"""Causes whose texts hold figures of the state itself."""
+
+
 def _set_aside(states: LoadStates) -> list[SetAsideRows]:
-    rows: dict[tuple[str, str], list[int]] = defaultdict(list)
-    for i in np.flatnonzero(states.set_aside != ""):
-        rows[states.runs[states.run[i]].name, str(states.set_aside[i])].append(int(states.row[i]))
-    return [SetAsideRows(run, tuple(numbers), why) for (run, why), numbers in rows.items()]
+    """Return the states of each run that are not used, those of one cause in one entry; `_OF_ONE_STATE` each alone."""
+    groups: dict[tuple[str, SetAsideCode, str], list[int]] = defaultdict(list)
+    for i in np.flatnonzero(~states.used).tolist():
+        code = SetAsideCode(states.set_aside_code[i])
+        # an exclusion's text is what the manifest says of it, one entry for each
+        detail = str(states.set_aside[i]) if code == SetAsideCode.EXCLUDED else str(i) if code in _OF_ONE_STATE else ""
+        groups[states.runs[states.run[i]].name, code, detail].append(i)
+    return [
+        SetAsideRows(run, tuple(states.row[members].tolist()), str(states.set_aside[members[0]]))
+        for (run, _, _), members in groups.items()
+    ]
 
 
 def joint_torques(data: Ingested, identified: IdentifyResult) -> Floats:

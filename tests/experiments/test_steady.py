@@ -17,6 +17,7 @@ from stiffcal.experiments.friction.steady import (
     turning_points,
 )
 from stiffcal.measurements.set_aside import IN_USE
+from stiffcal.reduction.unused import UnusedCode, cause_text
 from tests.laboratory.joint_strokes import INTERVAL, to_and_fro
 
 
@@ -45,8 +46,8 @@ def test_a_velocity_that_was_never_reached() -> None:
     passes, dropped = steady_passes(JointLog(time, angle, np.zeros(time.size)))
     assert not passes
     assert len(dropped) == 4
-    assert "never held a velocity" in dropped[0].reason
-    assert "74°" in dropped[0].reason
+    assert {stretch.code for stretch in dropped} == {UnusedCode.NEVER_STEADY}
+    assert "a stroke of 74° never held a velocity" in cause_text(dropped)
 
 
 def test_the_fastest_moment_of_a_swing_is_not_steady() -> None:

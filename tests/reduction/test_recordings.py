@@ -11,6 +11,7 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.reduction.blocks import Blocks, blocks_of
 from stiffcal.reduction.recordings import reduce_run
+from stiffcal.reduction.unused import UnusedCode
 from tests.laboratory.made_up_logs import load_cycle
 
 COMPLIANCE = 5e-6 * np.array([[1.0, 0.2, 0.0], [0.2, 1.5, -0.3], [0.0, -0.3, 0.8]])
@@ -86,7 +87,7 @@ def test_holds_that_a_device_missed_are_dropped_and_half_seen_ones_kept() -> Non
     logs, _ = logs_of(2, first=holds[2, 0] + 1.5, last=holds[-4, 0] + 1.4)
     run = reduce_run(Run(id="a"), logs)
     assert run.states.number.tolist() == list(range(4, len(holds) - 2))
-    assert any(stretch.reason == "tracker was not logging" for stretch in run.dropped)
+    assert ("tracker", UnusedCode.NOT_LOGGED) in {(stretch.source, stretch.code) for stretch in run.dropped}
     assert run.states.n_readings[-1] < run.states.n_readings[1]
 
 

@@ -99,14 +99,18 @@ def _is_at(parameter: Document, joint: int) -> bool:
 
 
 def unused_passes(steady: SteadyReadings | None) -> tuple[UnusedReadings, ...]:
-    """Return the passes of friction runs that were not used, by run and reason."""
+    """Return the passes of friction runs that were not used, by run and cause."""
     if steady is None:
         return ()
     rows: dict[tuple[str, str], list[int]] = defaultdict(list)
+    text_of: dict[str, str] = {}
     count: dict[str, int] = defaultdict(int)
-    for k, why in enumerate(steady.set_aside.tolist()):
+    for k, code in enumerate(steady.set_aside_code.tolist()):
         name = steady.runs[int(steady.run[k])].name
         count[name] += 1
-        if why:
-            rows[name, why].append(count[name])
-    return tuple(UnusedReadings(name, tuple(numbers), f"pass: {why}") for (name, why), numbers in rows.items())
+        if code:
+            rows[name, code].append(count[name])
+            text_of[code] = str(steady.set_aside[k])
+    return tuple(
+        UnusedReadings(name, tuple(numbers), f"pass: {text_of[code]}") for (name, code), numbers in rows.items()
+    )

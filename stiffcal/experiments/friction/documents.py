@@ -94,14 +94,21 @@ def gaps(
         if joint in fitted_joints:
             continue
         name = data.joint_names[joint - 1]
-        own = np.zeros(0, dtype=np.str_) if steady is None else steady.set_aside[steady.joint == joint]
         reason = f"joint {name} never moved in a friction run"
-        if own.size:
-            reasons = dict.fromkeys(own[own != ""].tolist())
-            reason = f"joint {name}: " + ("its friction runs are held out" if (own == "").any() else "; ".join(reasons))
+        if steady is not None and (steady.joint == joint).any():
+            reason = f"joint {name}: {_why_not_fitted(steady, joint)}"
         names = [effect.parameter_name(spec.symbol) for spec in effect.effect.parameters]
         missing.append(UnidentifiedParameters(parameters=names, known=None, reason=reason))
     return missing
+
+
+def _why_not_fitted(steady: SteadyReadings, joint: int) -> str:
+    """Return why the readings of a joint gave no fit."""
+    own = steady.joint == joint
+    if steady.used[own].any():
+        return "its friction runs are held out"
+    _, first = np.unique(steady.set_aside_code[own], return_index=True)
+    return "; ".join(str(steady.set_aside[own][k]) for k in sorted(first.tolist()))
 
 
 def heldout_gap(joint: JointFrictionFit) -> UnidentifiedParameters:

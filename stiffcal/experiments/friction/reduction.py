@@ -79,7 +79,8 @@ def _entry(run: FrictionRun, friction: FrictionReduction) -> IngestedRun:
         codes = steady.set_aside_code
         for code in np.unique(codes[own & ~steady.used]):
             alike = own & (codes == code)
-            dropped.append(UnusedData(why=str(steady.set_aside[alike][0]), pieces=int(alike.sum())))
+            why = str(steady.set_aside[alike][0])
+            dropped.append(UnusedData(why=why, code=str(code), pieces=int(alike.sum())))
     if motion is not None:
         readings += int(np.sum([motion.runs[k].name == name for k in motion.run]))
     return IngestedRun(id=name, clock_ahead_s=dict(run.clocks), n_states=0, n_readings=readings, dropped=dropped)

@@ -20,7 +20,7 @@ from stiffcal.measurements.set_aside import set_aside_columns
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.holds import UnusedStretch
+from stiffcal.reduction.unused import UnusedStretch, by_cause, cause_text
 
 # A joint moves when it travels this far, more than this share of the widest, and out of its noise: others are held by
 # their servos within arc seconds, and give by some 1e-4 rad when a neighbour accelerates.
@@ -252,7 +252,7 @@ def reduce_friction(runs: Sequence[FrictionRun], chain: Chain) -> FrictionReduct
         if len(moved_of_run[k]) == 1 and moved_of_run[k][0] in with_passes:
             passes += passes_of_run[k][0]
             dropped[run.info.name] = tuple(passes_of_run[k][1])
-            warnings += _words(run, chain, moved_of_run[k][0], passes_of_run[k][1])
+            warnings += _unused_warnings(run, chain, moved_of_run[k][0], passes_of_run[k][1])
             continue
         motions.append(free_motion(run.info, chain, run.time, run.angle, run.torque))
         names = ", ".join(chain.joint_names[j - 1] for j in moved_of_run[k])
@@ -298,15 +298,13 @@ def _passes(run: FrictionRun, number: int, joint: int) -> tuple[list[JointPass],
     return [JointPass(steady_pass, number, joint, other_angles) for steady_pass in steady], lost
 
 
-def _words(run: FrictionRun, chain: Chain, joint: int, lost: Sequence[UnusedStretch]) -> list[str]:
+def _unused_warnings(run: FrictionRun, chain: Chain, joint: int, lost: Sequence[UnusedStretch]) -> list[str]:
     name = chain.joint_names[joint - 1]
-    count_of_reason: dict[str, int] = {}
-    for lost_stroke in lost:
-        count_of_reason[lost_stroke.reason] = count_of_reason.get(lost_stroke.reason, 0) + 1
-    return [
-        f"run {run.info.name}, joint {name}: {count if count > 1 else 'a'} reading{'s' * (count > 1)} dropped: {reason}"
-        for reason, count in count_of_reason.items()
-    ]
+    warnings = []
+    for group in by_cause(lost):
+        count = f"{len(group)} readings" if len(group) > 1 else "a reading"
+        warnings.append(f"run {run.info.name}, joint {name}: {count} dropped: {cause_text(group)}")
+    return warnings
 
 
 def _steady(infos: tuple[RunInfo, ...], passes: Sequence[JointPass]) -> SteadyReadings | None:

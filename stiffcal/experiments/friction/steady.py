@@ -15,7 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
-from stiffcal.reduction.holds import UnusedStretch
+from stiffcal.reduction.unused import UnusedCode, UnusedStretch
 
 # A turn of the motion counts when it goes back by more than this share of the whole travel, and by more than noise.
 TURN_SHARE = 0.02
@@ -147,9 +147,7 @@ def steady_passes(log: JointLog) -> tuple[list[Pass], list[UnusedStretch]]:
         if steady_piece is not None:
             passes.append(_pass_of(log, slice(first + steady_piece[0], first + steady_piece[1] + 1)))
         elif abs(float(log.angle[last] - log.angle[first])) > 0.5 * longest:  # others are moves to the start
-            dropped.append(
-                UnusedStretch(float(log.time[first]), float(log.time[last]), _never_steady(log, first, last))
-            )
+            dropped.append(_never_steady(log, first, last))
     return passes, dropped
 
 
@@ -163,16 +161,13 @@ def _without_rests(angle: Floats, first: int, last: int) -> tuple[int, int]:
     return first + max(int(moving[0]) - 1, 0), first + min(int(moving[-1]) + 1, last - first)
 
 
-def _never_steady(log: JointLog, first: int, last: int) -> str:
+def _never_steady(log: JointLog, first: int, last: int) -> UnusedStretch:
     stroke = slice(first, last + 1)
     time, angle = log.time[stroke], log.angle[stroke]
     size = abs(float(angle[-1] - angle[0]))
     width = max(2, time.size // PIECES)
     speed = float(np.max(np.abs(angle[width:] - angle[:-width]) / (time[width:] - time[:-width]), initial=0.0))
-    return (
-        f"a stroke of {np.degrees(size):.2g}° never held a velocity (fastest {speed:.2g} rad/s): "
-        "the stretch is too short for it"
-    )
+    return UnusedStretch(float(time[0]), float(time[-1]), UnusedCode.NEVER_STEADY, stroke=size, speed=speed)
 
 
 def _longest_steady_piece(time: Floats, angle: Floats, noise: float) -> tuple[int, int] | None:

@@ -112,10 +112,6 @@ def _draw_panel(axes: Axes, states: ReportStates, run: int, axis: int, styles: d
         axes.plot(force[aside], measured[aside], linestyle="none", marker="x", color=canvas.INK, markersize=4, zorder=4)
 
 
-def _direction_words(label: str) -> str:
-    return label if " " in label else f"direction {label}"
-
-
 def _joined(stretches: list[Integers]) -> Integers:
     """Put stretches into one row of indices, -1 between them."""
     gap = np.array([-1], dtype=np.int64)
@@ -144,7 +140,7 @@ def _legend_handles(states: ReportStates, runs: list[int], styles: dict[str, tup
     from matplotlib.lines import Line2D
 
     handles: list[Any] = [
-        Line2D([], [], linestyle="none", marker=marker, color=colour, label=_direction_words(label))
+        Line2D([], [], linestyle="none", marker=marker, color=colour, label=label)
         for label, (colour, marker) in styles.items()
     ]
     branches: set[str] = set(states.branch[np.isin(states.run, runs)].tolist())
