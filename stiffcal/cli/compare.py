@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.before_after import change_words, estimate_words
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, NoUpdate
 from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import places, share, significant
+from stiffcal.cli.wording import places, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -43,21 +44,19 @@ def compare(
 
 def show_comparison(console: Console, result: CompareResult) -> None:
     """Draw both values of each parameter, the change and its probability."""
-    table = plain_table("effect", "place", "parameter", "before>", "after>", "change>", "p>", "")
-    for row in result.parameters:
-        symbol, unit = row.name.rsplit(".", 1)[1], row.unit
-        before, after = row.before.value, row.after.value
-        stiffness = row.before.known_stiffness, row.after.known_stiffness
-        if unit == "rad/(N·m)" and None not in stiffness:
-            symbol, unit, (before, after) = "stiffness", "N·m/rad", stiffness
+    table = plain_table("effect", "place", "parameter", "before, ± 95 %>", "after, ± 95 %>", "", "change>", "p>", "")
+    chances = {change.name: change.p_value for change in result.parameters}
+    for row in result.before_after:
+        symbol = row.name.rsplit(".", 1)[1]
         table.add_row(
             row.effect,
             places(row.where),
-            symbol,
-            significant(before),
-            f"{significant(after)} {unit}",
-            share((after - before) / before if before and after is not None else None),
-            significant(row.p_value, 2),
+            "stiffness" if symbol == "c" and row.unit == "N·m/rad" else symbol,
+            estimate_words(row.before),
+            estimate_words(row.after),
+            row.unit,
+            change_words(row.relative),
+            significant(chances.get(row.name), 2),
             "changed" if row.name in result.changed else "",
         )
     console.print(table)

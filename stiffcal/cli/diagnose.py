@@ -6,6 +6,7 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.suspects import show_suspects
@@ -81,6 +82,8 @@ def show_diagnosis(console: Console, result: DiagnoseResult) -> None:
         console.print(f"with them the answer would be: missing: {named}{unexplained}", soft_wrap=True)
     for effect in result.missing:
         _show_missing(console, result, effect)
+    names = ", ".join(effect_words(effect) for effect in result.missing)
+    show_moved(console, result.before_after, f"what adding {names} would change")
     for rival in result.undecided:
         runs = f": fits better without {', '.join(rival.deciding_runs)}" if rival.deciding_runs else ""
         console.print(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stiffcal.cli.answers import Answer, answering, command_line
+from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.diagnose import effect_words
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
@@ -71,5 +72,12 @@ def show_ladder(console: Console, result: ImproveResult) -> None:
     table.add_row("noise", deviation(result.noise) if result.noise else NOT_KNOWN)
     console.print(table)
     console.print(result.summary, soft_wrap=True)
+    changes = [step for step in result.steps if step.action in ("add", "remove")]
+    for step in changes:
+        done = "adding" if step.action == "add" else "removing"
+        show_moved(console, step.before_after, f"what {done} {step.effect} ({places(step.where)}) changed")
+    if len(changes) != 1:
+        title = "what all steps together changed" if changes else "what adding what is missing would change"
+        show_moved(console, result.before_after, title)
     for dependence in result.structure:
         console.print(f"  what is left follows the {dependence.follows}: {dependence.seen}", soft_wrap=True)

@@ -34,12 +34,14 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
     console : where to.
     parameters : of a fit.
     """
+    from stiffcal.identification.before_after import stiffness_unit
+
     compliances = [parameter for parameter in parameters if parameter.is_compliance]
     not_compliances = [parameter for parameter in parameters if not parameter.is_compliance]
     if compliances:
         table = plain_table("effect", "place", "stiffness, ± 95 %>", "")
         for parameter in compliances:
-            unit = _stiffness_unit(parameter.unit) + _in_noise(parameter)
+            unit = stiffness_unit(parameter.unit) + _in_noise(parameter)
             table.add_row(parameter.effect, _place(parameter), _stiffness(parameter), unit)
         console.print(table)
     if not_compliances:
@@ -78,7 +80,3 @@ def _stiffness(parameter: IdentifiedParameter) -> str:
 
 def _ends(ends: Sequence[float | None] | None) -> tuple[float | None, float | None]:
     return (None, None) if ends is None else (ends[0], ends[1])
-
-
-def _stiffness_unit(compliance_unit: str) -> str:
-    return {"rad/(N·m)": "N·m/rad", "m/N": "N/m"}.get(compliance_unit, f"1/({compliance_unit})")

@@ -37,16 +37,17 @@ def confidence(scan: Scan, seed: int = 0, among: Sequence[Trial] | None = None) 
     return {trial.candidate.name: float(share) for trial, share in zip(trials, first, strict=True)}
 
 
-def chosen_in_every_fold(scan: Scan) -> Floats:
-    """Return (G,) unseen squares with the choice of the candidate repeated in every group of poses.
+def choice_without_each_group(scan: Scan) -> Integers:
+    """Return (G,) which candidate the poses outside each group choose: 0 the present model, k the scan's trial k - 1.
 
-    The base model takes part in the choice: where nothing helps, nothing is chosen.
+    The present model takes part in the choice: where nothing helps, nothing is chosen.
     """
-    n_groups = int(scan.groups.max()) + 1
-    everyone = [scan.base, *(trial.score for trial in scan.trials)]
-    errors = []
-    for score in everyone:
-        inner = score.nested.sum(axis=1) - np.diagonal(score.nested)
-        errors.append(inner)
-    chosen = first_least(np.stack(errors))
-    return np.array([everyone[chosen[g]].nested[g, g] for g in range(n_groups)])
+    scores = [scan.base, *(trial.score for trial in scan.trials)]
+    return first_least(np.stack([score.nested.sum(axis=1) - np.diagonal(score.nested) for score in scores]))
+
+
+def chosen_in_every_fold(scan: Scan) -> Floats:
+    """Return (G,) unseen squares with the choice of the candidate repeated in every group of poses."""
+    scores = [scan.base, *(trial.score for trial in scan.trials)]
+    chosen = choice_without_each_group(scan)
+    return np.array([scores[number].nested[group, group] for group, number in enumerate(chosen)])

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-import numpy as np
-
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.choosing import chosen_in_every_fold, confidence
-from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, size_at_tool
+from stiffcal.diagnosis.choosing import confidence
+from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, rms_after_choosing, size_at_tool
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice
 from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.results import (
@@ -25,7 +22,9 @@ from stiffcal.diagnosis.search import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, explain
+from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
 from stiffcal.identification.document import finite, identified_parameter
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
@@ -81,6 +80,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     adequate = None if search.before is None else not search.tried and search.before.adequate
     remainder = what_it_follows(search.final_scan if search.found else scan, states)
     with_missing = fitted_rms(states, search.final) if search.found else before
+    parameters = [identified_parameter(parameter) for parameter in search.final.parameters] if search.found else []
     return DiagnoseResult(
         warnings=_warnings(search),
         adequate=adequate,
@@ -98,10 +98,9 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         explained_by_missing=_explained(search, before, with_missing) if search.tried else None,
         explained_interval=[search.explained.low, search.explained.high] if search.tried and search.after else None,
         heldout_rms_with_missing=with_missing,
-        heldout_rms_after_choosing=_after_choosing(scan, before),
-        parameters_with_missing=[identified_parameter(parameter) for parameter in search.final.parameters]
-        if search.found
-        else [],
+        heldout_rms_after_choosing=rms_after_choosing(scan),
+        parameters_with_missing=parameters,
+        before_after=_before_after(search, parameters),
         n_candidates=len(scan.trials),
         n_signatures=scan.n_tried,
         pace=SearchPace(
@@ -117,6 +116,14 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         fit_id="",
         key="",
     )
+
+
+def _before_after(search: Search, parameters: list[IdentifiedParameter]) -> list[BeforeAfter]:
+    """Return what adding all that is missing does to the identified values."""
+    if not search.found:
+        return []
+    present = [identified_parameter(parameter) for parameter in search.first.fit.parameters]
+    return values_before_and_after(estimated_parameters(present), estimated_parameters(parameters))
 
 
 def _undecided(states: LoadStates, search: Search) -> list[UndecidedEffect]:
@@ -167,20 +174,13 @@ def _warnings(search: Search) -> list[str]:
     return words
 
 
-def _after_choosing(scan: Scan, before: Rms) -> Rms:
-    """Return the unseen error with the choice repeated in every fold, scaled from whitened squares."""
-    squares, base = float(chosen_in_every_fold(scan).sum()), float(np.trace(scan.base.nested))
-    factor = math.sqrt(max(squares, 0.0) / base) if base > 0.0 else 1.0
-    return Rms.of({kind: None if value is None else value * factor for kind, value in before.items()})
-
-
 def _findings(search: Search, before: Rms) -> list[Finding]:
     """Return the ranking for the next single step, best first."""
     scan = search.first
     near = [trial.candidate for trial in near_best(scan)]
     names = [candidate.name for candidate in near]
     shares = confidence(scan)
-    after_choosing = _after_choosing(scan, before)
+    after_choosing = rms_after_choosing(scan)
     ranked = sorted(
         scan.trials,
         key=lambda trial: names.index(trial.candidate.name) if trial.candidate.name in names else len(names),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.observation import free_columns
@@ -35,6 +36,21 @@ def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
 def left_out_rms(scan: Scan, trial: Trial | None) -> Rms:
     """Return the rms in unseen poses."""
     return Rms.of(rms_of(left_out_residual(scan, trial), scan.fit.data))
+
+
+def rms_after_choosing(scan: Scan) -> Rms:
+    """Return the rms in unseen poses where the choice of the candidate is repeated without each group of poses.
+
+    Each pose is predicted by the candidate that the other groups choose, fitted without that pose; translation and
+    rotation are taken from the residuals themselves, as a candidate may lower one of them alone.
+    """
+    chosen = choice_without_each_group(scan)[scan.groups]
+    residual = np.empty_like(scan.residual)
+    for number in np.unique(chosen):
+        states = np.isin(scan.fold_of_state, np.flatnonzero(chosen == number))
+        trial = None if number == 0 else scan.trials[number - 1]
+        residual[:, states] = left_out_residual(scan, trial)[:, states]
+    return Rms.of(rms_of(residual, scan.fit.data))
 
 
 def fitted_rms(states: LoadStates, fit: Fit) -> Rms:

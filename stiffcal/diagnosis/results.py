@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
+from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
@@ -242,6 +243,8 @@ class DiagnoseResult(CommandResult):
     """In poses left out of the fit, the choice of the first effect repeated without each pose."""
     parameters_with_missing: Annotated[list[IdentifiedParameter], NOT_PROMISED]
     """Of the model with what is missing, as in ``identify``."""
+    before_after: list[BeforeAfter] = field(default_factory=list)
+    """What adding all that is missing does to the identified values."""
     n_candidates: Annotated[OrAbsent[int], NOT_PROMISED] = None
     """Effects at places that were tried for the next step."""
     n_signatures: Annotated[OrAbsent[int], NOT_PROMISED] = None

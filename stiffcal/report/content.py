@@ -17,6 +17,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
 from stiffcal.experiments.presentation import Page
+from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
 from stiffcal.model.summary import EffectAt
@@ -254,6 +255,22 @@ class EvidenceFigure:
 
 
 @dataclass(frozen=True)
+class FitChange:
+    """What a change of the model did to the identified values, on the same load states."""
+
+    before: str
+    """The earlier fit's number in the history."""
+    after: str
+    """The later fit's number."""
+    change: str
+    """What the model gained and lost, in words."""
+    values: tuple[BeforeAfter, ...]
+    """Every parameter of both models."""
+    own: bool
+    """Whether both fits are the user's own."""
+
+
+@dataclass(frozen=True)
 class ReportContent:
     """All that a report shows."""
 
@@ -270,6 +287,8 @@ class ReportContent:
     validate: Document | None = None
     history: Document | None = None
     """``validate``, ``history``: JSON documents of the interface, section 4; None where not made."""
+    fit_changes: tuple[FitChange, ...] = ()
+    """Fits of the history that follow each other with another model of the same load states, oldest first."""
     ingest: IngestResult | None = None
     """How the load states came about; None where that is not known."""
     instruments: tuple[Instrument, ...] = ()

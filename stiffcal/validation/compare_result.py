@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.documents import CommandResult, KeyIf, NullIsNan, Number, Origin
+from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.model.summary import Where
 
 
@@ -66,6 +67,9 @@ class CompareResult(CommandResult):
     """The second's."""
     parameters: list[Change]
     """Those that both models hold."""
+    before_after: list[BeforeAfter]
+    """The values of both campaigns with their 95 % intervals, of compliances the stiffness; also of `only_before` and
+    `only_after`."""
     only_before: list[str]
     """Names of parameters that the second model does not hold."""
     only_after: list[str]

@@ -9,6 +9,7 @@ from typing import cast
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store.origin import worst_of
@@ -59,6 +60,7 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         before=str(before),
         after=str(after),
         parameters=changes,
+        before_after=values_before_and_after(*(estimated_parameters(fit.parameters) for fit in fits)),
         only_before=[name for name in first if name not in second],
         only_after=[name for name in second if name not in first],
         p_value_all=_together(fits),

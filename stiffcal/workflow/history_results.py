@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, OrAbsent, Origin
+from stiffcal.identification.before_after import EstimatedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
 
@@ -60,4 +61,8 @@ class StoredFit:
     """A hash of all that went into it."""
     model_text: str
     """The model file, "" where there was none."""
+    parameters: OrAbsent[list[EstimatedParameter]] = None
+    """The identified values; None of fits of version 0.1."""
+    states_key: OrAbsent[str] = None
+    """A hash of the load states; None of fits of version 0.1."""
     origin: OrAbsent[Origin] = None

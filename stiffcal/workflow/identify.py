@@ -25,6 +25,7 @@ from stiffcal.workflow.steps import (
     announce,
     ingested,
     key_of_fit,
+    key_of_table,
     model_text,
     stored_fit,
 )
@@ -205,7 +206,7 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
             numbered = replace(result, fit_id=present["fit_id"])
             return {IDENTIFY: document_of(numbered)}
         fits = history.get("fits", [])
-        entry = _entry(result, model_text(data.campaign))
+        entry = _entry(result, data)
         same = _same_fit(fits, entry)
         entry["id"] = next_fit_id(history) if same is None else same["id"]
         numbered = replace(result, fit_id=entry["id"])
@@ -240,8 +241,10 @@ def next_fit_id(history: Document) -> str:
     return str(1 + max((int(text) for text in ids if FIT_ID.fullmatch(text)), default=0))
 
 
-def _entry(result: IdentifyResult, text: str) -> Document:
-    """Return a fit's entry of the history, without its id; `text` is the model file as it stands."""
+def _entry(result: IdentifyResult, data: Ingested) -> Document:
+    """Return a fit's entry of the history, without its id."""
+    from stiffcal.identification.before_after import estimated_parameters
+
     return document_of(
         StoredFit(
             id="",
@@ -252,7 +255,9 @@ def _entry(result: IdentifyResult, text: str) -> Document:
             noise=result.noise,
             loss=result.loss,
             key=result.key,
-            model_text=text,
+            model_text=model_text(data.campaign),
+            parameters=estimated_parameters(result.parameters),
+            states_key=key_of_table(data.table),
         )
     )
 

@@ -8,12 +8,20 @@ from pathlib import Path
 from typing import Literal
 
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+from stiffcal.identification.before_after import (
+    BeforeAfter,
+    EstimatedParameter,
+    estimated_parameters,
+    values_before_and_after,
+)
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, ModelSummary, Where
+from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
+from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.improve_results import Action, ImproveResult, ImproveStep
-from stiffcal.workflow.steps import RunContext
+from stiffcal.workflow.steps import RunContext, ingested
 from stiffcal.workflow.validate import validate_campaign
 
 # More rungs than effects that a diagnosis looks for: the loop ends by itself long before.
@@ -74,6 +82,7 @@ def improve_campaign(
         summary=diagnosed.summary,
         heldout_rms=Rms.of(judged["rms"]),
         noise=None if judged["noise"] is None else Rms.of(judged["noise"]),
+        before_after=diagnosed.before_after if dry_run else ladder.before_after(),
     )
 
 
@@ -88,21 +97,32 @@ class _Ladder:
     """Called with each rung as it is reached."""
     steps: list[ImproveStep] = field(default_factory=list)
     """The rungs, first the model as it was."""
+    estimates: list[list[EstimatedParameter]] = field(default_factory=list)
+    """The identified values at each rung."""
 
     def reached(self, action: Action, effect: str | None, where: Where) -> None:
         """Judge the present model and note what was done to get there."""
         judged = validate_campaign(self.folder, self.context)
+        self.estimates.append(estimated_parameters(self._present_fit().parameters))
         step = ImproveStep(
             action=action,
             effect=effect,
             where=where,
             heldout_rms=Rms.of(judged["rms"]),
             noise=None if judged["noise"] is None else Rms.of(judged["noise"]),
+            before_after=values_before_and_after(*self.estimates[-2:]) if self.steps else [],
             zero_model=Rms.of(judged["zero_model"]),
         )
         self.steps.append(step)
         if self.notify_step is not None:
             self.notify_step(step)
+
+    def _present_fit(self) -> IdentifyResult:
+        return fitted(ingested(self.folder, self.context), self.context)
+
+    def before_after(self) -> list[BeforeAfter]:
+        """Return what all steps together did to the identified values."""
+        return values_before_and_after(self.estimates[0], self.estimates[-1]) if len(self.estimates) > 1 else []
 
     def edit(self, action: Literal["add", "remove"], change: ProposedEffect | EffectAt) -> None:
         """Change the model, and judge it."""

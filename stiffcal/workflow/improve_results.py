@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
 
 from stiffcal.diagnosis.results import ProposedEffect, ResidualDependence
 from stiffcal.documents import NOT_PROMISED, CommandResult, OrAbsent
+from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary, Where
 
@@ -27,6 +28,8 @@ class ImproveStep:
     """Of the model after it, in poses left out of the fit; null in a dry run."""
     noise: Rms | None
     """In the same measure; null where it is not known."""
+    before_after: list[BeforeAfter] = field(default_factory=list)
+    """What this step did to the identified values; empty for the model as it was and in a dry run."""
     zero_model: Annotated[OrAbsent[Rms], NOT_PROMISED] = None
     """What a model without parameters leaves."""
 
@@ -54,3 +57,5 @@ class ImproveResult(CommandResult):
     """Of the present model in poses left out of the fit."""
     noise: Rms | None
     """In the same measure; null where it is not known."""
+    before_after: list[BeforeAfter] = field(default_factory=list)
+    """What all steps together did to the identified values; in a dry run what they would do."""

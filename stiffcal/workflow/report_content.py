@@ -46,6 +46,7 @@ from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_bodies import joint_pictures
 from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import diagnosis_content
+from stiffcal.workflow.report_fit_changes import fit_changes
 from stiffcal.workflow.report_links import link_pictures
 from stiffcal.workflow.steps import (
     FIT_STATES,
@@ -115,6 +116,7 @@ def report_content(
         identify=identified,
         validate=validation,
         history=history,
+        fit_changes=fit_changes(data),
         ingest=stored_ingest(data.store),
         instruments=tuple(_instruments(data)),
         set_aside=(*_set_aside(states), *unused),

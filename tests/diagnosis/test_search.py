@@ -9,7 +9,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.document import diagnosis_result
+from stiffcal.diagnosis.heldout_error import left_out_rms, rms_after_choosing
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.search import Search, SearchContext, one_for_two, search_missing, with_trial
 from stiffcal.documents import document_of
@@ -99,6 +101,20 @@ def test_one_effect_takes_the_place_of_two() -> None:
     assert [one.name for one in simpler[1]] in (["link-springs swing"], ["link-beam swing"])
     assert bench.pace().models == 4
     assert one_for_two(bench, first, simpler[0], simpler[1], no_progress) is None
+
+
+def test_rotation_and_translation_after_choosing_are_measured_each_by_itself() -> None:
+    """Where every group of poses chooses the same candidate, the error is that candidate's, not the old one scaled."""
+    states, search = searched("tilt")
+    scan = search.first
+    chosen = choice_without_each_group(scan)
+    assert set(chosen) == {1}
+    before, after = left_out_rms(scan, None), rms_after_choosing(scan)
+    assert after == left_out_rms(scan, scan.trials[0])
+    ratios = [(new or 0.0) / (old or 1.0) for new, old in ((after.translation, before.translation),
+                                                           (after.rotation, before.rotation))]  # fmt: skip
+    assert abs(ratios[0] - ratios[1]) > 0.05, "the test has no power where both fall alike"
+    assert diagnosis_result(states, search).heldout_rms_after_choosing == after
 
 
 def test_the_hidden_size_comes_back() -> None:

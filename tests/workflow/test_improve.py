@@ -11,7 +11,7 @@ from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.model.summary import Where
 from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.improve_results import ImproveStep
-from tests.laboratory.small_campaign import MODEL, write_small_campaign
+from tests.laboratory.small_campaign import MODEL, STIFFNESS, write_small_campaign
 
 COUPLED = """
 [[effects]]
@@ -48,6 +48,28 @@ def test_ends_with_what_is_hidden(coupled: Path) -> None:
     assert errors[1] is not None
     assert errors[1] < 0.5 * errors[0]
     assert result.heldout_rms.translation == errors[1]
+
+
+def test_each_step_shows_what_it_did_to_the_stiffness(coupled: Path) -> None:
+    """What a dry run announces is what the step then does, and the values after it are those of the robot."""
+    announced = improve_campaign(coupled, dry_run=True)
+    assert [step.before_after for step in announced.steps] == [[], []]
+    result = improve_campaign(coupled)
+    added = {value.name: value for value in result.steps[1].before_after}
+    moved = {name for name, value in added.items() if value.outside_interval}
+    assert moved == {value.name for value in announced.before_after if value.outside_interval}
+    assert moved & {"joint-compliance.j5.c", "joint-compliance.j6.c"}
+    assert result.before_after == result.steps[1].before_after
+    for name in moved:
+        after, truth = added[name].after, STIFFNESS[int(name.split(".")[1][1:]) - 1]
+        assert after is not None
+        assert after.interval is not None
+        assert after.interval[0] is not None
+        assert after.interval[0] * 0.99 < truth < (after.interval[1] or truth) * 1.01
+    coupling = added["axis-coupling.j5-j6.c"]
+    assert coupling.before is None
+    assert coupling.after is not None
+    assert [step.before_after for step in result.steps[:1]] == [[]]
 
 
 def test_where_the_answer_is_no_nothing_changes(coupled: Path) -> None:

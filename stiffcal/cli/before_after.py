@@ -1,0 +1,80 @@
+"""Identified values before and after a change: the table that improve, diagnose and compare share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from stiffcal.cli.tables import plain_table
+from stiffcal.cli.wording import NOT_KNOWN, interval, places, share, significant
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
+
+
+def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> None:
+    """Draw the values that moved by more than their 95 % interval, and how many did not.
+
+    Parameters
+    ----------
+    console : where to.
+    values : of two fits; where there are none, nothing is drawn.
+    title : what changed them.
+    """
+    compared = [value for value in values if value.before is not None and value.after is not None]
+    if not compared:
+        return
+    moved = sorted(
+        (value for value in compared if value.outside_interval), key=lambda value: -abs(value.relative or 0.0)
+    )
+    n_within = len(compared) - len(moved)
+    if not moved:
+        console.print(f"\n{title}: no value moves by more than its 95 % interval ({n_within} compared)", soft_wrap=True)
+        return
+    console.print(f"\n{title}:", soft_wrap=True)
+    table = plain_table("effect", "place", "before, ± 95 %>", "after, ± 95 %>", "", "change>")
+    for value in moved:
+        symbol = value.name.rpartition(".")[2]
+        place = places(value.where) + ("" if symbol == "c" else f", {symbol}")
+        cells = estimate_words(value.before), estimate_words(value.after)
+        table.add_row(value.effect, place, *cells, value.unit, change_words(value.relative))
+    console.print(table)
+    if n_within:
+        console.print(
+            f"  {n_within} other value{'s' * (n_within > 1)} stay{'s' * (n_within == 1)} within the 95 % interval "
+            "(all in --json)"
+        )
+
+
+def estimate_words(estimate: EstimatedValue | None) -> str:
+    """Return a value with its 95 % interval.
+
+    Examples
+    --------
+    >>> from stiffcal.identification.before_after import EstimatedValue
+    >>> estimate_words(EstimatedValue(value=5.0e4, interval=[4.9e4, 5.1e4]))
+    '5.00·10⁴ ± 0.10·10⁴'
+    >>> estimate_words(EstimatedValue(value=None, interval=[4.9e4, None])), estimate_words(None)
+    ('above 4.90·10⁴', 'not in the model')
+    """
+    if estimate is None:
+        return "not in the model"
+    low, high = estimate.interval or (None, None)
+    if estimate.value is None:
+        return f"above {significant(low)}" if low is not None else NOT_KNOWN
+    if estimate.interval is None:
+        return significant(estimate.value)
+    return interval(estimate.value, low, high)
+
+
+def change_words(relative: float | None) -> str:
+    """Return a relative change with its sign.
+
+    Examples
+    --------
+    >>> change_words(1.19), change_words(-0.02), change_words(None)
+    ('+119 %', '-2.00 %', '–')
+    """
+    return f"+{share(relative)}" if relative is not None and relative > 0 else share(relative)

@@ -1,0 +1,88 @@
+"""What each effect that was added did to the identified values, and what adding what is missing would do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
+from stiffcal.report.content import ReportContent
+from stiffcal.report.sections.stiffness import where_words
+
+ORDER = 35
+_TITLE = "Stiffness before and after"
+
+
+def section(content: ReportContent) -> ReportSection | LeftOut:
+    """Lay out, for each change of the model, the values that it moved out of their 95 % intervals."""
+    blocks: list[Block] = []
+    for change in content.fit_changes:
+        own = "" if change.own else " (not computed by you)"
+        blocks.append(SubheadingBlock(f"{change.change}: fit {change.before} → fit {change.after}{own}"))
+        blocks += _values(change.values, content.joint_names)
+    diagnosis = content.diagnose
+    if diagnosis is not None and diagnosis.before_after:
+        names = wording.listing(wording.effect_at(effect) for effect in diagnosis.missing)
+        blocks.append(SubheadingBlock(f"What adding {names} would change"))
+        blocks += _values(diagnosis.before_after, content.joint_names)
+    if not blocks:
+        return LeftOut(_TITLE, "the model of these load states has not changed, and nothing is to be added")
+    return ReportSection(_TITLE, (Paragraph(_lead()), *blocks))
+
+
+def _lead() -> str:
+    return (
+        "What each change of the model did to the identified values. As far as the later model is right, a value that "
+        "moves by more than its 95 % interval was further off before than its uncertainty said."
+    )
+
+
+def _values(values: Sequence[BeforeAfter], joint_names: tuple[str, ...]) -> list[Block]:
+    """Return a table of what moved beyond its interval or is new, and how much of the rest stayed within."""
+    listed = [value for value in values if value.outside_interval or value.before is None or value.after is None]
+    listed.sort(key=lambda value: (not value.outside_interval, -abs(value.relative or 0.0)))
+    n_within = sum(not value.outside_interval for value in values if value.before and value.after)
+    within = f"{wording.count(n_within, 'other value')} stay{'s' * (n_within == 1)} within the 95 % interval."
+    if not listed:
+        return [Paragraph(f"No value moved by more than its 95 % interval ({n_within} compared).")]
+    columns = (
+        TableColumn("place", align="left"), TableColumn("effect", align="left", width=1.0),
+        TableColumn("before, ± 95 %"), TableColumn("after, ± 95 %"), TableColumn("unit", align="left"),
+        TableColumn("change"),
+    )  # fmt: skip
+    rows = tuple(_row(value, joint_names) for value in listed)
+    caption = "Values that moved by more than their 95 % interval, and values that one of the two models lacks."
+    return [TableBlock(columns, rows, f"{caption} {within}" if n_within else caption)]
+
+
+def _row(value: BeforeAfter, joint_names: tuple[str, ...]) -> tuple[str, ...]:
+    symbol = value.name.rsplit(".", 1)[-1]
+    unit = wording.unit_words(value.unit)
+    printed, scale = _PRINTED_UNITS.get(unit, (unit, 1.0))
+    change = wording.DASH
+    if value.relative is not None:
+        sign = "+" if value.relative > 0 else ""
+        change = f"{sign}{wording.percent(value.relative)}"
+    return (
+        where_words(value.where, joint_names), value.effect + ("" if symbol == "c" else f", {symbol}"),
+        _estimate(value.before, scale), _estimate(value.after, scale), printed, change,
+    )  # fmt: skip
+
+
+_PRINTED_UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "N/m": ("N/µm", 1e-6), "N/rad": ("N/mrad", 1e-3)}
+
+
+def _estimate(estimate: EstimatedValue | None, scale: float) -> str:
+    if estimate is None:
+        return "not in the model"
+    low, high = (None if end is None else end * scale for end in estimate.interval or (None, None))
+    if estimate.value is None:
+        return f"above {wording.digits(low)}" if low is not None else "not identified"
+    value = estimate.value * scale
+    if estimate.interval is None:
+        return wording.digits(value)
+    if low is None or high is None or abs(high + low - 2.0 * value) > 0.1 * (high - low):
+        ends = (wording.digits(low) if low is not None else "−∞", wording.digits(high) if high is not None else "∞")
+        return f"{wording.digits(value)} ({ends[0]} … {ends[1]})"
+    return f"{wording.digits(value)} ± {wording.digits((high - low) / 2.0, 2)}"

@@ -1,0 +1,47 @@
+"""What the report shows of each change of the model: the identified values before and after it."""
+
+from __future__ import annotations
+
+import itertools
+
+from stiffcal.documents import document_of
+from stiffcal.identification.before_after import values_before_and_after
+from stiffcal.report import wording
+from stiffcal.report.content import FitChange
+from stiffcal.store.document_shape import result_from
+from stiffcal.store.index import FOREIGN
+from stiffcal.workflow.history_results import StoredFit
+from stiffcal.workflow.steps import HISTORY, Ingested, key_of_table, stored_document
+
+
+def fit_changes(data: Ingested) -> tuple[FitChange, ...]:
+    """Return the fits of the present load states that follow each other with another model, oldest first.
+
+    Fits of other load states are left out: what differs then need not come from the model.
+
+    Parameters
+    ----------
+    data : the campaign.
+    """
+    stored, states = stored_document(data.store, HISTORY) or {"fits": []}, key_of_table(data.table)
+    fits = [result_from(StoredFit, fit, data.store.display_name, HISTORY) for fit in stored["fits"]]
+    comparable = [fit for fit in fits if fit.states_key == states and fit.parameters is not None]
+    changes = (_change(before, after) for before, after in itertools.pairwise(comparable))
+    return tuple(change for change in changes if change is not None)
+
+
+def _change(before: StoredFit, after: StoredFit) -> FitChange | None:
+    """Return what changed from one fit to the next; None where the models are the same."""
+    if before.model.same_as(after.model):
+        return None
+    words = wording.model_change(document_of(before.model), document_of(after.model))
+    if before.model.balance != after.model.balance:
+        balance = f"balance {before.model.balance} → {after.model.balance}"
+        words = f"{words}; {balance}" if words else balance
+    return FitChange(
+        before=before.id,
+        after=after.id,
+        change=words,
+        values=tuple(values_before_and_after(before.parameters or [], after.parameters or [])),
+        own=FOREIGN not in (before.origin, after.origin),
+    )

@@ -1,0 +1,70 @@
+"""What moved by more than its interval, of stiffness too that has no upper limit."""
+
+from __future__ import annotations
+
+import pytest
+
+from stiffcal.identification.before_after import (
+    EstimatedParameter,
+    EstimatedValue,
+    estimated_parameters,
+    values_before_and_after,
+)
+from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.model.summary import Where
+
+
+def estimate(
+    value: float | None, low: float | None = None, high: float | None = None, name: str = "joint-compliance.j4.c"
+) -> EstimatedParameter:
+    interval = None if low is None and high is None else [low, high]
+    return EstimatedParameter(
+        name=name, effect="joint-compliance", where=Where(joints=[4]), unit="N·m/rad", value=value, interval=interval
+    )
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "outside"),
+    [
+        (estimate(2.7e4, 2.6e4, 2.8e4), estimate(6.0e4, 5.9e4, 6.1e4), True),
+        (estimate(2.7e4, 2.6e4, 2.8e4), estimate(2.75e4, 2.7e4, 2.8e4), False),
+        (estimate(2.7e4, 2.6e4, 2.8e4), estimate(2.5e4, 2.0e4, 3.0e4), True),
+        # Infinite stiffness: only its lower limit is known.
+        (estimate(2.7e4, 2.6e4, 2.8e4), estimate(None, 9.0e4, None), True),
+        (estimate(2.7e4, 2.6e4, None), estimate(None, 9.0e4, None), False),
+        (estimate(2.7e4), estimate(6.0e4, 5.9e4, 6.1e4), True),
+        (estimate(2.7e4), estimate(6.0e4), False),
+        (estimate(None), estimate(None), False),
+    ],
+)
+def test_moved_is_outside_the_interval_before(
+    before: EstimatedParameter, after: EstimatedParameter, outside: bool
+) -> None:
+    (moved,) = values_before_and_after([before], [after])
+    assert moved.outside_interval is outside
+
+
+def test_new_and_gone_parameters_have_one_side() -> None:
+    new, gone = estimate(1.0, 0.9, 1.1, name="backlash.j4.width"), estimate(2.0, 1.9, 2.1, name="two-slope.j4.c")
+    both = estimate(2.0, 1.9, 2.1)
+    values = values_before_and_after([both, gone], [both, new])
+    assert [(value.name, value.before is None, value.after is None) for value in values] == [
+        ("joint-compliance.j4.c", False, False),
+        ("backlash.j4.width", True, False),
+        ("two-slope.j4.c", False, True),
+    ]
+    assert not any(value.outside_interval for value in values)
+    assert values[1].relative is None
+    assert values[0].relative == 0.0
+
+
+def test_a_compliance_is_compared_as_stiffness() -> None:
+    compliance = IdentifiedParameter(
+        name="joint-compliance.j4.c", effect="joint-compliance", where=Where(joints=[4]), value=2e-5, std=1e-7,
+        interval=[1.98e-5, 2.02e-5], unit="rad/(N·m)", fixed=False, identifiable=True, stiffness=5e4,
+        stiffness_std=250.0, stiffness_interval=[4.95e4, 5.05e4],
+    )  # fmt: skip
+    (parameter,) = estimated_parameters([compliance])
+    assert (parameter.unit, parameter.value, parameter.interval) == ("N·m/rad", 5e4, [4.95e4, 5.05e4])
+    (value,) = values_before_and_after([parameter], [parameter])
+    assert value.after == EstimatedValue(value=5e4, interval=[4.95e4, 5.05e4])
