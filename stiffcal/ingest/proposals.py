@@ -7,12 +7,20 @@ and Nikon's trackers, traces of robot controllers. A column is guessed by its na
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from stiffcal.campaign.file_formats import format_of
+from stiffcal.campaign.proposed_lines import (
+    FORCE_SENSOR,
+    TOOL,
+    TRACKER,
+    FrameNames,
+    ProposedLine,
+    quoted,
+    signal_lines,
+)
 from stiffcal.documents import NOT_IN_DOCUMENT
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
@@ -21,7 +29,6 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.campaign.table_sniffing import SniffedTable
 
-GUESS = "# ?"
 FIRST_BYTES = 1 << 14
 # So many files of one make are looked into; the others are named by count.
 LOOKED_AT = 200
@@ -37,17 +44,23 @@ MAKERS: tuple[tuple[str, str, str], ...] = (
     (r"\bFANUC\b|\bSt(ä|ae|a)ubli\b|\bYaskawa\b|\bMotoman\b|\bUR1?\d\b", "robot controller trace", "controller"),
 )
 # The frames that proposed signals are in, where the campaign has none of the name.
-FRAMES = {
-    "ft_sensor": (
-        *("[frames.ft_sensor]", 'parent = "flange"'),
-        f"xyz_m = [0.0, 0.0, 0.0]  {GUESS} where the sensor measures, and its rotation",
+FRAMES: dict[str, tuple[ProposedLine, ...]] = {
+    FORCE_SENSOR: (
+        *(ProposedLine(f"[frames.{FORCE_SENSOR}]"), ProposedLine('parent = "flange"')),
+        ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "where the sensor measures, and its rotation"),
     ),
-    "tracker": (
-        *("[frames.tracker]", 'parent = "base"'),
-        f"estimate = true  {GUESS} found from the unloaded poses; or give xyz_m and a rotation",
+    TRACKER: (
+        *(ProposedLine(f"[frames.{TRACKER}]"), ProposedLine('parent = "base"')),
+        ProposedLine("estimate = true", "found from the unloaded poses; or give xyz_m and a rotation"),
     ),
-    "tool": ("[frames.tool]", 'parent = "flange"', f"xyz_m = [0.0, 0.0, 0.0]  {GUESS} where the target sits"),
+    TOOL: (
+        *(ProposedLine(f"[frames.{TOOL}]"), ProposedLine('parent = "flange"')),
+        ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "where the target sits"),
+    ),
 }
+# The frames of a campaign that are taken where a signal needs one, by preference.
+BODIES = (TOOL, "target", "tcp")
+LOAD_POINTS = (TOOL, "load_point", "target")
 # Repetitions are bounded: these are searched in a log's first lines, which anybody may have written
 _NUMBER = r"[^0-9\n]{0,30}([0-9]{1,30}(?:[.,][0-9]{1,30})?)"
 _RATE = re.compile(
@@ -57,6 +70,7 @@ _PERIOD = re.compile(r"(?:sample ?time|abtastzeit|cycle ?time)\s{0,9}\[?\s{0,9}(
 _LARGEST_FORCE = 1e5
 _COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORECASE)
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+_FROM_HEADER = "as its first lines say"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,49 +94,42 @@ def propose_sources(campaign: Campaign) -> list[ProposedSource]:
     -------
     list of ProposedSource
     """
-    groups: dict[tuple[str, ...], dict[str, Any]] = {}
-    for file in _unnamed(campaign)[:LOOKED_AT]:
-        sniffed = _sniff(campaign.folder, file)
-        if sniffed is None:
-            continue
-        group = groups.setdefault((sniffed.device, *sniffed.lines), {"files": [], "log": sniffed})
-        group["files"].append(file)
     taken_names, frames = set(campaign.manifest.sources), set(campaign.manifest.frames)
-    return [_proposal(group, taken_names, frames) for group in groups.values()]
+    groups: dict[_SniffedLog, list[str]] = {}
+    for file in _unnamed(campaign)[:LOOKED_AT]:
+        sniffed = _sniff(campaign.folder, file, frames)
+        if sniffed is not None:
+            groups.setdefault(sniffed, []).append(file)
+    return [_proposal(log, files, taken_names, frames) for log, files in groups.items()]
 
 
-def _proposal(group: Mapping[str, Any], taken_names: set[str], frames: set[str]) -> ProposedSource:
-    log: _SniffedLog = group["log"]
+def _proposal(log: _SniffedLog, files: list[str], taken_names: set[str], frames: set[str]) -> ProposedSource:
+    lines = [str(line) for line in log.lines]
     if not log.understood:  # a maker's log: why, and what helps
-        return ProposedSource(files=list(group["files"]), device=log.device, lines=list(log.lines), understood=False)
+        return ProposedSource(files=files, device=log.device, lines=lines, understood=False)
     name = next(
         candidate for k in range(1, 100) if (candidate := log.name + (str(k) if k > 1 else "")) not in taken_names
     )
     taken_names.add(name)
-    files = list(group["files"])
-    signals, missing = _in_frames(log.lines, frames)
-    lines = [f"[sources.{name}]", *signals]
     for file in files[:3]:
         lines.append(f'# in its run: files = {{ {name} = "{file}" }}')
     if len(files) > 3:
         lines.append(f"# … and {len(files) - 3} more files like these")
-    return ProposedSource(files=files, device=log.device, lines=lines + missing)
+    needed = {frame for line in log.lines for frame in line.frames} - frames
+    missing = [str(line) for frame, frame_lines in FRAMES.items() if frame in needed for line in frame_lines]
+    return ProposedSource(files=files, device=log.device, lines=[f"[sources.{name}]", *lines, *missing])
 
 
-def _in_frames(lines: Sequence[str], frames: set[str]) -> tuple[list[str], list[str]]:
-    """Name frames that the campaign has, where it has some that fit; and return the lines of those that it lacks."""
-    proposed = list(lines)
-    for word, instead in (("body", ("tool", "target", "tcp")), ("point", ("tool", "load_point", "target"))):
-        frame = next((name for name in instead if name in frames), None)
-        if frame not in (None, "tool"):
-            named, doubt = f'{word} = "tool"', f"{GUESS} or another frame than {frame!r}"
-            for k, line in enumerate(proposed):
-                if named in line:
-                    replaced = line.replace(named, f'{word} = "{frame}"')
-                    proposed[k] = replaced if GUESS in replaced else f"{replaced}  {doubt}"
-    asked = {name for line in proposed for name in re.findall(r'(?:frame|body|point) = "(\w+)"', line)}
-    missing = [entry for name, entries in FRAMES.items() if name in asked - frames for entry in entries]
-    return proposed, missing
+def _frame_names(frames: set[str]) -> FrameNames:
+    """Return the frames of the campaign that fit; `TOOL`, which it may lack, where there is none."""
+    body, point = (next((name for name in names if name in frames), TOOL) for names in (BODIES, LOAD_POINTS))
+    return FrameNames(body, point)
+
+
+def _with_doubt(line: ProposedLine, names: FrameNames) -> ProposedLine:
+    """Mark a line that names a frame which was taken for want of one called `TOOL`."""
+    taken = [name for name in (names.body, names.point) if name != TOOL and name in line.frames]
+    return replace(line, doubt=f"or another frame than {taken[0]!r}") if taken and line.doubt is None else line
 
 
 def _unnamed(campaign: Campaign) -> list[str]:
@@ -144,11 +151,16 @@ class _SniffedLog(NamedTuple):
 
     device: str
     name: str
-    lines: list[str]
+    lines: tuple[ProposedLine, ...]
     understood: bool = True
 
 
-def _sniff(folder: Path, file: str) -> _SniffedLog | None:
+def _not_understood(device: str, name: str, why: str) -> _SniffedLog | None:
+    """Return a log of a known maker with a comment on why no signal is found; None where the maker is not known."""
+    return _SniffedLog(device, name, (ProposedLine(f"# {why}"),), understood=False) if device else None
+
+
+def _sniff(folder: Path, file: str, frames: set[str]) -> _SniffedLog | None:
     """Return the guessed kind of a log, or None where neither device nor signals are understood."""
     path, kind = folder / file, format_of(file)
     text = _first_bytes(path).decode("latin-1")
@@ -156,26 +168,24 @@ def _sniff(folder: Path, file: str) -> _SniffedLog | None:
     try:
         table, layout_lines = _text_table(path) if kind == "csv" else _other_table(folder, file, str(kind))
     except InputError as error:
-        comment = f"# {error.reason}: {error.mend}"
-        return _SniffedLog(device, name, [comment], understood=False) if device else None
+        return _not_understood(device, name, f"{error.reason}: {error.mend}")
     from stiffcal.campaign.column_roles import recognise
-    from stiffcal.campaign.from_table import signal_lines
 
-    roles = recognise(table.columns)
-    signals = signal_lines(roles)
+    roles, names = recognise(table.columns), _frame_names(frames)
+    signals = [_with_doubt(line, names) for line in signal_lines(roles, names)]
     if not signals:
         headers = ", ".join(column.header for column in table.columns[:12])
         mend = "export it with one header line, one time column and names like A1 … A6, Fx, X"
-        comment = f"# no signal is seen in its columns ({headers}): {mend}"
-        return _SniffedLog(device, name, [comment], understood=False) if device else None
+        return _not_understood(device, name, f"no signal is recognised in its columns ({headers}): {mend}")
     if not name:
         name = "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
     counts = _COUNTS.search(text)
     force = max((column.size for column in roles.force.columns), default=0.0) if roles.force is not None else 0.0
     if counts is not None and force > _LARGEST_FORCE:
-        signals.append(f"{GUESS} up to {force:.3g}: counts, {counts[2]} to a unit? Log or write units, not counts")
-    lines = [f'format = "{kind}"', *layout_lines, 'sampling = "time"', _time_line(table, text), *signals]
-    return _SniffedLog(device, name, lines)
+        doubt = f"up to {force:.3g}: counts, {counts[2]} to a unit? Log or write units, not counts"
+        signals.append(ProposedLine("", doubt))
+    layout = [ProposedLine(line) for line in (f'format = "{kind}"', *layout_lines, 'sampling = "time"')]
+    return _SniffedLog(device, name, (*layout, _time_line(table, text), *signals))
 
 
 def _first_bytes(path: Path) -> bytes:
@@ -197,7 +207,7 @@ def _text_table(path: Path) -> tuple[SniffedTable, list[str]]:
     from stiffcal.campaign.table_sniffing import sniff_table
 
     table = sniff_table(path)
-    options = ", ".join(f"{key} = {_quoted(value)}" for key, value in table.options.items())
+    options = ", ".join(f"{key} = {quoted(value)}" for key, value in table.options.items())
     return table, [f"csv = {{ {options} }}"] if options else []
 
 
@@ -211,25 +221,22 @@ def _other_table(folder: Path, file: str, log_format: str) -> tuple[SniffedTable
     return SniffedTable(folder / file, columns, header.n_rows or 0, {}), []
 
 
-def _time_line(table: SniffedTable, text: str) -> str:
+def _time_line(table: SniffedTable, text: str) -> ProposedLine:
     from stiffcal.campaign.column_roles import recognise
 
     time = recognise(table.columns).time
     if time is not None:
         known = time.unit in (*_SECONDS, "ns", "iso8601")
-        return f'time = {{ column = {_quoted(time.header)}, unit = "{time.unit if known else "s"}" }}' + (
-            "" if known else f"  {GUESS} seconds"
-        )
+        line = f'time = {{ column = {quoted(time.header)}, unit = "{time.unit if known else "s"}" }}'
+        return ProposedLine(line, None if known else "seconds")
     if (rate := _RATE.search(text)) is not None:
-        return f"time = {{ rate_hz = {float(rate[1].replace(',', '.')):g} }}  {GUESS} as its first lines say"
+        return _rate_line(float(rate[1].replace(",", ".")), _FROM_HEADER)
     if (period := _PERIOD.search(text)) is not None:
         step = float(period[2].replace(",", ".")) * _SECONDS[period[1].lower()]
         if step > 0:
-            return f"time = {{ rate_hz = {1.0 / step:g} }}  {GUESS} as its first lines say"
-    return f"time = {{ rate_hz = 1000 }}  {GUESS} no time column is seen: write the logging rate"
+            return _rate_line(1.0 / step, _FROM_HEADER)
+    return _rate_line(1000.0, "no time column is recognised: write the logging rate")
 
 
-def _quoted(value: object) -> str:
-    import json
-
-    return json.dumps(value, ensure_ascii=False)
+def _rate_line(hertz: float, doubt: str) -> ProposedLine:
+    return ProposedLine(f"time = {{ rate_hz = {hertz:g} }}", doubt)

@@ -42,9 +42,8 @@ def ingest_campaign(
     from stiffcal.ingest.parts import INGEST
     from stiffcal.ingest.results import IngestResult
     from stiffcal.store import Store
-    from stiffcal.store.document_shape import result_from
-    from stiffcal.store.index import FOREIGN
-    from stiffcal.workflow.stored import stored_document
+    from stiffcal.store.index import FOREIGN, DamagedStoreError
+    from stiffcal.workflow.stored import stored_result
 
     folder = Path(folder)
     campaign = load_campaign(folder)
@@ -52,13 +51,17 @@ def ingest_campaign(
         store if store is not None else folder / "store", display_name=str(store) if store is not None else "store"
     )
     fresh = freshness_of(campaign, target)
-    stored = None if fresh.reason else stored_document(target, INGEST)
-    if stored is not None:
-        if fresh.origin != FOREIGN:
-            target.remove_leftovers()
-        result = result_from(IngestResult, stored, target.display_name, INGEST)
-        return replace(result, unchanged=True, changed="", origin=cast("Origin", fresh.origin))
-    return ingest_now(campaign, target, fresh.changed, progress)
+    try:
+        stored = None if fresh.reason else stored_result(target, INGEST, IngestResult)
+    except DamagedStoreError as error:  # an answer of another shape, as an unreleased version may have written it
+        if fresh.missing:
+            raise
+        return ingest_now(campaign, target, f"the store is damaged: {error.faults[0].reason}", progress)
+    if stored is None:
+        return ingest_now(campaign, target, fresh.changed, progress)
+    if fresh.origin != FOREIGN:
+        target.remove_leftovers()
+    return replace(stored, unchanged=True, changed="", origin=cast("Origin", fresh.origin))
 
 
 def is_stale(folder: str | Path, store: str | Path | None = None) -> str:

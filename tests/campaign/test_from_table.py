@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.column_roles import recognise
-from stiffcal.campaign.from_table import GUESS, draft_campaign, propose_campaign
+from stiffcal.campaign.from_table import draft_campaign, propose_campaign
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.proposed_lines import GUESS
 from stiffcal.campaign.table_sniffing import SniffedColumn, sniff_table
 from stiffcal.errors import InputError
 from tests.laboratory.campaign_folders import DATA

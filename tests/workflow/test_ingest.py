@@ -41,6 +41,19 @@ def test_the_document_tells_clocks_states_and_what_was_dropped(ingested: Path) -
     assert document["warnings"] == []
 
 
+def test_an_answer_of_another_shape_is_made_anew(tmp_path: Path) -> None:
+    folder = copied("03", tmp_path)
+    ingest_campaign(folder)
+    store = Store(folder / "store")
+    document = store.read_document("ingest")
+    del document["runs"][0]["n_states"]
+    store.commit(documents={"ingest": document})
+    result = ingest_campaign(folder)
+    assert result.unchanged is False
+    assert "n_states" in result.changed
+    assert ingest_campaign(folder).unchanged is True
+
+
 def test_the_store_is_read_with_one_line(ingested: Path) -> None:
     states = pd.read_parquet(ingested / "store/current/states.parquet")
     assert len(states) == 49

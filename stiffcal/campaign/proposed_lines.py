@@ -1,0 +1,276 @@
+"""Lines of campaign.toml and robot.toml that `init --from` and `check` propose for a table's columns."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stiffcal.campaign.column_roles import Role, Roles
+from stiffcal.campaign.table_sniffing import SniffedTable
+from stiffcal.campaign.typed import expand_columns
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.quantities import UnknownUnitError, unit
+
+GUESS = "# ?"
+"""Begins the comment of a line that was guessed."""
+TOOL = "tool"
+FORCE_SENSOR = "ft_sensor"
+TRACKER = "tracker"
+
+# A joint angle beyond one turn and a bit is not in radians; a robot's give is below 5 cm; no reach is above 20 m.
+_LARGEST_RADIAN = 6.6
+_LARGEST_DEFLECTION_M = 0.05
+_LARGEST_POSITION_M = 20.0
+
+
+@dataclass(frozen=True)
+class ProposedLine:
+    """A line of a proposed file; as text it ends with `GUESS` and the doubt, where it was guessed."""
+
+    toml: str
+    """What stands before the comment, "" of a comment alone."""
+    doubt: str | None = None
+    """What a person should check, "" where the value itself says it; None where nothing was guessed."""
+    frames: tuple[str, ...] = ()
+    """The frames that it names."""
+
+    def __str__(self) -> str:
+        comment = None if self.doubt is None else f"{GUESS} {self.doubt}".rstrip()
+        return "  ".join(piece for piece in (self.toml, comment) if piece)
+
+
+@dataclass(frozen=True)
+class FrameNames:
+    """The names of the frames that proposed lines use."""
+
+    body: str = TOOL
+    """Where the displacement is measured."""
+    point: str = TOOL
+    """Where a force without moments acts."""
+
+
+DEFAULT_NAMES = FrameNames()
+
+
+def as_text(lines: Sequence[ProposedLine]) -> str:
+    """Return the lines as the text of a file."""
+    return "".join(f"{line}\n" for line in lines)
+
+
+def source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[ProposedLine]:
+    """Return the source that reads the tables, every guess marked.
+
+    Raises
+    ------
+    InputError
+        A unit is not known, columns of a signal differ in theirs, or a signal lies in several files.
+    """
+    texts = ["[sources.table]"]
+    if len(tables) == 1:
+        texts.append(f"file = {quoted(f'raw/{tables[0].path.name}')}")
+    else:
+        texts.append("files = { " + ", ".join(_file_of_signals(tables, roles)) + " }")
+    if tables[0].options:
+        options = ", ".join(f"{key} = {quoted(value)}" for key, value in tables[0].options.items())
+        texts.append(f"csv = {{ {options} }}")
+    lines = [*map(ProposedLine, texts), _run_line(roles)]
+    if roles.time is not None:
+        written, guessed = _unit(Role((roles.time,)), "time", "s")
+        line = f"time = {{ column = {quoted(roles.time.header)}, unit = {quoted(written)} }}"
+        lines.append(ProposedLine(line, "seconds" if guessed else None))
+    return [*lines, _joints_line(roles), *_load_lines(roles, TOOL), _moved_line(roles, TOOL)]
+
+
+def signal_lines(roles: Roles, names: FrameNames = DEFAULT_NAMES) -> list[ProposedLine]:
+    """Return the lines of those signals that a log holds, every guess marked; empty where none is recognised."""
+    lines = [_joints_line(roles)] if roles.joints is not None else []
+    lines += _load_lines(roles, names.point) if roles.force is not None else []
+    return lines + (
+        [_moved_line(roles, names.body)] if roles.deflection is not None or roles.position is not None else []
+    )
+
+
+def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
+    """Return in which file the columns of each signal lie."""
+    signals = {
+        "joints": [roles.joints],
+        "wrench": [roles.force, roles.moment],
+        "dead_weight": [roles.mass if roles.force is None else None],
+        "deflection": [roles.deflection, roles.rotation if roles.deflection is not None else None],
+        "pose": [roles.position, roles.quaternion] if roles.deflection is None else [None],
+    }
+    sentences = []
+    for signal, signal_roles in signals.items():
+        columns = {column for role in signal_roles if role is not None for column in role.columns}
+        files = [table.path.name for table in tables if columns & set(table.columns)]
+        if len(files) > 1:
+            raise InputError.at(
+                FaultCode.SHAPE_MISMATCH,
+                files[1],
+                "header",
+                f"the {signal} lies in {files[0]} too",
+                "put it into one file",
+            )
+        sentences += [f"{signal} = {quoted(f'raw/{files[0]}')}"] if files else []
+    return sentences
+
+
+def _run_line(roles: Roles) -> ProposedLine:
+    if roles.run is not None:
+        return ProposedLine(f"run = {{ column = {quoted(roles.run.header)} }}")
+    if roles.deflection is not None:
+        return ProposedLine('run = { each = "row" }')
+    return ProposedLine('run = { column = "run" }', "add a column that names the pose each row belongs to")
+
+
+def _joints_line(roles: Roles) -> ProposedLine:
+    assert roles.joints is not None
+    size = max(column.size for column in roles.joints.columns)
+    likely = "deg" if size > _LARGEST_RADIAN else "rad"
+    written, guessed = _unit(roles.joints, "angle", likely)
+    line = f"joints = {{ position = {_columns(roles.joints)}, units = {{ position = {quoted(written)} }} }}"
+    return ProposedLine(line, f"{written}, by their size (up to {size:.3g})" if guessed else None)
+
+
+def _load_lines(roles: Roles, tool: str) -> list[ProposedLine]:
+    if roles.force is None:
+        assert roles.mass is not None
+        written, _ = _unit(roles.mass, "mass", "kg")
+        column = quoted(roles.mass.columns[0].header)
+        units = f"{{ mass = {quoted(written)} }}"
+        line = f"dead_weight = {{ mass_column = {column}, point = {quoted(tool)}, units = {units} }}"
+        return [ProposedLine(line, frames=(tool,))]
+    doubts = []
+    force, guessed = _unit(roles.force, "force", "N")
+    doubts += ["N"] if guessed else []
+    units, columns = f"force = {quoted(force)}", roles.force.columns
+    if roles.moment is not None:
+        moment, guessed = _unit(roles.moment, "moment", "N*m")
+        doubts += ["N*m"] if guessed else []
+        units += f", moment = {quoted(moment)}"
+        columns += roles.moment.columns
+    in_base = bool({"base", "world", "robot"} & roles.force.places)
+    if roles.moment is not None and not in_base:
+        frame = FORCE_SENSOR
+        where = f"frame = {quoted(frame)}"
+        doubts.append("in the sensor's axes")
+    else:
+        frame = tool if roles.moment is None else FORCE_SENSOR
+        where = f'axes = "base", point = {quoted(frame)}'
+        doubts += [] if in_base else ["in base axes"]
+    doubts.append("acts on the robot")
+    line = f"wrench = {{ columns = {_columns(Role(columns))}, units = {{ {units} }}, {where} }}"
+    return [ProposedLine(line, ", ".join(doubts), (frame,))]
+
+
+def _moved_line(roles: Roles, body: str) -> ProposedLine:
+    doubts = []
+    if roles.deflection is not None:
+        size = max(column.size for column in roles.deflection.columns)
+        likely = "m" if size < _LARGEST_DEFLECTION_M else "mm" if size < _LARGEST_DEFLECTION_M * 1e3 else "um"
+        written, guessed = _unit(roles.deflection, "translation", likely)
+        doubts += [f"{written}, by their size (up to {size:.3g})"] if guessed else []
+        units, rotation = f"translation = {quoted(written)}", ""
+        if roles.rotation is not None:
+            turned = max(column.size for column in roles.rotation.columns)
+            angle, guessed = _unit(roles.rotation, "angle", "rad" if turned < _LARGEST_DEFLECTION_M else "deg")
+            doubts += [f"turns in {angle}"] if guessed else []
+            units, rotation = f"{units}, rotation = {quoted(angle)}", f", rotation = {_columns(roles.rotation)}"
+        doubts += [] if roles.deflection.places else ["in base axes"]
+        columns = f"translation = {_columns(roles.deflection)}{rotation}"
+        line = f'deflection = {{ {columns}, units = {{ {units} }}, body = {quoted(body)}, axes = "base" }}'
+        frames: tuple[str, ...] = (body,)
+    else:
+        assert roles.position is not None
+        size = max(column.size for column in roles.position.columns)
+        written, guessed = _unit(roles.position, "position", "m" if size < _LARGEST_POSITION_M else "mm")
+        doubts += [f"{written}, by their size (up to {size:.4g})"] if guessed else []
+        columns = f"position = {_columns(roles.position)}"
+        if roles.quaternion is not None:
+            columns += f", quaternion_wxyz = {_columns(roles.quaternion)}"
+        units = f"{{ position = {quoted(written)} }}"
+        line = f"pose = {{ frame = {quoted(TRACKER)}, body = {quoted(body)}, {columns}, units = {units} }}"
+        frames = (TRACKER, body)
+    return ProposedLine(line, ", ".join(doubts) if doubts else None, frames)
+
+
+def frame_lines(roles: Roles) -> list[ProposedLine]:
+    """Return the frames that `source_lines` name."""
+    reason = (
+        "where it is measured" if roles.moment is not None else "where the load acts and the displacement is measured"
+    )
+    origin = "xyz_m = [0.0, 0.0, 0.0]"
+    lines = [*_table(TOOL, "flange"), ProposedLine(origin, f"{reason}, in the flange frame")]
+    if roles.moment is not None:
+        lines += [*_table(FORCE_SENSOR, "flange"), ProposedLine(origin, "add rpy_deg if turned")]
+    if roles.deflection is None:
+        lines += [*_table(TRACKER, "base"), ProposedLine("estimate = true")]
+    return lines
+
+
+def _table(frame: str, parent: str) -> list[ProposedLine]:
+    return [ProposedLine(text) for text in ("", f"[frames.{frame}]", f"parent = {quoted(parent)}")]
+
+
+def robot_lines(joints: Sequence[str]) -> list[ProposedLine]:
+    """Return a robot.toml to fill in: a row for each joint."""
+    mend = 'or "dh"; fill in the rows, or start again with --robot NAME or --urdf FILE'
+    lines = [ProposedLine('schema = "stiffcal/robot/1"'), ProposedLine('convention = "modified-dh"', mend)]
+    for name in joints:
+        lines += [ProposedLine(text) for text in ("", "[[joints]]", f"name = {quoted(name)}")]
+        lines += [ProposedLine(f"{key} = 0.0", "") for key in ("a_m", "alpha_deg", "d_m", "theta_deg")]
+    return [*lines, ProposedLine(""), ProposedLine("[flange]"), ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "")]
+
+
+def _unit(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
+    """Return the unit of a signal's columns and whether it was guessed.
+
+    Raises
+    ------
+    InputError
+        The header names a unit that is not known for the quantity, or the columns differ.
+    """
+    written = {column.unit for column in role.columns}
+    if written == {None}:
+        return likely, True
+    names = set()
+    for column in role.columns:
+        place = f'column "{column.header}"'
+        if column.unit is None:
+            raise InputError.at(
+                FaultCode.UNIT_CONFLICT,
+                "",
+                place,
+                "it has no unit, but its neighbours do",
+                "write the unit into the header",
+            )
+        try:
+            names.add(unit(column.unit, quantity).name)
+        except UnknownUnitError as error:
+            raise InputError.at(FaultCode.UNIT_UNKNOWN, "", place, error.reason, error.mend) from None
+    if len(names) > 1:
+        units = ", ".join(sorted(names))
+        raise InputError.at(
+            FaultCode.UNIT_CONFLICT, "", f'column "{role.columns[0].header}"', f"units differ: {units}", "use one unit"
+        )
+    return names.pop(), False
+
+
+def _columns(role: Role) -> str:
+    """Write column names: as a range where that says the same, else as a list."""
+    headers = [column.header for column in role.columns]
+    if len(headers) > 3:
+        text = f"{headers[0]}..{headers[-1]}"
+        try:
+            if expand_columns(text) == tuple(headers):
+                return quoted(text)
+        except ValueError:
+            pass
+    return "[" + ", ".join(quoted(header) for header in headers) + "]"
+
+
+def quoted(value: str | int | bool) -> str:
+    """Write a value as TOML; JSON's strings are TOML's."""
+    return json.dumps(value, ensure_ascii=False)
