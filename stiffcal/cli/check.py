@@ -68,7 +68,7 @@ def show_check(console: Console, result: CheckResult) -> None:
         words += f", {length(kinematics.worst_m)} (worst)" if kinematics.worst_m is not None else ""
         console.print(words + (f", {angle(turned)} turned" if turned is not None else ""))
     _show_joints(console, result.joints or [])
-    show_suspects(console, result.suspects)
+    show_suspects(console, result.suspects, result.suspects_not_checked)
     for view in result.rods or []:
         for sentence in view.says:
             console.print(sentence, soft_wrap=True)

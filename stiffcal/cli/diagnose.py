@@ -75,7 +75,7 @@ def effect_words(effect: EffectAt | ProposedEffect) -> str:
 def show_diagnosis(console: Console, result: DiagnoseResult) -> None:
     """Draw the answer first, then the evidence, the ranking, and what was not tried."""
     console.print(result.summary, soft_wrap=True)
-    show_suspects(console, result.suspects)
+    show_suspects(console, result.suspects, result.suspects_not_checked)
     if result.with_suspects is not None:
         named = ", ".join(effect_words(effect) for effect in result.with_suspects.missing) or "nothing"
         unexplained = "; something is left unexplained" if result.with_suspects.unexplained else ""

@@ -13,6 +13,7 @@ from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.diagnose import effect_words
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, deviation, places
 
@@ -79,5 +80,6 @@ def show_ladder(console: Console, result: ImproveResult) -> None:
     if len(changes) != 1:
         title = "what all steps together changed" if changes else "what adding what is missing would change"
         show_moved(console, result.before_after, title)
+    show_suspects(console, result.suspects, result.suspects_not_checked)
     for dependence in result.structure:
         console.print(f"  what is left follows the {dependence.follows}: {dependence.seen}", soft_wrap=True)

@@ -6,30 +6,43 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.answers import Document
+from stiffcal.cli.wording import places
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.diagnosis.suspects.result import Suspect
+    from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 
 
-def show_suspects(console: Console, suspects: Sequence[Suspect] | None) -> None:
-    """Draw each suspect: why, the likely cause and cure, and the lines to copy; nothing was left out."""
+def show_suspects(
+    console: Console, suspects: Sequence[Suspect] | None, not_checked: RunsNotChecked | None = None
+) -> None:
+    """Draw each suspect: why, the likely cause and cure, and the lines to copy; and what was not checked."""
     for suspect in suspects or ():
         row = "" if suspect.row is None else f", row {suspect.row}"
         console.print(f"suspect: run {suspect.run}{row}: {suspect.kind}: {suspect.why}", soft_wrap=True, markup=False)
         console.print(f"  likely: {suspect.likely}", soft_wrap=True, markup=False)
+        if suspect.explained_by:
+            effects = " and ".join(f"{effect.effect} ({places(effect.where)})" for effect in suspect.explained_by)
+            console.print(f"  as well explained by an effect: {effects}", soft_wrap=True, markup=False)
     if suspects:
         console.print("nothing was left out; to leave them out, lines to copy into campaign.toml:")
         for suspect in suspects:
             for line in suspect.exclude:
                 console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
+    if not_checked is not None:
+        console.print(not_checked.sentence, soft_wrap=True, markup=False, highlight=False)
 
 
 def show_suspects_of(console: Console, document: Document) -> None:
     """Draw the suspects of a document, as `show_suspects` does."""
-    if document.get("suspects"):
-        from stiffcal.diagnosis.suspects.result import Suspect
-        from stiffcal.documents import section_of
+    if not document.get("suspects") and "suspects_not_checked" not in document:
+        return
+    from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
+    from stiffcal.documents import section_of
 
-        show_suspects(console, section_of(list[Suspect], document, "suspects"))
+    show_suspects(
+        console,
+        section_of(list[Suspect], document, "suspects"),
+        section_of(RunsNotChecked, document, "suspects_not_checked"),
+    )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from stiffcal.diagnosis.suspects.result import Suspect
+from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
@@ -258,6 +258,8 @@ class DiagnoseResult(CommandResult):
     """The evidence for what is missing, and for what the model holds beyond the joints' compliances."""
     suspects: OrAbsent[list[Suspect]] = None
     """Runs and rows that disagree with all the others; the answer is without them, steps inside a run apart."""
+    suspects_not_checked: OrAbsent[RunsNotChecked] = None
+    """What was not compared with the other runs, and why, where there is anything."""
     with_suspects: OrAbsent[WithSuspects] = None
     """The answer with them, where there are any."""
     fit_id: Annotated[str, NOT_PROMISED]

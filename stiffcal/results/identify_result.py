@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
 
-from stiffcal.diagnosis.suspects.result import Suspect
+from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import MANY_KEYS, NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
 from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.friction.results import FrictionSection
@@ -87,6 +87,8 @@ class IdentifyResult(CommandResult):
     """At poses where the loads fill all directions."""
     suspects: OrAbsent[list[Suspect]] = None
     """Runs and states that disagree with all the others; None where there are no load states."""
+    suspects_not_checked: OrAbsent[RunsNotChecked] = None
+    """What was not compared with the other runs, and why, where there is anything."""
     loss: Annotated[Loss, NOT_PROMISED] = "linear"
     """Of the fit."""
     key: Annotated[str, NOT_PROMISED] = ""

@@ -100,7 +100,8 @@ def check_campaign(
                 joints, unidentifiable = _joints(campaign, states)
                 result, missing = replace(result, joints=joints), missing + unidentifiable
             if not quick:
-                result = replace(result, suspects=suspects_in(campaign, states, progress=progress))
+                suspects, not_checked = suspects_in(campaign, states, progress=progress)
+                result = replace(result, suspects=suspects, suspects_not_checked=not_checked)
     elif gathered is None and not faults and not non_load and not (quick and _read_in_full(campaign)):
         missing.append("no load states yet: measure a run")
     if non_load and not faults:

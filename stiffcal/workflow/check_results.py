@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from stiffcal.diagnosis.suspects.result import Suspect
+from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent
 from stiffcal.ingest.proposals import ProposedSource
 from stiffcal.planning.rod_views import CheckedRods
@@ -124,6 +124,8 @@ class CheckResult(CommandResult):
     """How well each joint can be identified; not with --quick."""
     suspects: OrAbsent[list[Suspect]] = None
     """Runs and rows that disagree with all the others; not with --quick."""
+    suspects_not_checked: OrAbsent[RunsNotChecked] = None
+    """What was not compared with the other runs, and why, where there is anything."""
     proposals: OrAbsent[list[ProposedSource]] = None
     """Logs that the manifest does not name, where there are any."""
     ready: bool

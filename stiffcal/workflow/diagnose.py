@@ -62,10 +62,8 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     diagnosis = diagnosis_of(sound, search)
     context.progress("gathering the evidence", 0.9)
     table, evidence = evidence_of(sound, search)
-    suspects = described(suspicion, data.campaign, data.states)
-    diagnosis = replace(diagnosis, evidence=evidence, suspects=suspects, fit_id=fit_id, key=key)
-    if sound is not data:
-        diagnosis = _with_answer_for_all(diagnosis, data, loss, context)
+    diagnosis = replace(diagnosis, evidence=evidence, fit_id=fit_id, key=key)
+    diagnosis = _with_suspects(diagnosis, suspicion, (data, sound), search, loss, context)
     data.commit(
         {EVIDENCE: table},
         lambda stored: {
@@ -85,15 +83,37 @@ def _without(data: Ingested, suspicion: Suspicion) -> Ingested:
     return replace(data, states=data.states.select(firm.keep(data.states))) if firm.suspects else data
 
 
-def _with_answer_for_all(diagnosis: DiagnoseResult, data: Ingested, loss: str, context: RunContext) -> DiagnoseResult:
-    """Add what the answer is with the suspects, and that they were left out."""
+def _with_suspects(
+    diagnosis: DiagnoseResult,
+    suspicion: Suspicion,
+    campaigns: tuple[Ingested, Ingested],
+    search: Search,
+    loss: str,
+    context: RunContext,
+) -> DiagnoseResult:
+    """Add the suspects, and where some were left out the answer with them.
+
+    Parameters
+    ----------
+    campaigns : with all states, and without what was left out. search : of the second.
+    """
     from stiffcal.diagnosis.document import diagnosis_result
 
-    everything = diagnosis_result(data.states, search_now(data, loss, context))
-    named = ", ".join(dict.fromkeys(suspect.run for suspect in diagnosis.suspects or ()))
+    data, sound = campaigns
+    diagnosis = replace(diagnosis, suspects=[], suspects_not_checked=suspicion.not_checked)
+    if not suspicion.suspects:
+        return diagnosis
+    everything = search if sound is data else search_now(data, loss, context)
+    searches = [(sound.states, search)] if sound is data else [(data.states, everything), (sound.states, search)]
+    diagnosis = replace(diagnosis, suspects=described(suspicion, data.campaign, data.states, searches, loss))
+    if sound is data:
+        return diagnosis
+    answer = diagnosis_result(data.states, everything)
+    kept = set(sound.states.run.tolist())
+    named = ", ".join(data.states.runs[suspect.run].name for suspect in suspicion.suspects if suspect.run not in kept)
     return replace(
         diagnosis,
-        with_suspects=WithSuspects(missing=everything.missing, unexplained=everything.unexplained),
+        with_suspects=WithSuspects(missing=answer.missing, unexplained=answer.unexplained),
         summary=f"Without what disagrees with all other runs ({named}): {diagnosis.summary}",
     )
 

@@ -9,7 +9,7 @@ from typing import Literal, NotRequired
 
 from typing_extensions import TypedDict
 
-from stiffcal.diagnosis.suspects.result import Suspect
+from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.experiments.results import HeldoutSection
 from stiffcal.workflow.document_types import FaultEntry, Number, Origin, RmsEntry, Threshold
 
@@ -56,6 +56,7 @@ class Validate(TypedDict):
     friction: NotRequired[HeldoutSection]
     worst: list[Worst]
     suspects: NotRequired[list[Suspect]]
+    suspects_not_checked: NotRequired[RunsNotChecked]
     passed: bool
     failed: list[str]
     not_judged: list[str]

@@ -79,6 +79,8 @@ def improve_campaign(
         unexplained=diagnosed.unexplained,
         missing=diagnosed.missing,
         structure=diagnosed.structure,
+        suspects=diagnosed.suspects,
+        suspects_not_checked=diagnosed.suspects_not_checked,
         summary=diagnosed.summary,
         heldout_rms=Rms.of(judged["rms"]),
         noise=None if judged["noise"] is None else Rms.of(judged["noise"]),

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
 
 from stiffcal.diagnosis.results import ProposedEffect, ResidualDependence
+from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, OrAbsent
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.measurements.rms import Rms
@@ -51,6 +52,10 @@ class ImproveResult(CommandResult):
     """What was not added."""
     structure: list[ResidualDependence]
     """What the unexplained error follows, most first."""
+    suspects: OrAbsent[list[Suspect]] = None
+    """Runs and rows that disagree with all the others under the last model."""
+    suspects_not_checked: OrAbsent[RunsNotChecked] = None
+    """What was not compared with the other runs, and why, where there is anything."""
     summary: str
     """The last diagnosis in a sentence or two."""
     heldout_rms: Rms

@@ -9,11 +9,15 @@ from typing import TYPE_CHECKING
 from stiffcal.errors import InputError, Progress, no_progress
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.diagnosis.search import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
-    from stiffcal.diagnosis.suspects.result import Suspect
+    from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
     from stiffcal.identification.fit import Fit
     from stiffcal.measurements.load_states import LoadStates
+    from stiffcal.model.summary import EffectAt
 
 
 def suspicion_of(
@@ -37,6 +41,8 @@ def suspicion_of(
         Nothing is judged where the model cannot be fitted: the fit itself then reports what is wrong.
     """
     from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
+    from stiffcal.diagnosis.suspects.result import NotCheckedReason
+    from stiffcal.diagnosis.suspects.selection import not_checked
     from stiffcal.identification.identify import Settings
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import placed_robot
@@ -46,20 +52,51 @@ def suspicion_of(
         settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
         return find_suspects(states, placed_robot(campaign), settings, progress, present)
     except (InputError, NoBalanceError):
-        return Suspicion(checked=False)
+        return Suspicion(not_checked=not_checked(NotCheckedReason.NO_FIT))
 
 
-def described(suspicion: Suspicion, campaign: Campaign, states: LoadStates) -> list[Suspect]:
+def described(
+    suspicion: Suspicion,
+    campaign: Campaign,
+    states: LoadStates,
+    searches: Sequence[tuple[LoadStates, Search]] = (),
+    loss: str = "linear",
+) -> list[Suspect]:
     """Return the suspects as results, each with the lines that leave it out.
 
     Parameters
     ----------
     suspicion : what was found in these states. campaign : the folder's three files.
+    searches : what is missing from the model, with the states that were searched; the last one that holds a suspect
+        gives the effects that explain it as well.
     """
     from stiffcal.diagnosis.suspects.words import suspects_of
 
     suspects = suspects_of(suspicion, states, campaign.chain)
+    if searches:
+        effects = _explaining(suspicion, campaign, searches, loss)
+        suspects = [
+            replace(suspect, explained_by=effects.get(found.run, []))
+            for suspect, found in zip(suspects, suspicion.suspects, strict=True)
+        ]
     return [replace(suspect, exclude=_exclusion(suspect, campaign, states)) for suspect in suspects]
+
+
+def _explaining(
+    suspicion: Suspicion, campaign: Campaign, searches: Sequence[tuple[LoadStates, Search]], loss: str
+) -> dict[int, list[EffectAt]]:
+    """Return the effects that explain suspects, by the run's number."""
+    from stiffcal.diagnosis.document import effect_at
+    from stiffcal.diagnosis.suspects.effects import explaining_effects
+    from stiffcal.identification.identify import Settings
+    from stiffcal.model.assembly import fixed_parameters
+
+    settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
+    found: dict[int, list[EffectAt]] = {}
+    for states, search in searches:
+        effects = explaining_effects(suspicion, states, search, settings)
+        found |= {run: [effect_at(effect) for effect in candidates] for run, candidates in effects.items()}
+    return found
 
 
 def suspects_in(
@@ -68,9 +105,13 @@ def suspects_in(
     loss: str = "linear",
     progress: Progress = no_progress,
     present: Fit | None = None,
-) -> list[Suspect]:
-    """Return the runs of a campaign that disagree with all the others; parameters as of `suspicion_of`."""
-    return described(suspicion_of(campaign, states, loss, progress, present), campaign, states)
+) -> tuple[list[Suspect], RunsNotChecked | None]:
+    """Return the runs of a campaign that disagree with all the others, and what was not compared.
+
+    Parameters as of `suspicion_of`.
+    """
+    suspicion = suspicion_of(campaign, states, loss, progress, present)
+    return described(suspicion, campaign, states), suspicion.not_checked
 
 
 def _exclusion(suspect: Suspect, campaign: Campaign, states: LoadStates) -> list[str]:

@@ -136,6 +136,8 @@ def validate_now(data: Ingested, identified: IdentifyResult, context: RunContext
         tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual, carried)
     if identified.suspects is not None:
         document["suspects"] = [document_of(suspect) for suspect in identified.suspects]
+    if identified.suspects_not_checked is not None:
+        document["suspects_not_checked"] = document_of(identified.suspects_not_checked)
     document |= {"fit_id": identified.fit_id, "key": _key(identified)}
     document |= check_thresholds(data, identified.parameters, document, context)
 

@@ -2,30 +2,44 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
+from stiffcal.cli.improve import show_ladder
 from stiffcal.documents import document_of
+from stiffcal.report.blocks import Facts, TableBlock
+from stiffcal.report.sections import suspects
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory import small_campaign
+from tests.laboratory.report_content import made_up_content
+from tests.laboratory.small_campaign import write_small_campaign
 
 LBF = 4.4482216152605
 STATES_KEPT = (0, 2, 10, 18)
 """Of the campaign's states: unloaded, and the largest load along each direction."""
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Nine poses with four states each; in the third one the forces are in lbf."""
+def _random_poses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the small campaign have nine poses."""
     rng = np.random.default_rng(3)
     middle, width = np.array((0, -75, 15, 0, 0, 0)), np.array((65, 38, 40, 110, 95, 140))
     poses = tuple(tuple((middle + width * rng.uniform(-1.0, 1.0, 6)).tolist()) for _ in range(9))
     monkeypatch.setattr(small_campaign, "POSES_DEG", poses)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Nine poses with four states each; in the third one the forces are in lbf."""
+    _random_poses(monkeypatch)
     folder = small_campaign.write_small_campaign(tmp_path / "lbf", poses=9)
     table = folder / "raw" / "states.csv"
     header, *lines = table.read_text(encoding="utf-8").splitlines()
@@ -78,3 +92,42 @@ def test_diagnose_answers_without_the_suspect_and_with_it(folder: Path) -> None:
     assert result.with_suspects.missing or result.with_suspects.unexplained
     assert "Without what disagrees with all other runs (pose3)" in result.summary
     assert diagnose_campaign(folder) == result
+
+
+def test_improve_and_the_report_show_the_run_and_the_lines_that_leave_it_out(folder: Path) -> None:
+    result = improve_campaign(folder, dry_run=True)
+    assert [suspect.run for suspect in result.suspects or []] == ["pose3"]
+    console = Console(file=StringIO(), width=200)
+    show_ladder(console, result)
+    assert "suspect: run pose3: unit:" in console.file.getvalue()
+    content = made_up_content()
+    section = suspects.section(replace(content, diagnose=None, identify=identify_campaign(folder)))
+    assert section is not None
+    (lines,) = (block for block in section.blocks if isinstance(block, TableBlock))
+    assert ("rows = [9, 10, 11, 12]",) in lines.rows
+    facts = next(block for block in section.blocks if isinstance(block, Facts))
+    assert "multiply by 4.4482" in dict(facts.rows)["likely"]
+    assert suspects.section(replace(content, diagnose=None)) is None
+
+
+def test_a_step_inside_a_run_is_a_suspect_that_names_the_effect_which_explains_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _random_poses(monkeypatch)
+    folder = write_small_campaign(tmp_path / "step", poses=7)
+    table = folder / "raw" / "states.csv"
+    header, *lines = table.read_text(encoding="utf-8").splitlines()
+    per_run = len(lines) // 7
+    place = header.split(",").index("X")
+    for number in range(3 * per_run + per_run // 2, 4 * per_run):
+        cells = lines[number].split(",")
+        cells[place] = f"{float(cells[place]) + 0.5:.9g}"
+        lines[number] = ",".join(cells)
+    table.write_text("\n".join([header, *lines]) + "\n", encoding="utf-8")
+    result = diagnose_campaign(folder)
+    assert [effect.effect for effect in result.missing] == ["seat-shift"]
+    (suspect,) = result.suspects or []
+    assert (suspect.run, suspect.kind) == ("pose4", "bump")
+    assert "add seat-shift" in suspect.likely
+    assert [effect.effect for effect in suspect.explained_by or []] == ["seat-shift"]
+    assert result.with_suspects is None

@@ -16,9 +16,10 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.suspects.additive import Offset, best_offset
 from stiffcal.diagnosis.suspects.bench import Bench, Held, first_order
-from stiffcal.diagnosis.suspects.influence import most_suspects, standing_apart
+from stiffcal.diagnosis.suspects.influence import standing_apart
 from stiffcal.diagnosis.suspects.places import place_misses, place_scores
-from stiffcal.diagnosis.suspects.result import SuspectKind
+from stiffcal.diagnosis.suspects.result import RunsNotChecked, SuspectKind
+from stiffcal.diagnosis.suspects.selection import select_states
 from stiffcal.diagnosis.suspects.variants import LARGEST_LOAD, Variant, trial_states, variants_of
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Fit
@@ -44,9 +45,9 @@ NEARLY_AS_LIKELY = 6.0
 PLACE_LEVEL, PLACE_GAP = 5.0, 2.0
 # With the mistake taken back a run is like the others: no worse than this, in noise and in the worst of the others.
 CURED, CURED_AGAINST_OTHERS, CURED_SHARE = 2.2, 1.3, 0.5
-# Larger campaigns are long logs of few poses or sweeps; their runs hold hundreds of states and hide no other.
-MOST_RUNS, MOST_STATES = 400, 6000
 ROUNDS = 4
+# Of more suspects than these the fit without each alone is not made: the fit without all of them is what counts then.
+MOST_REFITTED = 12
 
 
 @dataclass(frozen=True)
@@ -83,8 +84,10 @@ class Suspicion:
     """Best supported first."""
     fit: Fit | None = None
     """The present model without them; None where there are none."""
-    checked: bool = True
-    """False where there are too few runs to compare, or too many states."""
+    without_each: tuple[Fit | None, ...] = ()
+    """For each suspect the present model without that run alone; None after the first few of many suspects."""
+    not_checked: RunsNotChecked | None = None
+    """What was not compared with the other runs, and why; None where all was."""
 
     def keep(self, states: LoadStates) -> Booleans:
         """Return (n,) True for the states that are not a suspect's."""
@@ -113,22 +116,27 @@ def find_suspects(
     NoBalanceError, InputError : the model cannot be fitted to the other runs either.
     """
     settings = settings or Settings()
-    loads = np.array([run.experiment == "load" and not run.compensated for run in states.runs], dtype=np.bool_)
-    # States that are set aside stay in their runs: the readings of two runs are compared state by state.
-    index = np.flatnonzero(loads[states.run]) if len(states) else np.zeros(0, dtype=np.int64)
-    chosen = states.select(index)
-    n_present = len(np.unique(chosen.run[chosen.used]))
-    most = most_suspects(n_present)
-    if most == 0 or n_present > MOST_RUNS or len(chosen) > MOST_STATES or not robot.placed:
-        return Suspicion(checked=False)
+    selection = select_states(states, robot)
+    if not selection.most:
+        return Suspicion(not_checked=selection.not_checked)
     progress("holding each run against the others", None)
-    search = _Search(chosen, robot, settings, most, present if len(chosen) == len(states) else None)
-    suspects = search.suspects()
+    index = selection.index
+    chosen = states.select(index)
+    search = _Search(chosen, robot, settings, selection.most, present if len(chosen) == len(states) else None)
+    suspects = [suspect for suspect in search.suspects() if selection.admits(suspect.kind)]
     if not suspects:
-        return Suspicion()
+        return Suspicion(not_checked=selection.not_checked)
     placed = [_in_campaign(suspect, index) for suspect in sorted(suspects, key=lambda entry: -entry.score)]
-    keep = ~np.isin(chosen.run, [suspect.run for suspect in suspects])
-    return Suspicion(tuple(placed), identify_parameters(chosen.select(keep), robot, settings))
+    loads = np.isin(states.run, np.unique(chosen.run))
+
+    def without(left_out: Sequence[FoundSuspect]) -> Fit:
+        keep = loads & ~np.isin(states.run, [suspect.run for suspect in left_out])
+        return identify_parameters(states.select(np.flatnonzero(keep)), robot, settings)
+
+    all_without = without(placed)
+    each = [all_without] if len(placed) == 1 else [without([suspect]) for suspect in placed[:MOST_REFITTED]]
+    refitted = (*each, *(None for _ in placed[MOST_REFITTED:]))
+    return Suspicion(tuple(placed), all_without, refitted, selection.not_checked)
 
 
 def _in_campaign(suspect: FoundSuspect, index: Integers) -> FoundSuspect:
@@ -223,7 +231,7 @@ class _Search:
         limit = max(CURED, CURED_AGAINST_OTHERS * next_score)
         unit = held.scores(left_out)[run] / scores[run] if scores[run] > 0.0 else 1.0
         freedom = max(int(held.blocks.freedom(left_out)[run]), 1)
-        variants = variants_of(self.states, self.members, run, self.robot.chain)
+        variants = variants_of(self.states, self.members, run, self.robot.chain, left_out)
         misfits = self._misfits(run, left_out, bench, held, variants) / unit**2
         cured = np.sqrt(misfits / freedom)
         misplaced = self.place_scores[run] >= PLACE_LEVEL

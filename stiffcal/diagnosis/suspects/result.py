@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Annotated
 
-from stiffcal.documents import NOT_PROMISED, Number
+from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
+from stiffcal.model.summary import EffectAt
 
 
 class SuspectKind(StrEnum):
@@ -19,6 +20,26 @@ class SuspectKind(StrEnum):
     EXCHANGED = "exchanged"
     BUMP = "bump"
     UNKNOWN = "unknown"
+
+
+class NotCheckedReason(StrEnum):
+    """Why runs, or some of their states, were not compared with each other."""
+
+    FEW_RUNS = "few-runs"
+    UNIT_AND_SIGN_ONLY = "unit-and-sign-only"
+    SOME_STATES = "some-states"
+    NO_EFFECT = "no-effect"
+    NO_FIT = "no-fit"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunsNotChecked:
+    """What was not compared with the other runs."""
+
+    reason: NotCheckedReason
+    """Why not."""
+    sentence: str
+    """The same in words."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +56,7 @@ class WithoutParameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitWithout:
-    """The present model, fitted without the suspects."""
+    """The present model, fitted without a suspect or all of them."""
 
     rms: dict[str, Number]
     """What is left, by measure, m and rad."""
@@ -59,8 +80,10 @@ class Suspect:
     """The likely cause, and its cure."""
     factor: Number
     """By what the readings are to be multiplied, where that is the cure."""
-    without: FitWithout
-    """The fit without this and all other suspects."""
+    without: FitWithout | None
+    """The fit without this run alone; null after the first twelve of many suspects."""
+    explained_by: OrAbsent[list[EffectAt]] = None
+    """Effects of the catalogue with which the run agrees with the others as well; only where effects were searched."""
     exclude: Annotated[list[str], NOT_PROMISED] = field(default_factory=list)
     """Lines of campaign.toml that leave it out."""
 

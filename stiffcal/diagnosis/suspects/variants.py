@@ -45,6 +45,7 @@ ANGLE_UNITS = (
     (pi / 180.0, "in degrees in a column of rad"),
 )
 TWO_FACTORS = 4.0
+MOST_NEIGHBOURS = 200
 LARGEST_LOAD = 1e5  # N, N·m: beyond it no reading of a robot's load is, in any unit
 
 
@@ -72,18 +73,22 @@ class Variant:
     """
 
 
-def variants_of(states: LoadStates, members: Sequence[Integers], run: int, chain: Chain) -> list[Variant]:
+def variants_of(
+    states: LoadStates, members: Sequence[Integers], run: int, chain: Chain, left_out: Sequence[int] = ()
+) -> list[Variant]:
     """Return the possible faults of a run.
 
     Parameters
     ----------
     states : of the whole campaign. members : the states of each run. run : which one.
     chain : for the names of joints.
+    left_out : other runs that stand apart. Where there are many runs, a run is compared with these and with those
+        measured shortly before and after it.
     """
     own = states.select(members[run])
     single = [*_units(own), *_signs(own, chain)]
     single = [replace(variant, penalty=variant.penalty + 2.0 * log(len(single))) for variant in single]
-    return [*single, *_of_others(states, members, run)]
+    return [*single, *_of_others(states, members, run, left_out)]
 
 
 def trial_states(states: LoadStates, own: Integers, variants: Sequence[Variant]) -> LoadStates:
@@ -204,10 +209,13 @@ def _signs(own: LoadStates, chain: Chain) -> Iterator[Variant]:
             )  # fmt: skip
 
 
-def _of_others(states: LoadStates, members: Sequence[Integers], run: int) -> Iterator[Variant]:
+def _of_others(states: LoadStates, members: Sequence[Integers], run: int, left_out: Sequence[int]) -> Iterator[Variant]:
     """Yield the run with another run's angles, loads or places in the place of its own."""
     own = members[run]
-    comparable_runs = [k for k, states_of in enumerate(members) if k != run and len(states_of) == len(own)]
+    # Of two runs that are exchanged both stand apart, so that no distance hides the other one.
+    apart = {k for k in left_out if abs(k - run) > MOST_NEIGHBOURS}
+    near = range(max(run - MOST_NEIGHBOURS, 0), min(run + MOST_NEIGHBOURS + 1, len(members)))
+    comparable_runs = [k for k in sorted({*near, *apart}) if k != run and len(members[k]) == len(own)]
     penalty = 2.0 * log(max(3 * len(comparable_runs), 1))
     for other_run in comparable_runs:
         other_states, name = members[other_run], states.runs[int(states.run[members[other_run][0]])].name

@@ -25,7 +25,6 @@ def suspects_of(suspicion: Suspicion, states: LoadStates, chain: Chain) -> list[
     """
     if not suspicion.suspects or suspicion.fit is None:
         return []
-    without = _fit_without(suspicion.fit)
     n_others = len(np.unique(states.run[suspicion.keep(states) & states.used]))
     backwards = _backwards(suspicion, states, chain)
     return [
@@ -36,13 +35,16 @@ def suspects_of(suspicion: Suspicion, states: LoadStates, chain: Chain) -> list[
             why=_why(suspect, n_others, suspect.run in backwards),
             likely=_likely(suspect, states),
             factor=None if suspect.variant is None else suspect.variant.factor,
-            without=without,
+            without=fit_without(fit),
         )
-        for suspect in suspicion.suspects
+        for suspect, fit in zip(suspicion.suspects, suspicion.without_each, strict=True)
     ]
 
 
-def _fit_without(fit: Fit) -> FitWithout:
+def fit_without(fit: Fit | None) -> FitWithout | None:
+    """Return a fit without suspects as a result, None where it was not made."""
+    if fit is None:
+        return None
     return FitWithout(
         rms=fit_rms(fit),
         parameters=[

@@ -8,9 +8,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from stiffcal.diagnosis.suspects import selection
 from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
 from stiffcal.diagnosis.suspects.words import suspects_of, without_steps
 from stiffcal.measurements.load_states import LoadStates
+from tests.rates import faults
 from tests.rates.faults import Faulty, draw_faulty
 
 LBF = 4.4482216152605
@@ -46,7 +48,7 @@ def moved(states: LoadStates, picked: np.ndarray, step: float) -> LoadStates:
 @pytest.mark.parametrize("form", ["rows", "pairs"])
 def test_in_a_sound_campaign_nothing_is_suspect(form: str) -> None:
     suspicion = found_in(form, sound(form).states)
-    assert suspicion.checked
+    assert suspicion.not_checked is None
     assert not suspicion.suspects
 
 
@@ -143,14 +145,57 @@ def test_the_fit_without_the_suspect_is_that_of_the_sound_campaign() -> None:
     from stiffcal.identification.identify import identify_parameters
 
     fit = identify_parameters(states.select(rows), sound(form).model)
+    assert suspect.without is not None
     for parameter in suspect.without.parameters:
         assert parameter.value == pytest.approx(fit.parameter(parameter.name).value, rel=1e-9)
 
 
-def test_of_five_runs_none_is_judged() -> None:
+def test_of_three_runs_none_is_judged_and_the_answer_gives_the_reason() -> None:
+    states = sound("pairs").states
+    few = states.select(np.flatnonzero(states.run < 3))
+    not_checked = found_in("pairs", few).not_checked
+    assert not_checked is not None
+    assert not_checked.reason == "few-runs"
+    assert "there are 3 load runs" in not_checked.sentence
+
+
+def test_among_five_runs_a_wrong_unit_is_named_and_a_bump_is_not() -> None:
     states = sound("pairs").states
     few = states.select(np.flatnonzero(states.run < 5))
-    assert not found_in("pairs", few).checked
+    suspicion = found_in("pairs", with_wrench(few, 2, [1 / LBF] * 3 + [1.0] * 3))
+    assert [(suspect.run, suspect.kind) for suspect in suspicion.suspects] == [(2, "unit")]
+    bumped = found_in("pairs", moved(few, own(few, 2)[-1:], 5e-4))
+    assert not bumped.suspects
+    assert bumped.not_checked is not None
+    assert bumped.not_checked.reason == "unit-and-sign-only"
+
+
+def many(form: str, poses: int, loads: int) -> Faulty:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(faults, "POSES", poses)
+        patch.setattr(faults, "LOADS", loads)
+        return draw_faulty(np.random.default_rng([7, poses, loads]), form, "sign")
+
+
+def test_one_of_two_thousand_runs_is_found() -> None:
+    campaign = many("rows", 1000, 2)
+    suspicion = find_suspects(campaign.states, campaign.model)
+    assert [(suspect.run, suspect.kind) for suspect in suspicion.suspects] == [(campaign.runs[0], "sign")]
+    assert suspicion.not_checked is None
+
+
+def test_of_very_long_runs_some_states_are_compared_and_the_answer_gives_their_number(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(selection, "MOST_STATES", 600)
+    campaign = many("pairs", 24, 100)
+    suspicion = find_suspects(campaign.states, campaign.model)
+    assert [(suspect.run, suspect.kind) for suspect in suspicion.suspects] == [(campaign.runs[0], "sign")]
+    assert suspicion.not_checked is not None
+    assert suspicion.not_checked.reason == "some-states"
+    assert "600 of 2424 states" in suspicion.not_checked.sentence
+    assert suspicion.fit is not None
+    assert len(suspicion.fit.data.run) == 23 * 101  # the fit without the suspect is of all the others' states
 
 
 def test_fits_of_other_experiments_runs_are_not_looked_at() -> None:

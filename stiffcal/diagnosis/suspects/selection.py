@@ -1,0 +1,93 @@
+"""Which states are held against each other, and why some or all are not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Integers
+from stiffcal.diagnosis.suspects.influence import LEAST_RUNS, most_suspects
+from stiffcal.diagnosis.suspects.result import NotCheckedReason, RunsNotChecked, SuspectKind
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.composite import CompliantRobot
+
+# Columns of twelve thousand states with six readings and forty parameters take 25 MB; of longer logs every second,
+# third … state of a run is taken, which leaves the run's mean misfit as it is.
+MOST_STATES = 12_000
+LEAST_PER_RUN = 8
+# Of four or five runs two that are exchanged are half of all, and an effect that shows in one pose looks like a bump;
+# a unit or a sign has to agree in all readings of a run, which no effect does by chance.
+RUNS_FOR_ALL_KINDS = 6
+KINDS_OF_FEW_RUNS = (SuspectKind.UNIT, SuspectKind.SIGN)
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What of a campaign is looked at."""
+
+    index: Integers
+    """The states, as positions among all of them; empty where runs cannot be compared."""
+    most: int
+    """How many runs may be faulty."""
+    not_checked: RunsNotChecked | None
+    """What is not looked at, and why; None where all is."""
+
+    def admits(self, kind: SuspectKind) -> bool:
+        """Return whether so many runs can show this kind of fault."""
+        few = self.not_checked is not None and self.not_checked.reason is NotCheckedReason.UNIT_AND_SIGN_ONLY
+        return not few or kind in KINDS_OF_FEW_RUNS
+
+
+def select_states(states: LoadStates, robot: CompliantRobot) -> Selection:
+    """Return the states of load runs, thinned where they are very many."""
+    loads = np.array([run.experiment == "load" and not run.compensated for run in states.runs], dtype=np.bool_)
+    # States that are set aside stay in their runs: the readings of two runs are compared state by state.
+    index = np.flatnonzero(loads[states.run]) if len(states) else np.zeros(0, dtype=np.int64)
+    n_runs = len(np.unique(states.run[index][states.used[index]]))
+    most = most_suspects(n_runs)
+    nothing = np.zeros(0, dtype=np.int64)
+    if not robot.placed:
+        return Selection(nothing, 0, not_checked(NotCheckedReason.NO_EFFECT))
+    if most == 0:
+        return Selection(nothing, 0, not_checked(NotCheckedReason.FEW_RUNS, n_runs))
+    if n_runs < RUNS_FOR_ALL_KINDS:
+        return Selection(index, most, not_checked(NotCheckedReason.UNIT_AND_SIGN_ONLY, n_runs))
+    if len(index) <= MOST_STATES:
+        return Selection(index, most, None)
+    return _thinned(states, index, most)
+
+
+def _thinned(states: LoadStates, index: Integers, most: int) -> Selection:
+    per_run = max(LEAST_PER_RUN, MOST_STATES // len(np.unique(states.run[index])))
+    parts = []
+    for own in (index[states.run[index] == run] for run in np.unique(states.run[index])):
+        evenly = np.unique(np.linspace(0.0, len(own) - 1.0, min(per_run, len(own))).round().astype(np.int64))
+        parts.append(np.union1d(own[evenly], own[states.reference[own]]))
+    kept = np.sort(np.concatenate(parts))
+    if len(kept) == len(index):
+        return Selection(index, most, None)
+    return Selection(kept, most, not_checked(NotCheckedReason.SOME_STATES, len(kept), len(index)))
+
+
+def not_checked(reason: NotCheckedReason, *numbers: int) -> RunsNotChecked:
+    """Return what was not looked at, in a sentence with its numbers."""
+    sentences = {
+        NotCheckedReason.FEW_RUNS: (
+            "runs were not compared with each other: there are {0} load runs, and among fewer than {least} a "
+            "faulty one cannot be distinguished from the sound ones"
+        ),
+        NotCheckedReason.UNIT_AND_SIGN_ONLY: (
+            "with {0} load runs only a wrong unit or sign in one of them was looked for: an exchange or a bump can be "
+            "distinguished from the sound runs among {all_kinds} or more"
+        ),
+        NotCheckedReason.SOME_STATES: (
+            "runs were compared with each other in {0} of {1} states, evenly spaced in each run: a single bad reading "
+            "among the rest was not looked for"
+        ),
+        NotCheckedReason.NO_EFFECT: "runs were not compared with each other: the model holds no effect",
+        NotCheckedReason.NO_FIT: "runs were not compared with each other: the model cannot be fitted to them",
+    }
+    return RunsNotChecked(
+        reason=reason, sentence=sentences[reason].format(*numbers, least=LEAST_RUNS, all_kinds=RUNS_FOR_ALL_KINDS)
+    )

@@ -1,0 +1,51 @@
+"""Runs and rows that disagree with all the others, with the lines that leave them out."""
+
+from __future__ import annotations
+
+from stiffcal.diagnosis.suspects.result import Suspect
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, Facts, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
+from stiffcal.report.content import ReportContent
+
+ORDER = 12
+_TITLE = "Runs that disagree with the others"
+
+
+def section(content: ReportContent) -> ReportSection | None:
+    """Lay out each suspect with its cause and cure; nothing where all runs agree."""
+    answer = content.diagnose or content.identify
+    if answer is None:
+        return None
+    suspects, not_checked = answer.suspects or [], answer.suspects_not_checked
+    blocks: list[Block] = []
+    if suspects:
+        runs = wording.listing([_place(suspect) for suspect in suspects], 12)
+        blocks.append(
+            Paragraph(
+                f"Look at these first: {runs}. All numbers of the fit are with them; nothing was left out.", "key"
+            )
+        )
+    for suspect in suspects:
+        blocks += [SubheadingBlock(_place(suspect)), Facts(tuple(_facts(suspect)))]
+    if suspects:
+        lines = tuple((line,) for suspect in suspects for line in suspect.exclude)
+        column = TableColumn("to leave them out, write into campaign.toml", align="left", width=1.0, mono=True)
+        blocks.append(TableBlock((column,), lines, "Lines that leave these runs or rows out of the fit."))
+    if not_checked is not None:
+        blocks.append(Paragraph(f"{not_checked.sentence[:1].upper()}{not_checked.sentence[1:]}."))
+    return ReportSection(_TITLE, tuple(blocks)) if blocks else None
+
+
+def _place(suspect: Suspect) -> str:
+    return f"run {suspect.run}" if suspect.row is None else f"run {suspect.run}, row {suspect.row}"
+
+
+def _facts(suspect: Suspect) -> list[tuple[str, str]]:
+    facts = [("kind", str(suspect.kind)), ("what was found", suspect.why), ("likely", suspect.likely)]
+    if suspect.explained_by:
+        effects = wording.listing(map(wording.effect_at, suspect.explained_by))
+        facts.append(("explained as well by", effects))
+    without = suspect.without
+    if without is not None:
+        facts.append(("without it", f"the fit leaves {wording.both(without.rms)} rms"))
+    return facts
