@@ -15,7 +15,7 @@ from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics
+from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics, miss_words
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
@@ -103,7 +103,7 @@ def check_load_states(
         faults += check_kinematics(states, chain, estimated)
         match = match_kinematics(states, chain)
         if not faults and match.median_m > MEETS_M:
-            warnings.append(f"kinematics misses the measured target by {1e3 * match.median_m:.0f} mm in the references")
+            warnings.append(miss_words(states, chain, estimated, match.median_m))
     if faults:
         return faults, warnings
     faults, doubts = unit_slips(chosen, campaign)

@@ -21,6 +21,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import inverse_transform, quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
+from stiffcal.reduction.kinematics_corrections import MUCH_BETTER, correcting_words
 from stiffcal.reduction.motion import mean_measured, motion_of
 
 # Physics, section 0: kinematics meets the measured target within some 20 mm in the reference states.
@@ -239,6 +240,12 @@ def match_kinematics(states: LoadStates, chain: Chain) -> KinematicsMatch:
     return KinematicsMatch(float(np.median(away)), float(away.max()), turned)
 
 
+def miss_words(states: LoadStates, chain: Chain, estimated: bool, miss_m: float) -> str:
+    """Return how far kinematics misses the target in the reference states, with what would make it meet."""
+    words, _ = correcting_words(_references(states), chain, estimated, MUCH_BETTER * miss_m)
+    return f"kinematics misses the measured target by {1e3 * miss_m:.0f} mm in the references{words}"
+
+
 def _references(states: LoadStates) -> LoadStates:
     measured = (
         np.isfinite(states.position[:, :1]).all(axis=(1, 2)) if states.setup.targets else np.zeros(len(states), bool)
@@ -264,17 +271,15 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
         predicted, _ = attached_poses(chain, chain.model_angles(joints), chosen.setup.targets[0])
         misses.append((_miss(predicted, position, estimated), words, mend))
     best = min(misses, key=lambda entry: entry[0])
+    if best[0] > MUCH_BETTER * match.median_m or best[0] > MEETS_M:
+        best = (np.inf, "", "")
     reason = f"kinematics misses the measured target by {1e3 * match.median_m:.0f} mm in the reference states"
-    if best[0] <= MEETS_M and best[0] < 0.3 * match.median_m:
-        return [
-            Fault(
-                FaultCode.KINEMATICS_MISMATCH,
-                file,
-                "kinematics",
-                f"{reason}; with {best[1]} it meets within {1e3 * best[0]:.1f} mm",
-                best[2],
-            )
-        ]
+    least = MUCH_BETTER * min(match.median_m, best[0])
+    words, mend = correcting_words(chosen, chain, estimated, min(MEETS_M, least))
+    if not words and best[1]:
+        words, mend = f"; with {best[1]} it meets within {1e3 * best[0]:.1f} mm", best[2]
+    if words:
+        return [Fault(FaultCode.KINEMATICS_MISMATCH, file, "kinematics", f"{reason}{words}", mend)]
     return [
         Fault(
             FaultCode.KINEMATICS_MISMATCH,

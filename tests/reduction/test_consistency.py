@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
-from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_quaternion
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_quaternion, rotation_from_vector
 from stiffcal.reduction.consistency import check_kinematics, check_work, match_kinematics, work_of_load
 from stiffcal.reduction.plausibility import LogQuality
 from tests.laboratory.hidden_campaigns import NAMES, folder_of, reduced
@@ -87,6 +89,67 @@ def test_tracker_axes_units_and_quaternion_order() -> None:
     wrong = there[:3, :3] @ rotation_from_quaternion(quaternion[:, [1, 2, 3, 0]])
     (fault,) = check_kinematics(replace(states, rotation=wrong[:, None]), chain, estimated=False)
     assert "w first" in fault.mend
+
+
+def moved_by(places: Floats) -> str:
+    """Return the fault where the measured places are these, (n, 3)."""
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
+    (fault,) = check_kinematics(replace(states, position=places[:, None]), chain, estimated=False)
+    return str(fault)
+
+
+def exact_places() -> Floats:
+    """Return where kinematics puts the target, with 0.4 mm of a robot's own inaccuracy."""
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
+    place, _ = attached_poses(chain, chain.model_angles(states.joints), states.setup.targets[0])
+    off = np.random.default_rng(4).normal(size=(len(states.runs), 3))
+    return np.asarray(place + 4e-4 * (off / np.linalg.norm(off, axis=1, keepdims=True))[states.run])
+
+
+def test_a_tracker_frame_turned_by_some_degrees_is_named_with_what_it_leaves() -> None:
+    turn = rotation_from_vector(np.radians([0.5, 1.7, -0.6]))
+    fault = moved_by(exact_places() @ turn.T)
+    assert re.search(r"the tracker's frame turned by 1\.9° about \(-0\.\d\d, -0\.(89|9\d), 0\.3\d\)", fault)
+    assert "it meets within 0.4 mm" in fault
+    assert "estimate = true" in fault
+    assert "; or with" not in fault
+
+
+def test_a_target_elsewhere_on_the_flange_is_named_with_its_offset() -> None:
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
+    _, turn = attached_poses(chain, chain.model_angles(states.joints), states.setup.targets[0])
+    fault = moved_by(exact_places() + turn @ np.array([0.06, 0.0, -0.03]))
+    assert re.search(
+        r"the target moved by \(60\.., -?0\.., -(29|30)\..\) mm in its own axes it meets within 0\.4 mm", fault
+    )
+
+
+def test_zeros_of_one_joint_and_of_several_are_named() -> None:
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
+    places = exact_places()[:, None]
+    one = states.joints + np.radians([0.0, 4.0, 0.0, 0.0, 0.0, 0.0])
+    (fault,) = check_kinematics(replace(states, joints=one, position=places), chain, estimated=False)
+    assert "another zero of the joint angles: -4.00° at A2 it meets within 0." in fault.reason
+    several = states.joints + np.radians([0.0, 3.0, -2.0, 0.0, 2.0, 0.0])
+    (fault,) = check_kinematics(replace(states, joints=several, position=places), chain, estimated=False)
+    assert re.search(r"-[23]\.\d\d° at A2, \+[12]\.\d\d° at A3", fault.reason)
+
+
+def test_poses_in_another_order_are_named() -> None:
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
+    first = np.array([own[0] for own in states.members()])
+    joints = states.joints[np.roll(first, -1)][states.run]
+    (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated=False)
+    assert "the poses in another order (“pose01” has the place of “pose02”" in fault.reason
+    assert "into one order" in fault.mend
+
+
+def test_places_that_follow_no_rule_are_given_no_correction() -> None:
+    states = reduced("01").states
+    off = 0.06 * np.random.default_rng(0).normal(size=(len(states.runs), 3))
+    fault = moved_by(exact_places() + off[states.run])
+    assert "; with" not in fault
+    assert "check the robot file" in fault
 
 
 def test_a_target_mounted_turned_is_no_fault() -> None:

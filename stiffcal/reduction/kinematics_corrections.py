@@ -1,0 +1,206 @@
+"""What makes kinematics meet the tracker where no single mistake of columns, signs or units does.
+
+Four things misplace every pose by a fixed rule: the tracker's frame, the target's place on the flange, the zeros of
+the joints, and the order of the poses. Each is fitted alone to the places in the reference states, by Gauss–Newton
+steps with numerical derivatives; the two frames together, and all zeros together, come after them. A correction counts
+where many more readings than parameters are left, and what is left is raised by the parameters' share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.rotations import rotation_from_vector
+
+STEP = 1e-6  # of numerical derivatives, m and rad
+SETTLED, MOST_ROUNDS = 1e-9, 40
+LEAST_FREEDOM = 6
+# Of so many poses the best order is looked for: the matrix of all distances takes 3 MB.
+MOST_POSES = 600
+# Of two corrections that leave nearly the same the one with fewer parameters is named, the other one after it.
+AS_GOOD = 1.5
+# A change that explains the distance leaves less than this share of it.
+MUCH_BETTER = 0.3
+
+
+@dataclass(frozen=True)
+class Correction:
+    """A change of the campaign's geometry that makes kinematics meet the tracker better."""
+
+    left_m: float
+    """Median distance that is left, raised by the share of the readings that the parameters take."""
+    n_parameters: int
+    """How many numbers were fitted."""
+    words: str
+    """What was changed, with its size: "the tracker's frame turned by 1.7°"."""
+    mend: str
+    """What to correct."""
+    parts: frozenset[str]
+    """What was fitted, by name: a correction that holds all parts of another one is no alternative to it."""
+
+
+def corrections(states: LoadStates, chain: Chain, estimated: bool) -> list[Correction]:
+    """Return the corrections that these poses determine, the one to name first.
+
+    Parameters
+    ----------
+    states : one reference state per pose, with measured places. chain : the robot.
+    estimated : True where the tracker's frame was found from these poses, so that it is fitted with each of the others.
+    """
+    found = [*_fitted(states, chain, estimated), *_reordered(states, chain)]
+    found.sort(key=lambda correction: correction.left_m)
+    if not found:
+        return []
+    near = [correction for correction in found if correction.left_m <= AS_GOOD * found[0].left_m]
+    return sorted(near, key=lambda correction: correction.n_parameters) + found[len(near) :]
+
+
+def correcting_words(states: LoadStates, chain: Chain, estimated: bool, most_m: float) -> tuple[str, str]:
+    """Return which corrections make kinematics meet, in words, and the mend of the first.
+
+    Parameters
+    ----------
+    states, chain, estimated : as of `corrections`. most_m : a correction that leaves more, m, is none.
+
+    Returns
+    -------
+    words, mend : "" where no correction explains the distance.
+    """
+    meeting = [correction for correction in corrections(states, chain, estimated) if correction.left_m <= most_m]
+    if not meeting:
+        return "", ""
+    first = meeting[0]
+    words, named = f"; with {first.words} it meets within {1e3 * first.left_m:.1f} mm", [first]
+    for other in meeting[1:]:
+        if other.left_m <= AS_GOOD * first.left_m and not any(other.parts >= one.parts for one in named):
+            words += f"; or with {other.words}, within {1e3 * other.left_m:.1f} mm"
+            named.append(other)
+    return words, first.mend
+
+
+def _fitted(states: LoadStates, chain: Chain, estimated: bool) -> Iterator[Correction]:
+    """Yield the corrections that are numbers to be fitted."""
+    problem = _Problem(states, chain)
+    n_joints = states.joints.shape[1]
+    frame, target, zeros = list(range(6)), [6, 7, 8], list(range(9, 9 + n_joints))
+    always = frame if estimated else []
+    if not estimated:
+        yield from problem.corrections(frame, {"frame"}, lambda x: (_frame_words(x[:6]), FRAME_MEND))
+    yield from problem.corrections(always + target, {"target"}, lambda x: (_target_words(x[6:9]), TARGET_MEND))
+    for joint in range(n_joints):
+        # a zero of the first joint turns all poses about the base: where the frame is fitted too it says nothing
+        words = partial(_zero_words, chain, [joint])
+        yield from problem.corrections([*always, 9 + joint], {f"zero {joint}"}, words)
+    if not estimated:
+        yield from problem.corrections(
+            frame + target,
+            {"frame", "target"},
+            lambda x: (f"{_frame_words(x[:6])} and {_target_words(x[6:9])}", FRAME_MEND),
+        )
+    words = partial(_zero_words, chain, list(range(n_joints)))
+    yield from problem.corrections(always + zeros, {f"zero {joint}" for joint in range(n_joints)}, words)
+
+
+FRAME_MEND = "correct the tracker's frame, or write estimate = true there, which finds it from these poses"
+TARGET_MEND = "correct the target's frame, or write estimate = true there, which finds it from these poses"
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Places against kinematics with 9 + L parameters: tracker 3 + 3, target 3, zeros L; base axes, m and rad."""
+
+    states: LoadStates
+    chain: Chain
+
+    def residual(self, x: Floats) -> Floats:
+        """Return (n, 3) the measured place, as the tracker's frame has it with these changes, less the computed one."""
+        target = self.states.setup.targets[0]
+        joints = self.states.joints + x[9:]
+        place, rotation = attached_poses(self.chain, self.chain.model_angles(joints), target)
+        measured = self.states.position[:, 0]
+        middle = measured.mean(axis=0)
+        turned = (measured - middle) @ rotation_from_vector(x[:3]).T + middle + x[3:6]
+        return np.asarray(turned - place - np.einsum("nij,j->ni", rotation, x[6:9]))
+
+    def corrections(
+        self, free: list[int], parts: set[str], words: Callable[[Floats], tuple[str, str]]
+    ) -> Iterator[Correction]:
+        """Yield the correction with these parameters free; none where the poses do not determine them."""
+        n_readings = 3 * len(self.states)
+        if n_readings - len(free) < LEAST_FREEDOM:
+            return
+        x = np.zeros(9 + self.states.joints.shape[1])
+        for _ in range(MOST_ROUNDS):
+            now = self.residual(x)
+            columns = np.empty((n_readings, len(free)))
+            for number, parameter in enumerate(free):
+                moved = x.copy()
+                moved[parameter] += STEP
+                columns[:, number] = ((self.residual(moved) - now) / STEP).ravel()
+            step = np.linalg.lstsq(columns, -now.ravel(), rcond=1e-9)[0]
+            x[free] += np.clip(step, -1.0, 1.0)
+            if np.abs(step).max() < SETTLED:
+                break
+        else:
+            return
+        away = np.linalg.norm(self.residual(x), axis=1)
+        left = float(np.median(away)) * np.sqrt(n_readings / (n_readings - len(free)))
+        yield Correction(left, len(free), *words(x), frozenset(parts))
+
+
+def _reordered(states: LoadStates, chain: Chain) -> Iterator[Correction]:
+    """Yield the order of the poses' places that meets kinematics best, where it is another one."""
+    from scipy.optimize import linear_sum_assignment
+
+    if not 3 <= len(states) <= MOST_POSES:
+        return
+    computed, _ = attached_poses(chain, chain.model_angles(states.joints), states.setup.targets[0])
+    away = np.linalg.norm(computed[:, None] - states.position[None, :, 0], axis=2)
+    _, order = linear_sum_assignment(away)
+    moved = np.flatnonzero(order != np.arange(len(order)))
+    if not len(moved):
+        return
+    names = [states.runs[run].name for run in states.run]
+    left = float(np.median(away[np.arange(len(order)), order]))
+    pairs = ", ".join(f"“{names[k]}” has the place of “{names[order[k]]}”" for k in moved[:4])
+    more = f" and {len(moved) - 4} more" if len(moved) > 4 else ""
+    yield Correction(
+        left, len(moved), f"the poses in another order ({pairs}{more})",
+        "joint angles and places of different poses stand together: bring the rows or files into one order",
+        frozenset({"order"}),
+    )  # fmt: skip
+
+
+def _frame_words(x: Floats) -> str:
+    angle = np.degrees(np.linalg.norm(x[:3]))
+    axis = x[:3] / max(float(np.linalg.norm(x[:3])), 1e-12)
+    about = ", ".join(f"{part:.2f}" for part in axis)
+    moved = ", ".join(f"{1e3 * part:.1f}" for part in x[3:6])
+    return (
+        f"the tracker's frame turned by {angle:.2g}° about ({about}) through the middle of the places and moved by "
+        f"({moved}) mm in base axes"
+    )
+
+
+def _target_words(x: Floats) -> str:
+    return f"the target moved by ({', '.join(f'{1e3 * part:.1f}' for part in x)}) mm in its own axes"
+
+
+def _zero_words(chain: Chain, joints: list[int], x: Floats) -> tuple[str, str]:
+    names = chain.joint_names
+    parts = [f"{np.degrees(_wrapped(x[9 + k])):+.2f}° at {names[k] if k < len(names) else k + 1}" for k in joints]
+    words = "another zero of the joint angles: " + ", ".join(parts)
+    return words, "correct theta_deg in robot.toml, or the controller's zero"
+
+
+def _wrapped(angle: float) -> float:
+    """Return an angle between −π and π, rad."""
+    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
