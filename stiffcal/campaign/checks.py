@@ -56,9 +56,13 @@ def robot_match_faults(manifest: Manifest, joint_names: tuple[str, ...], robot_f
             if len(columns) != count:
                 place = f"sources.{source}.{name}.{key}"
                 reason = f"{len(columns)} columns against the {count} joints of {robot_file}"
-                faults.append(
-                    _fault(FaultCode.JOINT_COUNT, place, reason, f"name one column per joint: {', '.join(joint_names)}")
-                )
+                mend = f"name one column per joint: {', '.join(joint_names)}"
+                if len(columns) < count:
+                    mend += (
+                        "; of a joint that was not logged and stood still, begin or end the chain at its link "
+                        '(base_link, tip_link), or make its type "fixed" in the URDF'
+                    )
+                faults.append(_fault(FaultCode.JOINT_COUNT, place, reason, mend))
         constants = signal.torque_constant
         if constants is not None and len(constants) not in (1, count):
             reason = f"{len(constants)} constants against the {count} joints of {robot_file}"

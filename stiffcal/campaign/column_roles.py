@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from stiffcal.campaign.table_sniffing import SniffedColumn
@@ -60,8 +60,13 @@ class Roles:
     """Columns that nothing was seen in."""
 
 
-def recognise(columns: Iterable[SniffedColumn]) -> Roles:
+def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedColumn] = ()) -> Roles:
     """Recognise the columns of a table by their names.
+
+    Parameters
+    ----------
+    columns : of the table.
+    joint_columns : those of the joints, base to tip, where they are known by the robot's names.
 
     Examples
     --------
@@ -75,7 +80,8 @@ def recognise(columns: Iterable[SniffedColumn]) -> Roles:
     plain = {column.header: keys[column.header][0] for column in columns}
     quaternion = _quaternion(columns, plain)
     assigned = set(quaternion.columns) if quaternion is not None else set()
-    joints = _joints([column for column in columns if column not in assigned], plain)
+    joints = Role(tuple(joint_columns)) if joint_columns else None
+    joints = joints or _joints([column for column in columns if column not in assigned], plain)
     assigned |= set(joints.columns) if joints is not None else set()
     triples = _triples([column for column in columns if column.values and column not in assigned], keys)
     run = _single([column for column in columns if column not in assigned], plain, _RUNS)

@@ -19,8 +19,10 @@ from stiffcal.campaign.proposed_lines import (
 )
 from stiffcal.campaign.robot_checks import outline_of
 from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.table_purpose import check_purpose
 from stiffcal.campaign.table_sniffing import SniffedTable, sniff_table
 from stiffcal.campaign.templates import bundled_robot, write_folder
+from stiffcal.campaign.urdf_arm import UrdfArm, arm_of_table
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
@@ -43,7 +45,13 @@ class Proposal:
     """What was written; empty for a draft."""
 
 
-def draft_campaign(tables: Sequence[Path], *, urdf: Path | None = None, robot: str | None = None) -> Proposal:
+def draft_campaign(
+    tables: Sequence[Path],
+    *,
+    urdf: Path | None = None,
+    robot: str | None = None,
+    tool: Sequence[float] | None = None,
+) -> Proposal:
     r"""Propose a campaign from one table, or from several of equal length that belong together.
 
     Parameters
@@ -51,11 +59,14 @@ def draft_campaign(tables: Sequence[Path], *, urdf: Path | None = None, robot: s
     tables : CSV files with a header; one row per load state.
     urdf : the robot as a URDF;
     robot : the name of a bundled robot. Neither: rows to fill in.
+    tool : where the load acts and the displacement is measured, m, in the flange frame; None: a line to fill in,
+        without which no command computes anything.
 
     Raises
     ------
     InputError
-        A table cannot be understood: no joint columns, no load, nothing that moved; or it does not fit the robot.
+        A table cannot be understood: no joint columns, no load, nothing that moved, no pose measured twice; or it does
+        not fit the robot.
 
     Examples
     --------
@@ -67,13 +78,19 @@ def draft_campaign(tables: Sequence[Path], *, urdf: Path | None = None, robot: s
     """
     sniffed = [sniff_table(path) for path in tables]
     _check_together(sniffed)
-    roles = recognise(column for table in sniffed for column in table.columns)
-    _check_roles(roles, ", ".join(table.path.name for table in sniffed))
+    columns = [column for table in sniffed for column in table.columns]
+    arm = UrdfArm((), ())
+    if urdf is not None and robot is None:
+        if not urdf.is_file():
+            raise InputError.at(FaultCode.FILE_MISSING, str(urdf), "", "no such file", "correct the name after --urdf")
+        arm = arm_of_table(urdf, columns)
+    roles = recognise(columns, arm.columns)
+    check_purpose(roles, ", ".join(table.path.name for table in sniffed))
     opening = ('schema = "stiffcal/campaign/1"', 'robot = "robot.toml"', "")
-    lines = [*map(ProposedLine, opening), *source_lines(sniffed, roles), *frame_lines(roles)]
+    lines = [*map(ProposedLine, opening), *source_lines(sniffed, roles), *frame_lines(roles, tool)]
     manifest = as_text(lines)
     copies = {f"raw/{table.path.name}": table.path for table in sniffed}
-    text, extra, rows = _robot_text(roles, urdf, robot)
+    text, extra, rows = _robot_text(roles, urdf, robot, arm)
     marked = [f"{MANIFEST_FILE}: {line}" for line in lines if line.doubt is not None]
     marked += [f"robot.toml: {line}" for line in rows if line.doubt is not None]
     unused = tuple(column.header for column in roles.unused)
@@ -83,7 +100,12 @@ def draft_campaign(tables: Sequence[Path], *, urdf: Path | None = None, robot: s
 
 
 def propose_campaign(
-    folder: Path, tables: Path | Sequence[Path], *, urdf: Path | None = None, robot: str | None = None
+    folder: Path,
+    tables: Path | Sequence[Path],
+    *,
+    urdf: Path | None = None,
+    robot: str | None = None,
+    tool: Sequence[float] | None = None,
 ) -> Proposal:
     """Write a proposed campaign folder: manifest, robot file, and the tables copied into ``raw/``.
 
@@ -101,7 +123,7 @@ def propose_campaign(
     InputError
         As `draft_campaign`; or the folder holds a campaign already.
     """
-    proposal = draft_campaign([tables] if isinstance(tables, Path) else tables, urdf=urdf, robot=robot)
+    proposal = draft_campaign([tables] if isinstance(tables, Path) else tables, urdf=urdf, robot=robot, tool=tool)
     for name, source in proposal.copies.items():
         target = folder / name
         if target.exists() and target.resolve() != source.resolve():
@@ -142,39 +164,16 @@ def _check_together(tables: Sequence[SniffedTable]) -> None:
             headers[column.header] = display_name
 
 
-def _check_roles(roles: Roles, display_name: str) -> None:
-    if roles.joints is None:
-        raise InputError.at(
-            FaultCode.COLUMN_MISSING,
-            display_name,
-            "header",
-            "no joint columns are seen",
-            "name them A1 … A6, J1 …, q1 … or theta1 …",
-        )
-    if roles.force is None and roles.mass is None:
-        raise InputError.at(
-            FaultCode.COLUMN_MISSING,
-            display_name,
-            "header",
-            "no force columns are seen",
-            "name them Fx, Fy, Fz, or kg for dead weights",
-        )
-    if roles.deflection is None and roles.position is None:
-        mend = "name them dx, dy, dz (loaded minus unloaded) or X, Y, Z"
-        raise InputError.at(
-            FaultCode.COLUMN_MISSING, display_name, "header", "no displacement or position columns are seen", mend
-        )
-
-
-def _robot_text(roles: Roles, urdf: Path | None, robot: str | None) -> tuple[str, dict[str, Path], list[ProposedLine]]:
+def _robot_text(
+    roles: Roles, urdf: Path | None, robot: str | None, arm: UrdfArm
+) -> tuple[str, dict[str, Path], list[ProposedLine]]:
     """Return the text of robot.toml, the files to copy with it, and its lines where they are proposed here."""
     assert roles.joints is not None
     if robot is not None:
         return bundled_robot(robot), {}, []
     if urdf is not None:
-        if not urdf.is_file():
-            raise InputError.at(FaultCode.FILE_MISSING, str(urdf), "", "no such file", "correct the name after --urdf")
-        return f'schema = "stiffcal/robot/1"\nurdf = {quoted(urdf.name)}\n', {urdf.name: urdf}, []
+        rows = [ProposedLine('schema = "stiffcal/robot/1"'), ProposedLine(f"urdf = {quoted(urdf.name)}"), *arm.lines]
+        return as_text(rows), {urdf.name: urdf}, rows
     lines = robot_lines([column.name for column in roles.joints.columns])
     return as_text(lines), {}, lines
 
@@ -188,10 +187,7 @@ def _check_robot_fits(proposal: Proposal, roles: Roles, urdf: Path | None) -> No
     columns = len(roles.joints.columns)
     if count != columns:
         reason = f"{columns} joint columns against the {count} joints of the robot"
-        raise InputError.at(
-            FaultCode.JOINT_COUNT,
-            "",
-            "--robot" if urdf is None else "--urdf",
-            reason,
-            "name the robot that was measured",
-        )
+        mend = "name the robot that was measured"
+        if urdf is not None:
+            mend += ", or name the columns as the URDF names its joints"
+        raise InputError.at(FaultCode.JOINT_COUNT, "", "--robot" if urdf is None else "--urdf", reason, mend)

@@ -196,15 +196,24 @@ def _moved_line(roles: Roles, body: str) -> ProposedLine:
     return ProposedLine(line, ", ".join(doubts) if doubts else None, frames)
 
 
-def frame_lines(roles: Roles) -> list[ProposedLine]:
-    """Return the frames that `source_lines` name."""
+def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine]:
+    """Return the frames that `source_lines` name.
+
+    Parameters
+    ----------
+    roles : what the columns are.
+    tool : the tool point, m, in the flange frame; None: it is left to be written, as no value can be guessed.
+    """
     reason = (
         "where it is measured" if roles.moment is not None else "where the load acts and the displacement is measured"
     )
-    origin = "xyz_m = [0.0, 0.0, 0.0]"
-    lines = [*_table(TOOL, "flange"), ProposedLine(origin, f"{reason}, in the flange frame")]
+    where = f"{reason}, x, y, z in m in the flange frame"
+    known = None if tool is None else f"xyz_m = [{', '.join(map(repr, tool))}]"
+    point = ProposedLine(known) if known is not None else ProposedLine("xyz_m = []", f"to be written: {where}")
+    lines = [*_table(TOOL, "flange"), point]
     if roles.moment is not None:
-        lines += [*_table(FORCE_SENSOR, "flange"), ProposedLine(origin, "add rpy_deg if turned")]
+        origin = ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "taken to be at the flange; add rpy_deg if turned")
+        lines += [*_table(FORCE_SENSOR, "flange"), origin]
     if roles.deflection is None:
         lines += [*_table(TRACKER, "base"), ProposedLine("estimate = true")]
     return lines

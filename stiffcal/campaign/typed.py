@@ -58,6 +58,8 @@ def _numbers(value: object, count: int) -> tuple[float, ...]:
         isinstance(item, int | float) and not isinstance(item, bool) for item in value
     ):
         raise WrongValueError(f"found {value!r}", f"write {count} numbers in square brackets")
+    if not value:
+        raise WrongValueError("nothing is written here yet", f"write {count} numbers")
     if len(value) != count:
         raise WrongValueError(f"found {len(value)} numbers", f"write {count}")
     return tuple(float(item) for item in value)

@@ -26,6 +26,8 @@ Triple: TypeAlias = tuple[float, float, float]
 MOST_NESTED = 100  # elements in elements: a robot has five
 MOST_RAD = 200.0 * math.pi  # a hundred turns
 _ZERO: Triple = (0.0, 0.0, 0.0)
+TURNING = ("revolute", "continuous")
+"""The kinds of joints that can be identified."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ class UrdfRobot:
     @property
     def turning(self) -> tuple[UrdfJoint, ...]:
         """The revolute and continuous joints of the path."""
-        return tuple(joint for joint in self.path if joint.kind in ("revolute", "continuous"))
+        return tuple(joint for joint in self.path if joint.kind in TURNING)
 
 
 def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str | None = None) -> UrdfRobot:
@@ -96,6 +98,31 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
     InputError
         Not there, not XML, no chain between the links, or a joint on it that does not turn.
     """
+    robot = chain_of(path, file, base_link, tip_link)
+    _check_path(robot, file)
+    return robot
+
+
+def possible_tips(path: Path, file: str) -> list[str]:
+    """Return the links that could be the tip: the leaves behind the most moving joints.
+
+    Raises
+    ------
+    InputError
+        As `read_urdf`, what the chain's joints are apart.
+    """
+    root = _parse(path, file)
+    joints = [_joint(element, file) for element in root.findall("joint")]
+    links = {link.name for link in (_link(element, file) for element in root.findall("link"))}
+    children: dict[str, tuple[UrdfJoint, ...]] = {}
+    for joint in joints:
+        children[joint.parent] = (*children.get(joint.parent, ()), joint)
+    base = _end(None, sorted(links - {joint.child for joint in joints}), {}, file, "base_link")
+    return _leaves(base, children)
+
+
+def chain_of(path: Path, file: str, base_link: str | None = None, tip_link: str | None = None) -> UrdfRobot:
+    """Read a URDF as `read_urdf` does; what kind of joints lie on the chain is not checked."""
     root = _parse(path, file)
     joints = [_joint(element, file) for element in root.findall("joint")]
     links = {link.name: link for link in (_link(element, file) for element in root.findall("link"))}
@@ -119,9 +146,7 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
             )
         chain.insert(0, above[link])
         link = above[link].parent
-    robot = UrdfRobot(root.get("name", "robot"), tuple(chain), links, children, base, tip)
-    _check_path(robot, file)
-    return robot
+    return UrdfRobot(root.get("name", "robot"), tuple(chain), links, children, base, tip)
 
 
 class _Builder(ElementTree.TreeBuilder):
@@ -330,6 +355,16 @@ def _end(wanted: str | None, ends: list[str], links: dict[str, UrdfLink], file: 
     return ends[0]
 
 
+def _mend_for_chain(robot: UrdfRobot, joint: UrdfJoint) -> str:
+    """Return how the chain can do without a joint that does not turn."""
+    place = robot.path.index(joint)
+    if not any(other.kind in TURNING for other in robot.path[:place]):
+        return f'begin the chain behind it: base_link = "{joint.child}" in the robot file'
+    if not any(other.kind in TURNING for other in robot.path[place:]):
+        return f'end the chain before it: tip_link = "{joint.parent}" in the robot file'
+    return 'where it stood still, make its type "fixed" in the URDF, moved into its place by <origin>'
+
+
 def _check_path(robot: UrdfRobot, file: str) -> None:
     check_name(robot.name, file, "robot")
     for link in (robot.base, *(joint.child for joint in robot.path)):
@@ -342,8 +377,8 @@ def _check_path(robot: UrdfRobot, file: str) -> None:
                 FaultCode.URDF_INVALID,
                 file,
                 place,
-                f"a {joint.kind} joint cannot be calibrated",
-                "name another tip_link",
+                f"the stiffness of a {joint.kind} joint cannot be identified",
+                _mend_for_chain(robot, joint),
             )
         if joint.kind != "fixed" and joint.mimics:
             raise InputError.at(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -41,6 +42,13 @@ def init(
     robot: Annotated[
         str | None, typer.Option(metavar="NAME", help="A bundled robot: irb4400, kr125, … (with --from).")
     ] = None,
+    tool: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="Where the load acts and the displacement is measured: m, in the flange frame (with --from).",
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Make a commented campaign folder, or propose one from a table.
@@ -49,12 +57,17 @@ def init(
 
     Example: stiffcal init my-robot --kind load
 
-    Example: stiffcal init my-robot --from table.csv --robot irb4400
+    Example: stiffcal init my-robot --from table.csv --robot irb4400 --tool 0,0,0.2
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.init import init_campaign
+        from stiffcal.workflow.init import init_campaign, tool_point
 
-        result = init_campaign(folder, kind=kind, tables=table or (), urdf=urdf, robot=robot)
+        if table and tool is None and sys.stdin.isatty() and not as_json:
+            answer.progress.stop()
+            question = "tool point, X,Y,Z in m in the flange frame (Enter: write it into campaign.toml later)"
+            tool = typer.prompt(question, default="", show_default=False, err=True) or None
+        point = None if tool is None else tool_point(tool)
+        result = init_campaign(folder, kind=kind, tables=table or (), urdf=urdf, robot=robot, tool=point)
         answer.give(result, show_init, command_line("check", folder))
     return OK
 

@@ -21,6 +21,7 @@ def init_campaign(
     tables: Sequence[Path] = (),
     urdf: Path | None = None,
     robot: str | None = None,
+    tool: Sequence[float] | None = None,
 ) -> InitResult:
     """Write a campaign folder.
 
@@ -31,6 +32,7 @@ def init_campaign(
     tables : propose the campaign from the headers and values of one table, or of several of equal length (angles in
         one, forces in another), instead.
     urdf, robot : with a table: the robot as URDF, or the name of a bundled one.
+    tool : with a table: where the load acts and the displacement is measured, m, in the flange frame.
 
     Returns
     -------
@@ -50,8 +52,9 @@ def init_campaign(
             "a table proposes a load campaign",
             "give either --kind or --from",
         )
-    if not tables and (urdf is not None or robot is not None):
-        option = "--urdf" if urdf is not None else "--robot"
+    only_with_table = {"--urdf": urdf, "--robot": robot, "--tool": tool}
+    option = next((name for name, given in only_with_table.items() if given is not None), None)
+    if not tables and option is not None:
         raise InputError.at(
             FaultCode.OPTION_CONFLICT, "command line", option, "it goes with --from only", "give --from TABLE.csv too"
         )
@@ -66,11 +69,41 @@ def init_campaign(
             with suppress(OSError):
                 check_given(urdf)
         with _at_rest(tables) as files_at_rest:
-            proposal = propose_campaign(folder, files_at_rest, urdf=urdf, robot=robot)
+            proposal = propose_campaign(folder, files_at_rest, urdf=urdf, robot=robot, tool=tool)
         written, guessed = proposal.files, list(proposal.guessed)
         unused = [f"nothing was seen in column {name}: it is not used" for name in proposal.unused]
     files = [str(file) for file in written]
+    if tables and tool is None:
+        unused.append(
+            "where the tool point lies is in no table: write xyz_m under [frames.tool] in campaign.toml, in m in the "
+            "flange frame, or start with --tool X,Y,Z"
+        )
     return InitResult(warnings=unused, files=files, guessed=guessed)
+
+
+def tool_point(text: str) -> tuple[float, ...]:
+    """Read a tool point as the command line gives it, ``X,Y,Z`` in m.
+
+    Raises
+    ------
+    InputError : these are not three numbers, or a length that no robot has.
+
+    Examples
+    --------
+    >>> tool_point("0, 0, 0.2")
+    (0.0, 0.0, 0.2)
+    """
+    from stiffcal.campaign.sizes import implausible_length
+    from stiffcal.workflow.compensation_path import numbers_of_words
+
+    numbers = numbers_of_words(text, "--tool")
+    if len(numbers) != 3:
+        reason = f"found {len(numbers)} number{'s' * (len(numbers) != 1)}"
+        mend = "give X,Y,Z in m, in the flange frame"
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--tool", reason, mend)
+    for mistake in filter(None, map(implausible_length, numbers)):
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--tool", mistake.reason, mistake.mend)
+    return tuple(numbers)
 
 
 @contextmanager

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
 from stiffcal.campaign.column_roles import recognise
 from stiffcal.campaign.from_table import draft_campaign, propose_campaign
+from stiffcal.campaign.joint_columns import columns_of_joints
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.proposed_lines import GUESS
 from stiffcal.campaign.table_sniffing import SniffedColumn, sniff_table
@@ -28,9 +30,11 @@ rad;rad;rad;rad;rad;rad;kN;kN;kN;µm;µm;µm;
 0,10;-1,20;1,10;0,00;0,50;0,10;0,00;0,00;-0,50;10,5;0,1;-610,2;pose1
 0,10;-1,20;1,10;0,00;0,50;0,10;0,00;0,30;0,00;0,5;500,1;-0,2;pose1
 """
+TOOL = (0.0, 0.0, 0.2)
 BRACKETS = (
     "run,J1 [deg],J2 [deg],J3 [deg],J4 [deg],J5 [deg],J6 [deg],Fx (N),Fy (N),Fz (N),Tx (Nm),Ty (Nm),Tz (Nm),"
-    "X [mm],Y [mm],Z [mm]\na,1,2,3,4,5,6,7,8,9,1,2,3,1800,900,1200\n"
+    "X [mm],Y [mm],Z [mm]\n"
+    "a,1,2,3,4,5,6,0,0,0,0,0,0,1800,900,1200\na,1,2,3,4,5,6,7,8,9,1,2,3,1800,900,1199\n"
 )
 
 
@@ -41,7 +45,7 @@ def table(folder: Path, text: str, name: str = "table.csv", encoding: str = "utf
 
 
 def test_simple_spreadsheet_in_at_most_fifteen_lines(tmp_path: Path) -> None:
-    proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
+    proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400", tool=TOOL)
     lines = [line for line in proposal.manifest.splitlines() if line.strip()]
     assert len(lines) <= 15
     assert {path.name for path in proposal.files} == {"campaign.toml", "robot.toml", "table.csv"}
@@ -56,8 +60,8 @@ def test_simple_spreadsheet_in_at_most_fifteen_lines(tmp_path: Path) -> None:
     assert held.run.each == "row"
     assert campaign.chain.name == "ABB IRB 4400/60"
     marked = [line for line in lines if GUESS in line]
-    assert [line.split(" ", 1)[0] for line in marked] == ["joints", "wrench", "deflection", "xyz_m"]
-    assert len(proposal.guessed) == 4
+    assert [line.split(" ", 1)[0] for line in marked] == ["joints", "wrench", "deflection"]
+    assert len(proposal.guessed) == 3
 
 
 def test_units_from_sizes(tmp_path: Path) -> None:
@@ -78,7 +82,7 @@ def test_german_table_with_unit_row(tmp_path: Path) -> None:
     assert 'units = { translation = "um" }' in proposal.manifest
     assert 'run = { column = "Lauf" }\n' in proposal.manifest
     assert 'csv = { delimiter = ";", decimal = ",", encoding = "latin-1", skip_rows = 3 }' in proposal.manifest
-    propose_campaign(tmp_path / "cell", [path], robot="kr125")
+    propose_campaign(tmp_path / "cell", [path], robot="kr125", tool=TOOL)
     assert load_campaign(tmp_path / "cell").manifest.sources["table"].options_of("csv")["decimal"] == ","
 
 
@@ -98,13 +102,13 @@ def test_dead_weights(tmp_path: Path) -> None:
 
 
 def test_urdf_is_copied_beside_the_robot_file(tmp_path: Path) -> None:
-    proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], urdf=DATA / "six.urdf")
+    proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], urdf=DATA / "six.urdf", tool=TOOL)
     assert tmp_path / "cell" / "six.urdf" in proposal.files
     assert load_campaign(tmp_path / "cell").chain.joint_names[0] == "J1"
 
 
 def test_without_a_robot_the_rows_are_to_be_filled_in(tmp_path: Path) -> None:
-    proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)])
+    proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], tool=TOOL)
     assert load_campaign(tmp_path / "cell").chain.n_joints == 6
     assert any(line.startswith("robot.toml: d_m = 0.0") for line in proposal.guessed)
 
@@ -112,7 +116,7 @@ def test_without_a_robot_the_rows_are_to_be_filled_in(tmp_path: Path) -> None:
 @pytest.mark.skipif(not FANUC.is_dir(), reason="the FANUC measurements are not here")
 def test_three_files_that_belong_together(tmp_path: Path) -> None:
     files = [FANUC / name for name in ("joint_angles.csv", "forces.csv", "deltaX.csv")]
-    proposal = propose_campaign(tmp_path / "fanuc", files, robot="r2000ic")
+    proposal = propose_campaign(tmp_path / "fanuc", files, robot="r2000ic", tool=TOOL)
     assert not proposal.unused
     ours = load_campaign(tmp_path / "fanuc")
     bundled = load_campaign(ROOT / "campaigns" / "fanuc-r2000ic", check_files=False)
@@ -124,7 +128,7 @@ def test_three_files_that_belong_together(tmp_path: Path) -> None:
 def test_table_already_in_raw_is_left_where_it_is(tmp_path: Path) -> None:
     (tmp_path / "cell" / "raw").mkdir(parents=True)
     path = table(tmp_path / "cell" / "raw", PLAIN)
-    proposal = propose_campaign(tmp_path / "cell", [path], robot="irb4400")
+    proposal = propose_campaign(tmp_path / "cell", [path], robot="irb4400", tool=TOOL)
     assert path not in proposal.files
     load_campaign(tmp_path / "cell")
 
@@ -148,8 +152,8 @@ def test_quaternion_is_not_taken_for_joints() -> None:
         ("1,2,3\n4,5,6\n", "no header"),
         ("a,b,c\nx,y,z\n", "no line of numbers"),
         ("A1,A1,A2\n1,2,3\n", 'two columns have the name "A1"'),
-        ("x1,x2,x3\n1,2,3\n", "no joint columns"),
-        ("A1,A2,A3,dx,dy,dz\n1,2,3,4,5,6\n", "no force columns"),
+        ("x1,x2,x3\n1,2,3\n", "no joint columns are recognised"),
+        ("A1,A2,A3,dx,dy,dz\n1,2,3,4,5,6\n", "no force columns are recognised.*serve no experiment"),
         ("A1,A2,A3,Fx,Fy,Fz\n1,2,3,4,5,6\n", "no displacement or position columns"),
         ("A1 [mm],A2 [mm],A3 [mm],Fx,Fy,Fz,dx,dy,dz\n1,2,3,4,5,6,7,8,9\n", "unit of length"),
         ("A1 [deg],A2 [rad],A3 [deg],Fx,Fy,Fz,dx,dy,dz\n1,2,3,4,5,6,7,8,9\n", "units differ: deg, rad"),
@@ -184,3 +188,104 @@ def test_a_campaign_is_not_overwritten(tmp_path: Path) -> None:
     propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
     with pytest.raises(InputError, match="there already"):
         propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
+
+
+UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
+
+
+def urdf(folder: Path, kinds: dict[str, str] | None = None, names: Sequence[str] = UR) -> Path:
+    """Write a URDF of a chain of joints, revolute where `kinds` says nothing else."""
+    parts = ["<robot name='ur'><link name='base'/>"]
+    for k, name in enumerate(names):
+        parent = f"l{k - 1}" if k else "base"
+        parts.append(
+            f"<link name='l{k}'/><joint name='{name}' type='{(kinds or {}).get(name, 'revolute')}'>"
+            f"<parent link='{parent}'/><child link='l{k}'/><origin xyz='0 0 0.3'/><axis xyz='0 {k % 2} {1 - k % 2}'/>"
+            "</joint>"
+        )
+    path = folder / "ur.urdf"
+    path.write_text("".join([*parts, "</robot>"]), encoding="utf-8")
+    return path
+
+
+def named_table(folder: Path, names: Sequence[str] = UR) -> Path:
+    """Write a table whose joint columns stand in another order than in the robot."""
+    header = [*reversed(names), "Fx", "Fy", "Fz", "dx", "dy", "dz"]
+    rows = [[0.1 * k + 0.3 * row for k in range(len(names))] + [0, 0, -100, 0, 0, -0.0004] for row in range(2)]
+    text = "\n".join([",".join(header), *(",".join(map(str, row)) for row in rows)])
+    return table(folder, text + "\n")
+
+
+@pytest.mark.parametrize("names", [UR, tuple(f"joint_a{k}" for k in range(1, 7))])
+def test_columns_are_matched_to_the_joints_of_the_urdf(tmp_path: Path, names: tuple[str, ...]) -> None:
+    propose_campaign(tmp_path / "cell", [named_table(tmp_path, names)], urdf=urdf(tmp_path, names=names), tool=TOOL)
+    campaign = load_campaign(tmp_path / "cell")
+    joints = campaign.manifest.sources["table"].joints
+    assert joints is not None
+    assert joints.position == names
+    assert campaign.chain.joint_names == names
+
+
+@pytest.mark.parametrize(
+    ("written", "joint"),
+    [
+        ("Shoulder_Pan_Joint", "shoulder_pan_joint"),
+        ("shoulder_pan", "shoulder_pan_joint"),
+        ("position.shoulder_pan_joint", "shoulder_pan_joint"),
+        ("A1", "joint_a1"),
+    ],
+)
+def test_spellings_of_a_joint(written: str, joint: str) -> None:
+    other = ("velocity.shoulder_pan_joint", "torque shoulder_pan_joint", "A11")
+    columns = [SniffedColumn(name, name, None, (1.0,)) for name in (*other, written)]
+    assert columns_of_joints(columns, [joint])[joint].header == written
+
+
+def test_a_rail_and_fingers_without_columns_are_left_out_and_named(tmp_path: Path) -> None:
+    robot = urdf(tmp_path, {"rail": "prismatic"}, names=("rail", *UR, "finger"))
+    proposal = propose_campaign(tmp_path / "cell", [named_table(tmp_path)], urdf=robot, tool=TOOL)
+    assert load_campaign(tmp_path / "cell").chain.joint_names == UR
+    marked = [line for line in proposal.guessed if line.startswith("robot.toml")]
+    assert [line.split("#")[0].strip() for line in marked] == [
+        'robot.toml: base_link = "l0"', 'robot.toml: tip_link = "l6"',
+    ]  # fmt: skip
+    assert "rail (prismatic)" in marked[0]
+    assert "finger (revolute)" in marked[1]
+
+
+@pytest.mark.parametrize(
+    ("kinds", "without", "words"),
+    [
+        ({"elbow_joint": "prismatic"}, (), 'joint elbow_joint: the stiffness of a prismatic .* type "fixed"'),
+        ({}, ("elbow_joint",), "joint elbow_joint: no column .* add the column elbow_joint"),
+    ],
+)
+def test_a_joint_in_the_middle_that_cannot_do_is_named_with_the_cure(
+    tmp_path: Path, kinds: dict[str, str], without: tuple[str, ...], words: str
+) -> None:
+    path = named_table(tmp_path, [name for name in UR if name not in without])
+    with pytest.raises(InputError, match=words):
+        propose_campaign(tmp_path / "cell", [path], urdf=urdf(tmp_path, kinds))
+
+
+def test_the_tool_point_is_asked_for_and_not_guessed(tmp_path: Path) -> None:
+    proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
+    assert any("to be written" in line for line in proposal.guessed)
+    with pytest.raises(InputError, match="frames.tool.xyz_m: nothing is written here yet"):
+        load_campaign(tmp_path / "cell")
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "words"),
+    [
+        ("X,Y,Z", "1500,20,{}", 'experiment = "free"'),
+        ("Fx,Fy,Fz,X,Y,Z", "0,0,{},1500,20,900", "every row is another pose: .*unloaded and loaded"),
+        ("Fx,Fy,Fz", "0,0,{}", "--kind clamped"),
+        ("note1,note2,note3", "0,0,{}", "--kind friction"),
+    ],
+)
+def test_which_experiment_a_table_can_serve(tmp_path: Path, header: str, row: str, words: str) -> None:
+    rows = "\n".join(f"{10 * k},{5 * k - 60},{20 + k},{row.format(k)}" for k in range(4))
+    with pytest.raises(InputError, match=words):
+        propose_campaign(tmp_path / "cell", [table(tmp_path, f"A1,A2,A3,{header}\n{rows}\n")])
+    assert not (tmp_path / "cell").exists()

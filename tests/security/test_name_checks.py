@@ -171,7 +171,7 @@ def test_init_reads_past_odd_columns(tmp_path: Path, capsys: pytest.CaptureFixtu
     header = "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz,odd\u2028\x85\x1b"
     table.write_text(f"{header}\n" + "10,20,30,40,50,60,0,0,100,0.1,0,-0.2,7\n" * 3, encoding="utf-8")
     with pytest.raises(SystemExit) as done:
-        main(["init", str(tmp_path / "c"), "--from", str(table), "--json"])
+        main(["init", str(tmp_path / "c"), "--from", str(table), "--tool", "0,0,0.1", "--json"])
     assert done.value.code == 0
     document = json.loads(capsys.readouterr().out)
     assert "odd" in str(document)

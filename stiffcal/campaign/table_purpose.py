@@ -1,0 +1,88 @@
+"""Which kind of experiment a table can serve, where it lacks loads, displacements, or unloaded states."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.campaign.column_roles import Roles
+from stiffcal.campaign.experiment_kinds import kind_names
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.mechanics.like_poses import pose_groups
+
+SAME_POSE_RAD = float(np.radians(1.0))
+"""As for folds: rows whose joints agree within 1° are one pose."""
+_MOST_RADIANS = 6.6  # larger angles are degrees
+
+
+def check_purpose(roles: Roles, display_name: str) -> None:
+    """Refuse a table from which no stiffness can be identified, with what it could serve instead.
+
+    Parameters
+    ----------
+    roles : what its columns are. display_name : the table's name, for the fault.
+
+    Raises
+    ------
+    InputError
+        Joint angles, loads or displacements are missing, or each pose was measured once only.
+    """
+    if roles.joints is None:
+        mend = "name them A1 … A6, J1 …, q1 … or theta1 …, or as in the URDF (--urdf FILE)"
+        raise _missing(display_name, "no joint columns are recognised", mend)
+    loads, moved = (
+        roles.force is not None or roles.mass is not None,
+        roles.deflection is not None or roles.position is not None,
+    )
+    if not loads and not moved:
+        reason = "no force columns and no displacement columns are recognised"
+        raise _missing(
+            display_name, reason,
+            "name them Fx, Fy, Fz (or kg) and dx, dy, dz; joint angles with torques or currents of the drives over "
+            "time serve a friction run: stiffcal init DIR --kind friction",
+        )  # fmt: skip
+    if not loads:
+        raise _missing(
+            display_name, "no force columns are recognised",
+            f"name them Fx, Fy, Fz, or kg for dead weights; {_without_loads(roles)}",
+        )  # fmt: skip
+    if not moved:
+        raise _missing(
+            display_name, "no displacement or position columns are recognised",
+            "name them dx, dy, dz (loaded minus unloaded) or X, Y, Z; joint angles with loads on a tool that is held "
+            "fast serve a clamped run: stiffcal init DIR --kind clamped",
+        )  # fmt: skip
+    if roles.deflection is None and not _rows_of_one_pose(roles):
+        what = 'experiment = "absolute"' if "absolute" in kind_names() else _ABSOLUTE
+        raise InputError.at(
+            FaultCode.DATA_MISSING, display_name, "",
+            "every row is another pose: stiffness needs each pose unloaded and loaded, as two rows or more",
+            f"measure each pose unloaded too, or write displacements as dx, dy, dz; as it is the table serves {what}",
+        )  # fmt: skip
+
+
+_ABSOLUTE = "a calibration of the kinematics alone, which stiffcal does not do"
+
+
+def _without_loads(roles: Roles) -> str:
+    if roles.position is not None and roles.deflection is None:
+        free = 'places at joint angles serve to register frames, as a run with experiment = "free"'
+        return f'{free}, or experiment = "absolute"' if "absolute" in kind_names() else free
+    return "displacements without the loads that made them serve no experiment"
+
+
+def _missing(display_name: str, reason: str, mend: str) -> InputError:
+    return InputError.at(FaultCode.COLUMN_MISSING, display_name, "header", reason, mend)
+
+
+def _rows_of_one_pose(roles: Roles) -> list[int]:
+    """Return the first rows, from 1, that share their joint angles; empty where each row is another pose."""
+    assert roles.joints is not None
+    columns = [column.values for column in roles.joints.columns]
+    if len({len(values) for values in columns}) > 1:  # of rows with empty cells it cannot be said
+        return [1, 2]
+    degrees = max(column.size for column in roles.joints.columns) > _MOST_RADIANS
+    angles = np.array(columns).T
+    pose = pose_groups(np.radians(angles) if degrees else angles, SAME_POSE_RAD)
+    shared = np.flatnonzero(np.bincount(pose) > 1)
+    return [int(row) + 1 for row in np.flatnonzero(pose == shared[0])] if shared.size else []
