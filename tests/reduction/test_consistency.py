@@ -109,8 +109,8 @@ def exact_places() -> Floats:
 def test_a_tracker_frame_turned_by_some_degrees_is_named_with_what_it_leaves() -> None:
     turn = rotation_from_vector(np.radians([0.5, 1.7, -0.6]))
     fault = moved_by(exact_places() @ turn.T)
-    assert re.search(r"the tracker's frame turned by 1\.9° about \(-0\.\d\d, -0\.(89|9\d), 0\.3\d\)", fault)
-    assert "it meets within 0.4 mm" in fault
+    assert re.search(r"the tracker's frame turned by 1\.9° about \(-0\.2\d, -0\.9\d, 0\.3\d\)", fault)
+    assert re.search(r"it meets within 0\.[345] mm", fault)
     assert "estimate = true" in fault
     assert "; or with" not in fault
 
