@@ -16,11 +16,12 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.beams import link_beams
 from stiffcal.campaign.naming import name_links
 from stiffcal.campaign.robot_file import JointEntry, RobotFile
-from stiffcal.campaign.transforms import placement_matrix, rotation_rpy, rotation_taking_z_to, screw_x, translation
+from stiffcal.campaign.transforms import placement_matrix, rotation_taking_z_to, screw_x, translation
 from stiffcal.campaign.urdf import UrdfJoint, UrdfRobot, read_urdf
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rotations import rotation_from_rpy
 
 
 @dataclass(frozen=True)
@@ -144,7 +145,7 @@ def _from_urdf(robot: RobotFile, folder: Path) -> _Skeleton:
 
 def _origin(joint: UrdfJoint) -> Floats:
     transform = translation(joint.xyz)
-    transform[:3, :3] = rotation_rpy(joint.rpy)
+    transform[:3, :3] = rotation_from_rpy(np.asarray(joint.rpy))
     return transform
 
 

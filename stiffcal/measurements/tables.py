@@ -19,6 +19,7 @@ from stiffcal.measurements.columns import table_of, values_of
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo, Sigma
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rods import BeamProperties, Rods
+from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
 
 SCHEMA = "stiffcal/states/1"
 _WRENCH = ("Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
@@ -51,7 +52,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     }
     columns |= {f"{name}_rad": states.joints[:, k] for k, name in enumerate(names)}
     columns |= {name: states.wrench[:, k] for k, name in enumerate(_WRENCH)}
-    quaternions = _quaternions(states.rotation)
+    quaternions = quaternion_from_rotation(states.rotation)
     for b, target in enumerate(states.setup.target_names):
         columns |= {f"{target}_{axis}_m": states.position[:, b, k] for k, axis in enumerate("xyz")}
         columns |= {f"{target}_q{axis}": quaternions[:, b, k] for k, axis in enumerate("wxyz")}
@@ -120,7 +121,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
         joints=block([f"{name}_rad" for name in document["joints"]]),
         wrench=block(list(_WRENCH)),
         position=of_targets("{}_{}_m", "xyz"),
-        rotation=_rotations(of_targets("{}_q{}", "wxyz")),
+        rotation=rotation_from_quaternion(of_targets("{}_q{}", "wxyz")),
         deflection=deflection,
         reference=values_of(table.column("reference")),
         temperature=block(temperatures),
@@ -173,45 +174,6 @@ def _scatter_name(name: str) -> str:
     """Return ``Fx_scatter_N`` for ``Fx_N``."""
     component, unit = name.split("_")
     return f"{component}_scatter_{unit}"
-
-
-def _quaternions(rotation: Floats) -> Floats:
-    """Return (…, 4) w x y z, NaN where the rotation is: by the largest of four forms (Shepperd 1978)."""
-    r = rotation
-    trace = r[..., 0, 0] + r[..., 1, 1] + r[..., 2, 2]
-    squares = np.stack([trace, r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]], axis=-1)
-    squares[..., 0] = 1.0 + trace
-    squares[..., 1:] = 1.0 + 2.0 * squares[..., 1:] - trace[..., None]
-    row_1, two, three = (
-        r[..., 2, 1] - r[..., 1, 2],
-        r[..., 0, 2] - r[..., 2, 0],
-        r[..., 1, 0] - r[..., 0, 1],
-    )
-    xy, xz, yz = (r[..., 0, 1] + r[..., 1, 0], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 2] + r[..., 2, 1])
-    products = np.stack(
-        [
-            np.stack([squares[..., 0], row_1, two, three], axis=-1),
-            np.stack([row_1, squares[..., 1], xy, xz], axis=-1),
-            np.stack([two, xy, squares[..., 2], yz], axis=-1),
-            np.stack([three, xz, yz, squares[..., 3]], axis=-1),
-        ],
-        axis=-2,
-    )
-    largest = np.argmax(np.nan_to_num(squares, nan=-1.0), axis=-1)
-    quaternion = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
-    quaternion = quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True)
-    return np.asarray(np.where(quaternion[..., :1] < 0.0, -quaternion, quaternion))
-
-
-def _rotations(quaternion: Floats) -> Floats:
-    """Return (…, 3, 3) of unit quaternions w x y z; NaN stays NaN."""
-    w, x, y, z = np.moveaxis(quaternion, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def _setup_document(states: LoadStates) -> dict[str, Any]:

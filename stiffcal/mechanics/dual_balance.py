@@ -24,7 +24,7 @@ from stiffcal.mechanics.dual_quaternions import (
     dual_jacobian,
     joint_lines,
 )
-from stiffcal.mechanics.rotations import rotation_from_quaternion
+from stiffcal.quaternions import rotation_from_quaternion
 
 # The rounding of angles, relative to the largest, and to a radian for smaller ones.
 TOLERANCE = 3e-16

@@ -5,7 +5,7 @@ position p is r + ε ½ p r, so that it stands for the turn first and the shift 
 orientation, unlike the three angles that a controller shows; r and −r are one orientation, and functions that return
 poses or errors give the one whose scalar part is not negative.
 
-The state axis comes first and the eight components last, as in `stiffcal.mechanics.rotations`.
+The state axis comes first and the eight components last, as in `stiffcal.quaternions`.
 """
 
 from __future__ import annotations
@@ -15,25 +15,16 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_quaternion
+from stiffcal.quaternions import (
+    conjugate,
+    quaternion_from_rotation,
+    quaternion_product,
+    rotation_from_quaternion,
+    vector_from_quaternion,
+)
 
-# Below this sine of half the angle, angle / sine is 2 to rounding.
-_TINY = 1e-12
 # Below this angle (rad) the series of the coefficients of exponential and logarithm are exact to rounding.
 _SERIES_BELOW = 1e-2
-
-
-def quaternion_product(a: Floats, b: Floats) -> Floats:
-    """Return a ∘ b of quaternions (…, 4), scalar first (003, eq. 7)."""
-    w, x, y, z = (a[..., k] for k in range(4))
-    s, t, u, v = (b[..., k] for k in range(4))
-    rows = (
-        w * s - x * t - y * u - z * v,
-        w * t + x * s + y * v - z * u,
-        w * u - x * v + y * s + z * t,
-        w * v + x * u - y * t + z * s,
-    )
-    return np.stack(rows, axis=-1)
 
 
 def dual_product(a: Floats, b: Floats) -> Floats:
@@ -93,7 +84,7 @@ def pose_from_dual(dual: Floats) -> tuple[Floats, Floats]:
 
 def position_of_dual(dual: Floats) -> Floats:
     """Return positions (…, 3) = 2 d r*, m, of unit dual quaternions (…, 8)."""
-    return np.asarray(2.0 * quaternion_product(dual[..., 4:], _conjugate(dual[..., :4]))[..., 1:])
+    return np.asarray(2.0 * quaternion_product(dual[..., 4:], conjugate(dual[..., :4]))[..., 1:])
 
 
 def pose_error(nominal: Floats, actual: Floats) -> Floats:
@@ -125,7 +116,7 @@ def displacement_of_duals(after: Floats, before: Floats) -> Floats:
     after, before : (…, 8) unit dual quaternions.
     """
     turn = pose_error(after, before)[..., :4]
-    return np.concatenate([position_of_dual(after) - position_of_dual(before), _logarithm(turn)], axis=-1)
+    return np.concatenate([position_of_dual(after) - position_of_dual(before), vector_from_quaternion(turn)], axis=-1)
 
 
 def error_norms(calibrated: Floats, nominal: Floats) -> tuple[Floats, Floats]:
@@ -172,7 +163,7 @@ def dual_from_screw(screw: Floats) -> Floats:
 def screw_from_dual(dual: Floats) -> Floats:
     """Return the screws (…, 6) whose exponential the unit dual quaternions (…, 8) are, |ω| ≤ π."""
     dual = np.where(dual[..., :1] < 0.0, -dual, dual)
-    turn, position = _logarithm(dual[..., :4]), position_of_dual(dual)
+    turn, position = vector_from_quaternion(dual[..., :4]), position_of_dual(dual)
     angle = np.sqrt(np.sum(turn * turn, axis=-1, keepdims=True))
     small = angle < _SERIES_BELOW
     safe = np.where(small, 1.0, angle)
@@ -211,8 +202,8 @@ def displacement_from_change(dual: Floats) -> Floats:
     """Return (…, 6, 8) P with (δp, δφ) = P δq̂ for changes along unit dual quaternions; P L = 1, linear in ``dual``."""
     result = np.zeros((*dual.shape[:-1], 6, 8))
     # φ = 2 δr r*; δp = 2 (δd r* + d δr*), with δr* the conjugate of δr.
-    result[..., 3:, :4] = 2.0 * _right(_conjugate(dual[..., :4]))[..., 1:, :]
-    result[..., :3, 4:] = 2.0 * _right(_conjugate(dual[..., :4]))[..., 1:, :]
+    result[..., 3:, :4] = 2.0 * _right(conjugate(dual[..., :4]))[..., 1:, :]
+    result[..., :3, 4:] = 2.0 * _right(conjugate(dual[..., :4]))[..., 1:, :]
     result[..., :3, :4] = 2.0 * (_left(dual[..., 4:]) * np.array([1.0, -1.0, -1.0, -1.0]))[..., 1:, :]
     return result
 
@@ -297,18 +288,6 @@ def dual_hessian(frames: Floats, attachment: Attachment) -> Floats:
 
 def _pure(vector: Floats) -> Floats:
     return np.concatenate([np.zeros_like(vector[..., :1]), vector], axis=-1)
-
-
-def _conjugate(quaternion: Floats) -> Floats:
-    return np.asarray(quaternion * np.array([1.0, -1.0, -1.0, -1.0]))
-
-
-def _logarithm(quaternion: Floats) -> Floats:
-    """Return rotation vectors (…, 3) of unit quaternions with w ≥ 0."""
-    imaginary = quaternion[..., 1:]
-    sine = np.sqrt(np.sum(imaginary * imaginary, axis=-1, keepdims=True))
-    angle = 2.0 * np.arctan2(sine, quaternion[..., :1])
-    return np.asarray(imaginary * np.where(sine > _TINY, angle / np.where(sine > _TINY, sine, 1.0), 2.0))
 
 
 def _left(a: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Rotations, batched over the leading axes: rotation vectors, matrices, unit quaternions (w, x, y, z).
+"""Rotations, batched over the leading axes: rotation vectors, matrices, turns about fixed axes.
 
 Rotation vectors are axis times angle, rad; a matrix ``R`` takes components from the turned axes to the fixed ones.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.quaternions import quaternion_from_rotation, vector_from_quaternion
 
 # Below this squared angle the series of sin(x)/x and its kin are exact to rounding (next term x^6/5040 < 1e-19).
 _SERIES_BELOW = 1e-4
@@ -82,62 +83,7 @@ def vector_from_rotation(rotation: Floats) -> Floats:
     -------
     (…, 3) rad.
     """
-    quaternion = quaternion_from_rotation(rotation)
-    imaginary = quaternion[..., 1:]
-    sine = np.sqrt(np.sum(imaginary * imaginary, axis=-1))
-    angle = 2.0 * np.arctan2(sine, quaternion[..., 0])
-    # angle / sin(angle/2) → 2 at zero
-    scale = np.where(sine > 1e-12, angle / np.where(sine > 1e-12, sine, 1.0), 2.0)
-    return np.asarray(imaginary * scale[..., None])
-
-
-def quaternion_from_rotation(rotation: Floats) -> Floats:
-    """Return unit quaternions (w, x, y, z), w ≥ 0, of rotation matrices.
-
-    Of the four classical formulas the one with the largest divisor is taken for each matrix (Shepperd, 1978).
-
-    Parameters
-    ----------
-    rotation : (…, 3, 3)
-
-    Returns
-    -------
-    (…, 4)
-    """
-    r = np.asarray(rotation, dtype=np.float64)
-    xx, yy, zz = r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]
-    x, y, z = r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]
-    xy, xz, yz = r[..., 0, 1] + r[..., 1, 0], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 2] + r[..., 2, 1]
-    # Each row holds 4 × (component product) for one choice of the leading component.
-    rows = (
-        (1 + xx + yy + zz, x, y, z),
-        (x, 1 + xx - yy - zz, xy, xz),
-        (y, xy, 1 - xx + yy - zz, yz),
-        (z, xz, yz, 1 - xx - yy + zz),
-    )
-    candidates = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    leading = np.argmax(np.diagonal(candidates, axis1=-2, axis2=-1), axis=-1)
-    chosen = np.take_along_axis(candidates, leading[..., None, None], axis=-2)[..., 0, :]
-    chosen = chosen / np.sqrt(np.sum(chosen * chosen, axis=-1, keepdims=True))
-    return np.asarray(np.where(chosen[..., :1] < 0, -chosen, chosen))
-
-
-def rotation_from_quaternion(quaternion: Floats) -> Floats:
-    """Return rotation matrices of quaternions (w, x, y, z), which are scaled to unit length.
-
-    Parameters
-    ----------
-    quaternion : (…, 4)
-
-    Returns
-    -------
-    (…, 3, 3)
-    """
-    q = np.asarray(quaternion, dtype=np.float64)
-    q = q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
-    w, v = q[..., 0], q[..., 1:]
-    cross = cross_matrix(v)
-    return np.asarray(np.eye(3) + 2.0 * w[..., None, None] * cross + 2.0 * (cross @ cross))
+    return vector_from_quaternion(quaternion_from_rotation(rotation))
 
 
 def rotation_from_rpy(rpy: Floats) -> Floats:
@@ -155,6 +101,33 @@ def rotation_from_rpy(rpy: Floats) -> Floats:
     roll, pitch, yaw = rpy[..., 0:1], rpy[..., 1:2], rpy[..., 2:3]
     turned = rotation_from_vector(yaw * z) @ rotation_from_vector(pitch * y) @ rotation_from_vector(roll * x)
     return np.asarray(turned)
+
+
+def rpy_from_rotation(rotation: Floats) -> Floats:
+    """Return turns about the *fixed* axes x, y, z of rotation matrices, the inverse of `rotation_from_rpy`.
+
+    At a pitch of ±90° roll and yaw turn about one axis: all of the turn is roll.
+
+    Parameters
+    ----------
+    rotation : (…, 3, 3)
+
+    Returns
+    -------
+    (…, 3) roll, pitch, yaw, rad, pitch within ±π/2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rpy_from_rotation(rotation_from_rpy(np.array([[0.3, -0.2, 2.0], [0.4, np.pi / 2, 0.1]]))).round(9).tolist()
+    [[0.3, -0.2, 2.0], [0.3, 1.570796327, 0.0]]
+    """
+    r = rotation
+    across = np.hypot(r[..., 0, 0], r[..., 1, 0])
+    upright = across <= 1e-9
+    roll = np.where(upright, np.arctan2(-r[..., 1, 2], r[..., 1, 1]), np.arctan2(r[..., 2, 1], r[..., 2, 2]))
+    yaw = np.where(upright, 0.0, np.arctan2(r[..., 1, 0], r[..., 0, 0]))
+    return np.stack([roll, np.arctan2(-r[..., 2, 0], across), yaw], axis=-1)
 
 
 def transform(rotation: Floats, translation: Floats) -> Floats:

@@ -19,8 +19,9 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-from stiffcal.mechanics.rotations import inverse_transform, quaternion_from_rotation, rotation_from_quaternion
+from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
+from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.reduction.kinematics_corrections import MUCH_BETTER, correcting_words
 from stiffcal.reduction.motion import mean_measured, motion_of
 

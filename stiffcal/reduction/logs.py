@@ -17,8 +17,9 @@ from stiffcal.campaign.signals import Deflection, Displacement, JointSignals, Po
 from stiffcal.campaign.toml_reading import LARGEST, SMALLEST
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_rpy, rotation_from_vector
+from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector
 from stiffcal.quantities import unit
+from stiffcal.quaternions import quaternion_from_rotation
 from stiffcal.readers import Batch, DatabaseReader, WantedColumns, find_reader
 from stiffcal.reduction.log_names import in_file_words, in_manifest_words, names_in_file, with_run_names_checked
 

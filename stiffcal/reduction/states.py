@@ -18,7 +18,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode, set_aside_columns
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.rotations import rotation_from_quaternion
+from stiffcal.quaternions import rotation_from_quaternion
 from stiffcal.reduction.logs import Rows, place_of_row, read_rows
 from stiffcal.reduction.markers import fitted_poses
 from stiffcal.reduction.references import reference_states

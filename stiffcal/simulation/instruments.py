@@ -27,11 +27,8 @@ from stiffcal.campaign.signals import (
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
-from stiffcal.mechanics.rotations import (
-    quaternion_from_rotation,
-    rotation_from_vector,
-    vector_from_rotation,
-)
+from stiffcal.mechanics.rotations import rotation_from_vector, rpy_from_rotation, vector_from_rotation
+from stiffcal.quaternions import quaternion_from_rotation
 from stiffcal.simulation.motion import MotionProgram
 from stiffcal.simulation.sensors import Channels
 from stiffcal.simulation.settings import TrueRobot
@@ -321,14 +318,6 @@ def as_columns(signal: Signal, reading: SignalSamples) -> dict[str, Floats]:
         column = np.ascontiguousarray(value[:, number])
         result[name] = column if unit is None else (column - unit.offset) / unit.factor
     return result
-
-
-def rpy_from_rotation(rotation: Floats) -> Floats:
-    """Return (n, 3) turns about the fixed axes x, y, z, rad, of matrices Rz Ry Rx (pitch within ±90°)."""
-    pitch = -np.arcsin(np.clip(rotation[:, 2, 0], -1.0, 1.0))
-    roll = np.arctan2(rotation[:, 2, 1], rotation[:, 2, 2])
-    yaw = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
-    return np.stack([roll, pitch, yaw], axis=1)
 
 
 def decimals_of(signal: Signal) -> dict[str, int]:

@@ -167,7 +167,8 @@ def _from_poses(
     from stiffcal.compensation.inverse import joints_along_path, middle_of_ranges
     from stiffcal.compensation.targets import PoseGoal
     from stiffcal.mechanics.kinematics import attached_poses
-    from stiffcal.mechanics.rotations import rotation_from_quaternion, rotation_from_rpy
+    from stiffcal.mechanics.rotations import rotation_from_rpy
+    from stiffcal.quaternions import rotation_from_quaternion
 
     chain, target = fitted.campaign.chain, setup.targets[0]
     near = None if start is None else pose_of_words(start, chain.joint_names, "--start")

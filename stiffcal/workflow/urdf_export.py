@@ -13,6 +13,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
+from stiffcal.mechanics.rotations import rpy_from_rotation
 from stiffcal.model.summary import Where
 from stiffcal.results.identify_result import IdentifyResult
 
@@ -83,14 +84,9 @@ def _inertial(link: ElementTree.Element, mass: float, com: Floats) -> None:
 
 
 def _origin(element: ElementTree.Element, transform: Floats) -> None:
-    rotation = transform[:3, :3]
-    pitch = np.arctan2(-rotation[2, 0], np.hypot(rotation[0, 0], rotation[1, 0]))
-    if np.hypot(rotation[0, 0], rotation[1, 0]) > 1e-9:
-        roll = np.arctan2(rotation[2, 1], rotation[2, 2])
-        yaw = np.arctan2(rotation[1, 0], rotation[0, 0])
-    else:  # pitch of ±90°: roll and yaw turn about one axis, all of it is given to roll
-        roll, yaw = np.arctan2(-rotation[1, 2], rotation[1, 1]), 0.0
-    ElementTree.SubElement(element, "origin", xyz=_words(transform[:3, 3]), rpy=_words(np.array([roll, pitch, yaw])))
+    ElementTree.SubElement(
+        element, "origin", xyz=_words(transform[:3, 3]), rpy=_words(rpy_from_rotation(transform[:3, :3]))
+    )
 
 
 def _about_z(angle: float) -> Floats:

@@ -13,10 +13,10 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
 from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.campaign.transforms import rotation_rpy
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rotations import rotation_from_rpy
 from tests.laboratory.campaign_folders import DATA
 
 # a robot with no two conventions' origins alike: row k = (a, alpha°, d, theta°) of the *standard* convention
@@ -64,9 +64,9 @@ def urdf_chain(folder: Path, bearings: list[float] | None = None) -> Chain:
     odd = [np.deg2rad([30.0 * k, -20.0 * k, 10.0 * k]) for k in range(7)]  # the URDF's frames are turned at will
     previous = np.eye(4)
     for k, (a, alpha, d, theta) in enumerate(ROWS):
-        turn = rotation_rpy(odd[k + 1])
+        turn = rotation_from_rpy(odd[k + 1])
         place = np.eye(4)  # previous standard DH frame to joint k's axis, turned by theta
-        place[:3, :3] = rotation_rpy([0.0, 0.0, np.deg2rad(theta)])
+        place[:3, :3] = rotation_from_rpy(np.array([0.0, 0.0, np.deg2rad(theta)]))
         origin = previous @ place
         origin[:3, :3] = origin[:3, :3] @ turn
         axis = turn.T @ np.array([0.0, 0.0, 1.0])
@@ -74,7 +74,7 @@ def urdf_chain(folder: Path, bearings: list[float] | None = None) -> Chain:
         advance = np.eye(4)
         advance[:3, 3] = [0.0, 0.0, d]
         screw = np.eye(4)
-        screw[:3, :3], screw[0, 3] = rotation_rpy([np.deg2rad(alpha), 0.0, 0.0]), a
+        screw[:3, :3], screw[0, 3] = rotation_from_rpy(np.array([np.deg2rad(alpha), 0.0, 0.0])), a
         back = np.eye(4)
         back[:3, :3] = turn.T
         previous = back @ advance @ screw
@@ -102,7 +102,7 @@ def frames(chain: Chain, logged: Floats) -> list[Floats]:
     found, here = [], np.eye(4)
     for fixed, angle in zip(chain.fixed, chain.model_angles(logged[None])[0], strict=True):
         turn = np.eye(4)
-        turn[:3, :3] = rotation_rpy([0.0, 0.0, angle])
+        turn[:3, :3] = rotation_from_rpy(np.array([0.0, 0.0, angle]))
         here = here @ fixed @ turn
         found.append(here)
     return [*found, here @ chain.flange]

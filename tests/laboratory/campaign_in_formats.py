@@ -12,7 +12,8 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_vector
+from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.quaternions import quaternion_from_rotation
 from tests.laboratory.bags import joint_state, pose, wrench, write_bag
 from tests.laboratory.database import VARIABLE, Database
 from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign

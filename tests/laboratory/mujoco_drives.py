@@ -10,7 +10,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.rotations import quaternion_from_rotation
+from stiffcal.quaternions import quaternion_from_rotation
 
 STEP_S = 1e-3
 

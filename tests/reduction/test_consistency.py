@@ -12,7 +12,8 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_quaternion, rotation_from_vector
+from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.reduction.consistency import check_kinematics, check_work, match_kinematics, work_of_load
 from stiffcal.reduction.plausibility import LogQuality
 from tests.laboratory.hidden_campaigns import NAMES, folder_of, reduced

@@ -17,7 +17,7 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.mechanics.rotations import quaternion_from_rotation
+from stiffcal.quaternions import quaternion_from_rotation
 from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign
 from stiffcal.workflow.compensation_path import Forces
 from stiffcal.workflow.fitted_robot import FittedRobot, _cautions, fitted_robot
