@@ -40,7 +40,7 @@ COMMANDS = {
     "identify": "Fit the model: each stiffness with its uncertainty.",
     "validate": "Hold the model against poses the fit has not seen.",
     "diagnose": "Learn which physical effect the model lacks.",
-    "improve": "Add what is missing, step by step.",
+    "improve": "Add what is missing, step by step, then remove what is not needed.",
     "compare": "Compare two campaigns of one robot.",
     "history": "List every fit: model, error in unseen poses, noise.",
     "plot": "Draw load against deformation, or the residual.",

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.diagnosis.results import ProposedEffect
+    from stiffcal.model.summary import EffectAt
+    from stiffcal.workflow.improve import Change
     from stiffcal.workflow.improve_results import ImproveResult, ImproveStep
 
 
@@ -32,7 +34,7 @@ def improve(
     no_update: NoUpdate = False,
     store: StoreAt = None,
 ) -> int:
-    """Add what is missing, step by step.
+    """Add what is missing, step by step, then remove what is not needed.
 
     Asks before each step where a person sits at the terminal and --yes is not given.
 
@@ -45,9 +47,9 @@ def improve(
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         asks = sys.stdin.isatty() and not yes and not as_json
 
-        def ask(effect: ProposedEffect) -> bool:
+        def ask(change: Change, effect: ProposedEffect | EffectAt) -> bool:
             answer.progress.stop()
-            return typer.confirm(f"add {effect_words(effect)}?", default=True, err=True)
+            return typer.confirm(f"{change} {effect_words(effect)}?", default=True, err=True)
 
         notify_step = None if as_json else partial(print_step, answer)
         result = improve_campaign(folder, context, ask if asks else always, dry_run, notify_step)

@@ -37,6 +37,16 @@ def confidence(scan: Scan, seed: int = 0, among: Sequence[Trial] | None = None) 
     return {trial.candidate.name: float(share) for trial, share in zip(trials, first, strict=True)}
 
 
+def confidence_by_class(scan: Scan, seed: int = 0) -> dict[str, float]:
+    """Return how often each candidate comes first, simple effects among themselves.
+
+    General laws (a joint's whole compliance) hold many effects as special cases and are named only where no simple
+    effect comes near: they would else come first wherever a simple one is missing.
+    """
+    simple = [trial for trial in scan.trials if not trial.candidate.effect.general]
+    return confidence(scan, seed) | confidence(scan, seed, among=simple)
+
+
 def choice_without_each_group(scan: Scan) -> Integers:
     """Return (G,) which candidate the poses outside each group choose: 0 the present model, k the scan's trial k - 1.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.choosing import confidence
+from stiffcal.diagnosis.choosing import confidence_by_class
 from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, rms_after_choosing, size_at_tool
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice
 from stiffcal.diagnosis.naming import near_best
@@ -20,7 +20,7 @@ from stiffcal.diagnosis.results import (
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.search import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
+from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, explain
 from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
 from stiffcal.identification.document import finite, identified_parameter
@@ -93,10 +93,10 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         findings=_findings(search, before),
         next_measurement=None,
         not_tried=list(search.not_tried),
-        unexplained=search.unexplained if search.after is not None else None,
+        unexplained=search.unexplained or None if search.after is None else search.unexplained,
         structure=remainder if search.unexplained or search.after is None else [],
-        explained_by_missing=_explained(search, before, with_missing) if search.tried else None,
-        explained_interval=[search.explained.low, search.explained.high] if search.tried and search.after else None,
+        explained_by_missing=search.explained.share if search.tried else None,
+        explained_interval=[search.explained.low, search.explained.high] if search.tried else None,
         heldout_rms_with_missing=with_missing,
         heldout_rms_after_choosing=rms_after_choosing(scan),
         parameters_with_missing=parameters,
@@ -133,7 +133,6 @@ def _undecided(states: LoadStates, search: Search) -> list[UndecidedEffect]:
         list(dict.fromkeys(states.runs[k].name for k in data.run[members]))
         for members in members_of(scan.fold_of_state)
     ]
-    rivals = next((missing_effect.rivals for missing_effect in search.found if missing_effect.rivals), ())
     return [
         UndecidedEffect(
             effect=at.effect,
@@ -141,17 +140,9 @@ def _undecided(states: LoadStates, search: Search) -> list[UndecidedEffect]:
             share=rival.share,
             deciding_runs=[name for fold in rival.deciding for name in runs[fold]],
         )
-        for rival in rivals
+        for rival in search.undecided
         for at in (effect_at(rival.candidate),)
     ]
-
-
-def _explained(search: Search, before: Rms, after: Rms) -> float | None:
-    """Return the share of the avoidable error that goes; of all the error where no noise is known to be unavoidable."""
-    if search.after is not None:
-        return search.explained.share
-    first, last = before.translation, after.translation
-    return 1.0 - (last / first) ** 2 if first and last is not None else None
 
 
 def _warnings(search: Search) -> list[str]:
@@ -179,7 +170,7 @@ def _findings(search: Search, before: Rms) -> list[Finding]:
     scan = search.first
     near = [trial.candidate for trial in near_best(scan)]
     names = [candidate.name for candidate in near]
-    shares = confidence(scan)
+    shares = confidence_by_class(scan)
     after_choosing = rms_after_choosing(scan)
     ranked = sorted(
         scan.trials,
@@ -263,12 +254,20 @@ def _named(missing_effect: MissingEffect) -> str:
     return f"{name} (or one of {alike} others that look alike in these poses)"
 
 
+def _share_in_words(search: Search) -> str:
+    """Return which share of the error goes with what is missing, with its 95 % interval."""
+    explained = search.explained
+    avoidable = "avoidable error" if search.after is not None else "squared error"
+    interval = f"95 %: {100.0 * explained.low:.0f} to {100.0 * explained.high:.0f} %"
+    return f"which explains {100.0 * explained.share:.0f} % ({interval}) of the {avoidable}"
+
+
 def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     """Return the answer in one or two sentences."""
     error = before.translation or 0.0
     floor = noise.translation if noise is not None else None
     against = f"{1e3 * error:.3g} mm in unseen poses" + (f", noise {1e3 * floor:.3g} mm" if floor else "")
-    if not search.tried and search.before is None:
+    if not search.tried and search.before is None and not search.unexplained:
         return f"Nothing is supported; without a known noise nobody can say whether that is good enough ({against})."
     if not search.tried and not search.unexplained and search.before is not None and not search.before.adequate:
         return (
@@ -277,24 +276,23 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     if not search.tried and not search.unexplained:
         return f"Nothing is missing: the error is that of the instruments ({against})."
     names = " and ".join(_named(missing_effect) for missing_effect in search.found)
-    rivals = next((missing_effect.rivals for missing_effect in search.found if missing_effect.rivals), ())
-    if rivals:
-        between = " and ".join(candidate_in_words(rival.candidate) for rival in rivals)
+    if search.undecided:
+        between = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided)
+        decided = [_named(missing_effect) for missing_effect in search.tried if not missing_effect.rivals]
+        more = f" {' and '.join(decided)} is missing with either of them." if decided else ""
         return (
             f"Undecided between {between}: without a single pose another of them explains the error better ({against})."
+            + more
         )
-    if search.found and search.unexplained and search.explained.share >= LEAST_EXPLAINED:
-        share = f"{100.0 * search.explained.share:.0f} % (95 %: {100.0 * search.explained.low:.0f} to "
-        share += f"{100.0 * search.explained.high:.0f} %) of the avoidable error"
-        return (
-            f"Part of it: {names}, which explains {share}; nothing in the catalogue accounts for the rest ({against})."
-        )
-    if search.found and search.before is None:
-        return f"Missing: {names} ({against}); without a known noise nobody can say whether that is all."
+    share = _share_in_words(search)
+    if search.found and search.before is None and not search.unexplained:
+        return f"Missing: {names}, {share} ({against}); without a known noise nobody can say whether that is all."
     if search.found and not search.unexplained:
-        return f"Missing: {names} ({against})."
+        return f"Missing: {names}, {share} ({against})."
+    if search.found and search.before is not None and not search.explained.whole:
+        return f"Part of it: {names}, {share}; nothing in the catalogue accounts for the rest ({against})."
     if search.found:
-        return f"Missing: {names}; and something else that nothing in the catalogue accounts for ({against})."
+        return f"Missing: {names}, {share}; and something else that nothing in the catalogue accounts for ({against})."
     if search.could_be:
         n = len(search.could_be)
         who = f"each of {n} effects alone fits" if n > 1 else f"{candidate_in_words(search.could_be[0])} alone fits"

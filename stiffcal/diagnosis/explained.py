@@ -45,7 +45,8 @@ def explained_share(
     ----------
     first, last : scans of the model without and with the effects.
     before, after : their residuals against the noise of the last model, which no missing effect has swollen; None
-        where the noise is not known: then all of the error counts as avoidable.
+        where the noise is not known: then all of the error counts as avoidable, and each model's errors, which are
+        whitened with its own residuals, are made comparable by the sizes of these.
     seed : of the resampling of poses.
 
     Returns
@@ -56,7 +57,7 @@ def explained_share(
     """
     squares = first.base.heldout / first.dof, last.base.heldout / last.dof
     e_before, e_after = (float(np.sum(square)) for square in squares)
-    scale = before.ratio**2 / e_before if before is not None and e_before > 0.0 else 1.0
+    scale = before.ratio**2 / e_before if before is not None and e_before > 0.0 else _relative_size(first, last)
     scale_after = after.ratio**2 / e_after if after is not None and e_after > 0.0 else 1.0
     floor = 0.0 if after is None else 1.0 / after.wander**2 if after.wanders else 1.0
     share = _share(e_before * scale, e_after * scale_after, floor)
@@ -73,6 +74,17 @@ def explained_share(
     ]
     low, high = np.quantile(drawn, (0.025, 0.975))
     return Explained(share, float(low), float(high), max(e_before * scale - floor, 0.0))
+
+
+def _relative_size(first: Scan, last: Scan) -> float:
+    """Return the mean square of the residuals of one model over that of another, of the first kind of readings."""
+    if first.fit.noise is not None or last.fit.noise is not None:
+        return 1.0
+    sizes = []
+    for fit in (first.fit, last.fit):
+        rows = fit.data.kind == fit.data.kind[0]
+        sizes.append(float(np.sum(np.where(fit.data.measured_mask[rows], fit.residual[rows], 0.0) ** 2)))
+    return sizes[0] / sizes[1] if sizes[1] > 0.0 else 1.0
 
 
 def _share(before: float, after: float, floor: float) -> float:

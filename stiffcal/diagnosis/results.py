@@ -219,9 +219,9 @@ class DiagnoseResult(CommandResult):
     lack_of_fit: VarianceRatio | None
     """What is left against what repeats scatter."""
     missing: list[ProposedEffect]
-    """Effects to add, in order."""
+    """Effects to add, in order; empty where ``undecided`` is not."""
     undecided: Annotated[list[UndecidedEffect], NOT_PROMISED] = field(default_factory=list)
-    """Where leaving out one pose gives another name: the first missing effect with its rivals, at most four."""
+    """Where leaving out one pose gives another name: that missing effect with its rivals, at most four."""
     could_be: list[EffectAt]
     """Effects of which each alone fits all poses, with all its places, where the poses are too few to decide which."""
     findings: list[Finding]
@@ -230,13 +230,13 @@ class DiagnoseResult(CommandResult):
     """What would separate the first missing effect from a look-alike."""
     not_tried: list[UntestableEffect]
     unexplained: bool | None
-    """Whether something is left that nothing accounts for; null where the noise is not known."""
+    """Whether something is left that nothing accounts for; null where neither noise nor structure is known."""
     structure: list[ResidualDependence]
     """What the unexplained error follows, most first."""
     explained_by_missing: Annotated[Number, KeyIf("has_searched"), NOT_PROMISED] = None
-    """Share of the avoidable error that goes with what is missing."""
+    """Share of the avoidable error that goes with what is missing; of all of it where the noise is not known."""
     explained_interval: Annotated[list[float] | None, NOT_PROMISED] = None
-    """Of that share, 95 % limits over poses; null where nothing is missing or the noise is not known."""
+    """Of that share, 95 % limits over poses; null where nothing is missing."""
     heldout_rms_with_missing: Annotated[OrAbsent[Rms], NOT_PROMISED] = None
     """In poses left out of the fit, with what is missing."""
     heldout_rms_after_choosing: Rms

@@ -64,7 +64,9 @@ class Search:
     first: Scan
     """The scan of the present model."""
     found: tuple[MissingEffect, ...]
-    """Effects to add, in order; empty where nothing is missing, or where what was found explains too little."""
+    """Effects to add, in order; empty where nothing is missing, where what was found explains too little, or where
+    leaving out one pose changes the name.
+    """
     tried: tuple[MissingEffect, ...]
     """The set that was reached, also where it explains too little."""
     final: Fit
@@ -82,6 +84,8 @@ class Search:
     """Effects that these data cannot test."""
     pace: Pace
     """How much was tried, and how fast."""
+    undecided: tuple[Rival, ...] = ()
+    """Candidates between which single poses decide, where they do."""
     could_be: tuple[Candidate, ...] = ()
     """Where nothing is named and something is left: effects of which each alone fits all poses down to noise, while the
     poses are too few to judge any of them in one left out.
@@ -363,12 +367,16 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
     # What is left without structure is noise, more of it than stated: it is not avoidable, and no part of the share.
     noise_understated = after is not None and not after.adequate and _mere_noise(scan, after, bench.states)
     partly_explained = bool(tried) and after is not None and not noise_understated and not explained.whole
-    unexplained = partly_explained or (after is not None and not after.adequate and not noise_understated)
-    supported = () if unexplained and explained.share < LEAST_EXPLAINED else tried
+    # Where no noise is known, only a structure of what is left shows that something is.
+    structured = after is None and bool(what_it_follows(scan, bench.states))
+    unexplained = structured or partly_explained or (after is not None and not after.adequate and not noise_understated)
+    withheld = unexplained and after is not None and explained.share < LEAST_EXPLAINED
+    supported = () if withheld else tried
+    undecided = next((missing_effect.rivals for missing_effect in supported if missing_effect.rivals), ())
     could_be = sufficient_alone(first) if unexplained and not supported else ()
     return Search(
         first,
-        supported,
+        () if undecided else supported,
         tried,
         fit,
         scan,
@@ -378,6 +386,7 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
         unexplained,
         tuple(not_tried),
         bench.pace(),
+        undecided,
         could_be,
     )
 

@@ -88,7 +88,10 @@ def check_identifiability(
         identifiable[left_out & gives_way] = False
         for column in sums:
             blind = _made_of_others(unit, left_out, column)
-            members = np.flatnonzero(np.abs(blind) > TAKES_PART * np.max(np.abs(blind)))
+            takes_part = np.abs(blind) > TAKES_PART * np.max(np.abs(blind))
+            # Others that nearly agree among themselves may make it with shares far above its own.
+            takes_part[column] = True
+            members = np.flatnonzero(takes_part)
             identifiable[members] = False
             ambiguities.append(_name_ambiguity(blind[members], length[members], [names[i] for i in members]))
         alone = [i for i in remaining if identifiable[i] and _spread(factor, remaining, int(i)) > upper[i]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -27,11 +27,12 @@ from stiffcal.workflow.validate import validate_campaign
 # More rungs than effects that a diagnosis looks for: the loop ends by itself long before.
 MOST_STEPS = 12
 
-Ask = Callable[[ProposedEffect], bool]
+Change = Literal["add", "remove"]
+Ask = Callable[[Change, ProposedEffect | EffectAt], bool]
 
 
-def always(effect: ProposedEffect) -> bool:
-    """Agree to every effect."""
+def always(change: Change, effect: ProposedEffect | EffectAt) -> bool:
+    """Agree to every change of the model."""
     return True
 
 
@@ -44,12 +45,13 @@ def improve_campaign(
 ) -> ImproveResult:
     """Add what is missing, one effect after another, each followed by a fit and its error in unseen poses.
 
+    Once nothing is missing, effects that the model does not need are removed, one after another.
+
     Parameters
     ----------
     folder : the campaign folder.
     context : store, progress and so on.
-    ask : asked before each step; the loop stops where it returns no. `always` adds nothing where the diagnosis is
-        undecided.
+    ask : asked before each step; the loop stops where it returns no.
     dry_run : only report what would be added.
     notify_step : called with each rung of the ladder as it is reached.
 
@@ -126,23 +128,40 @@ class _Ladder:
         """Return what all steps together did to the identified values."""
         return values_before_and_after(self.estimates[0], self.estimates[-1]) if len(self.estimates) > 1 else []
 
-    def edit(self, action: Literal["add", "remove"], change: ProposedEffect | EffectAt) -> None:
+    def edit(self, change: Change, effect: ProposedEffect | EffectAt) -> None:
         """Change the model, and judge it."""
-        edit_model(self.folder, action, change.effect, where=places_as_words(change.where))
-        self.reached(action, change.effect, change.where)
+        edit_model(self.folder, change, effect.effect, where=places_as_words(effect.where))
+        self.reached(change, effect.effect, effect.where)
 
 
 def _climb(ladder: _Ladder, diagnosed: DiagnoseResult, ask: Ask) -> DiagnoseResult:
-    """Add what is missing until nothing is, or the answer is no; return the last diagnosis."""
+    """Add what is missing and remove what is not needed until the model stays, or the answer is no.
+
+    What is missing comes first: with it, other effects may turn out to be needed, or not. Of what is not needed one
+    effect goes at a time, for of two that stand in for each other one may be needed.
+
+    Returns
+    -------
+    DiagnoseResult
+        The last diagnosis.
+    """
     for _ in range(MOST_STEPS):
-        # What one pose decides is for a person to decide, with the next measurement.
-        if not diagnosed.missing or (diagnosed.undecided and ask is always) or not ask(diagnosed.missing[0]):
-            break
-        ladder.edit("add", diagnosed.missing[0])
+        change = _next_change(diagnosed)
+        if change is None or not ask(*change):
+            return diagnosed
+        ladder.edit(*change)
         diagnosed = diagnose_campaign(ladder.folder, ladder.context)
-        for redundant in diagnosed.superfluous:
-            ladder.edit("remove", redundant)
-    return diagnosed
+    words = f"stopped after {MOST_STEPS} steps: the model still changes; look at the history"
+    return replace(diagnosed, warnings=[*diagnosed.warnings, words]) if _next_change(diagnosed) else diagnosed
+
+
+def _next_change(diagnosed: DiagnoseResult) -> tuple[Change, ProposedEffect | EffectAt] | None:
+    """Return the next change of the model that a diagnosis calls for; none while it is undecided."""
+    if diagnosed.missing:
+        return "add", diagnosed.missing[0]
+    if diagnosed.superfluous and not diagnosed.undecided:
+        return "remove", diagnosed.superfluous[0]
+    return None
 
 
 def _would_add(effect: ProposedEffect) -> ImproveStep:

@@ -105,6 +105,22 @@ def test_a_direction_that_is_blind_but_for_rounding_has_no_condition() -> None:
         assert check_identifiability(factor, ("a", "b"), np.full(2, np.inf)).condition == np.inf
 
 
+def test_a_parameter_that_stands_back_is_never_identifiable() -> None:
+    """The first two agree nearly enough that they make the last with more than ten times its own share."""
+    factor = np.array(
+        [
+            [-1.0, -0.999994, -0.999841, -0.996095],
+            [0.0, 0.003367, -0.013491, 0.070254],
+            [0.0, 0.0, 0.011651, -0.053461],
+            [0.0, 0.0, 0.0, 0.000847],
+        ]
+    )
+    checked = check_identifiability(factor, ("a", "b", "c", "d"), np.full(4, np.inf))
+    assert checked.held.tolist() == [False, False, True, True]
+    assert not checked.identifiable[checked.held].any()
+    assert any("d" in ambiguity.names for ambiguity in checked.ambiguities)
+
+
 @pytest.mark.parametrize("rounding", [-1e-15, 0.0, 1e-15])
 def test_the_sign_of_a_known_combination_does_not_hang_on_rounding(rounding: float) -> None:
     factor = np.array([[1.0, 1.0 + rounding], [0.0, 0.0]])

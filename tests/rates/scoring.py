@@ -84,7 +84,7 @@ def judge_campaign(campaign: Hidden) -> Verdict:
 
 def _is_firm_and_wrong(campaign: Hidden, search: Search) -> bool:
     """Return whether a wrong name is given without doubt; where nothing of the catalogue is hidden every name is."""
-    if not search.found or search.unexplained or any(one.rivals for one in search.found):
+    if not search.found or search.unexplained or search.undecided:
         return False
     outside = campaign.kind.startswith("outside")
     truth = () if outside else {name_of(one) for one in campaign.hidden}
@@ -117,6 +117,9 @@ def _outcome_of(campaign: Hidden, search: Search) -> tuple[str, bool]:
         if search.unexplained:
             return ("unexplained, named too" if named else "unexplained"), True
         return ("wrong name alone" if named else "nothing"), False
+    if search.undecided:
+        among = truth[0] in (rival.candidate.name for rival in search.undecided)
+        return f"undecided, truth {'' if among else 'not '}among them", False
     if len(truth) > 1:
         return _several(truth, search)
     if not named:

@@ -8,8 +8,8 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.results import ProposedEffect
-from stiffcal.model.summary import Where
-from stiffcal.workflow.improve import improve_campaign
+from stiffcal.model.summary import EffectAt, Where
+from stiffcal.workflow.improve import Change, improve_campaign
 from stiffcal.workflow.improve_results import ImproveStep
 from tests.laboratory.small_campaign import MODEL, STIFFNESS, write_small_campaign
 
@@ -73,9 +73,9 @@ def test_each_step_shows_what_it_did_to_the_stiffness(coupled: Path) -> None:
 
 
 def test_where_the_answer_is_no_nothing_changes(coupled: Path) -> None:
-    asked: list[ProposedEffect] = []
+    asked: list[ProposedEffect | EffectAt] = []
 
-    def no(effect: ProposedEffect) -> bool:
+    def no(change: Change, effect: ProposedEffect | EffectAt) -> bool:
         asked.append(effect)
         return False
 
@@ -88,3 +88,12 @@ def test_where_the_answer_is_no_nothing_changes(coupled: Path) -> None:
     assert [(step.action, step.effect) for step in rungs] == [("start", None), ("would add", "axis-coupling")]
     assert len(asked) == 1
     assert (coupled / "model.toml").read_text(encoding="utf-8") == MODEL
+
+
+def test_what_the_model_does_not_need_is_removed_once_nothing_is_missing(tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "plain")
+    model = folder / "model.toml"
+    model.write_text(model.read_text(encoding="utf-8") + '\n[[effects]]\ntype = "bearing-tilt"\njoints = [3]\n')
+    result = improve_campaign(folder)
+    assert [(step.action, step.effect) for step in result.steps] == [("start", None), ("remove", "bearing-tilt")]
+    assert effects_of(folder) == ["joint-compliance"]
