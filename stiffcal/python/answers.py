@@ -280,14 +280,10 @@ def _candidates(entries: list[Document]) -> str:
 
 
 class LoadPrediction(CampaignAnswer):
-    """What a fitted robot does under given loads.
-
-    Parameters
-    ----------
-    result : of ``predict``.
-    """
+    """What a fitted robot does under given loads."""
 
     result: PredictResult
+    """The result of ``predict``."""
 
     @property
     def deflection(self) -> pd.DataFrame:

@@ -110,24 +110,20 @@ class FuzzInput:
 
 
 class Reader(ABC):
-    """A log format. `display_name` is the file as the user named it, for messages; default: the path itself.
-
-    Attributes
-    ----------
-    name : the module's.
-    endings : what a file's name may end with, each with its dot, in small letters.
-    packed_endings : endings of packers behind one of `endings` that are unpacked as well.
-    options : the table of options of a source, ``csv = {…}``; its fields are what `read_batches` is given.
-    in_files : False where the logs are no files: `file` of a source is then a table or a query; see `DatabaseReader`.
-    fuzz_inputs : what tests of hostile input start from; none only where the logs are no files.
-    """
+    """A log format. `display_name` is the file as the user named it, for messages; default: the path itself."""
 
     name: ClassVar[str]
+    """The name of the reader's module."""
     endings: ClassVar[tuple[str, ...]] = ()
+    """What a file's name may end with, each with its dot, in small letters."""
     packed_endings: ClassVar[tuple[str, ...]] = ()
+    """Endings of packers behind one of `endings` that are unpacked as well."""
     options: ClassVar[type[TomlTable]] = NoOptions
+    """The table of options of a source, ``csv = {…}``; its fields are what `read_batches` is given."""
     in_files: ClassVar[bool] = True
+    """False where the logs are no files: `file` of a source is then a table or a query; see `DatabaseReader`."""
     fuzz_inputs: ClassVar[tuple[FuzzInput, ...]] = ()
+    """What tests of hostile input start from; none only where the logs are no files."""
 
     @abstractmethod
     def recognises(self, path: Path) -> bool:

@@ -14,18 +14,14 @@ from stiffcal.measurements.set_aside import OF_PASSES, SetAsideCode
 
 @dataclass(frozen=True)
 class ColumnDescription:
-    """What a column holds.
-
-    Attributes
-    ----------
-    text : in words.
-    unit : SI unit; "" for words, counts, truth values and numbers without one.
-    missing : True where a number may be missing.
-    """
+    """What a column holds."""
 
     text: str
+    """The column's meaning, in words."""
     unit: str = ""
+    """SI unit; "" for words, counts, truth values and numbers without one."""
     missing: bool = False
+    """True where a number may be missing."""
 
 
 def _each(pattern: str, axes: Iterable[str], meaning: ColumnDescription) -> dict[str, ColumnDescription]:

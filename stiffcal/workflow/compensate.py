@@ -26,28 +26,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CompensateRequest:
-    """What is to be corrected, and how.
-
-    Attributes
-    ----------
-    path : CSV of the path (`read_path`).
-    forces : where the forces come from.
-    target : the frame that is to follow the path; None: the first measured one.
-    start : joint angles near the first pose of a path in space, "A1,A2,…" in degrees.
-    orientation : False where only the position counts.
-    sag : True takes the sag under weight out too: the rigid robot's pose is meant; None: for paths in space.
-    normal : "x,y,z" or "radial": the direction in which the picture shows the error; None: its length.
-    judge : another campaign, whose robot computes the error that the corrected targets leave.
-    """
+    """What is to be corrected, and how."""
 
     path: Path
+    """CSV of the path (`read_path`)."""
     forces: Forces = field(default_factory=Forces)
+    """Where the forces come from."""
     target: str | None = None
+    """The frame that is to follow the path; None: the first measured one."""
     start: str | None = None
+    """Joint angles near the first pose of a path in space, "A1,A2,…" in degrees."""
     orientation: bool = True
+    """False where only the position counts."""
     sag: bool | None = None
+    """True takes the sag under weight out too: the rigid robot's pose is meant; None: for paths in space."""
     normal: str | None = None
+    """"x,y,z" or "radial": the direction in which the picture shows the error; None: its length."""
     judge: Path | None = None
+    """Another campaign, whose robot computes the error that the corrected targets leave."""
 
 
 def compensate_campaign(

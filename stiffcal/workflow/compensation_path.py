@@ -32,53 +32,46 @@ _OTHER_UNIT = '{0} of the path is small, read as {1}: where they are {2}, write 
 
 @dataclass(frozen=True)
 class Forces:
-    """Where the forces on a path come from; without any of the first three: the path's own columns Fx … Tz.
-
-    Attributes
-    ----------
-    everywhere : "Fx,Fy,Fz" or "Fx,Fy,Fz,Tx,Ty,Tz", N and N·m, all along the path.
-    segments : CSV with a column ``segment`` and Fx … Tz; the path has a column ``segment`` too.
-    log : CSV with ``t`` and Fx … Tz as a sensor logged them; the path has a column ``t`` on the same clock.
-    frame : frame whose axes the components are in and whose origin moments refer to; None: base axes, about the
-        manifest's load point.
-    acts_on : "environment" where the numbers are what the robot does to its surroundings.
-    filter_hz : cut-off of a low-pass for a log's noise, run forward and backward: no delay.
-    tool : "kg,x,y,z": mass and centre (flange frame, m) of what hangs beyond the sensor, to be taken out of a log.
-    zeroed : True where the sensor was zeroed in the log's first pose, tool and all.
-    """
+    """Where the forces on a path come from; without any of the first three: the path's own columns Fx … Tz."""
 
     everywhere: str | None = None
+    """"Fx,Fy,Fz" or "Fx,Fy,Fz,Tx,Ty,Tz", N and N·m, all along the path."""
     segments: Path | None = None
+    """CSV with a column ``segment`` and Fx … Tz; the path has a column ``segment`` too."""
     log: Path | None = None
+    """CSV with ``t`` and Fx … Tz as a sensor logged them; the path has a column ``t`` on the same clock."""
     frame: str | None = None
+    """Frame whose axes the components are in and whose origin moments refer to; None: base axes, about the manifest's
+    load point.
+    """
     acts_on: str = "robot"
+    """"environment" where the numbers are what the robot does to its surroundings."""
     filter_hz: float | None = None
+    """Cut-off of a low-pass for a log's noise, run forward and backward: no delay."""
     tool: str | None = None
+    """"kg,x,y,z": mass and centre (flange frame, m) of what hangs beyond the sensor, to be taken out of a log."""
     zeroed: bool = True
+    """True where the sensor was zeroed in the log's first pose, tool and all."""
 
 
 @dataclass(frozen=True)
 class CompensationPath:
-    """A path with its loads.
-
-    Attributes
-    ----------
-    table : the file as read.
-    joints : (n, L) commanded logged angles, rad.
-    goal : the wanted poses where the path is given in space; None where it is given as joint angles.
-    wrench : (n, 6) on the robot, in the axes and about the point of ``setup``.
-    setup : the set-up with those axes, that point, and the frame that follows the path as its target.
-    time : (n,) s, or None.
-    doubts : what was read and may not have been meant, in words.
-    """
+    """A path with its loads."""
 
     table: WrittenTable
+    """The file as read."""
     joints: Floats
+    """(n, L) commanded logged angles, rad."""
     goal: PoseGoal | None
+    """The wanted poses where the path is given in space; None where it is given as joint angles."""
     wrench: Floats
+    """(n, 6) on the robot, in the axes and about the point of ``setup``."""
     setup: MeasurementSetup
+    """The set-up with those axes, that point, and the frame that follows the path as its target."""
     time: Floats | None
+    """(n,) s, or None."""
     doubts: tuple[str, ...] = ()
+    """What was read and may not have been meant, in words."""
 
 
 def read_path(

@@ -49,25 +49,22 @@ PICTURES = (".svg", ".png", ".pdf")
 
 @dataclass(frozen=True)
 class LeverExample:
-    """Loads on the lever.
-
-    Attributes
-    ----------
-    angles : (n, 2) rad.
-    wrench : (n, 6) N and N·m, base axes at the tool.
-    order : times and memory.
-    line : unit vector of the force.
-    x, x_label : what the curve is drawn over.
-    unloading : (n,) the load is going back.
-    """
+    """Loads on the lever."""
 
     angles: Floats
+    """(n, 2) rad, of the lever's joints."""
     wrench: Floats
+    """(n, 6) N and N·m, base axes at the tool."""
     order: StateOrder
+    """Times and memory of the states."""
     line: Floats
+    """Unit vector of the force."""
     x: Floats
+    """(n,) abscissa of the curve."""
     x_label: str
+    """What ``x`` is, with its unit."""
     unloading: NDArray[np.bool_]
+    """(n,) True while the load decreases."""
 
 
 def lever() -> tuple[Chain, MeasurementSetup]:

@@ -27,26 +27,22 @@ _BEYOND_NOISE = 1.2
 
 @dataclass(frozen=True)
 class FittedRobot:
-    """A robot with values, and how well they are known.
-
-    Attributes
-    ----------
-    campaign : the folder's three files.
-    robot : chain and effects, every parameter valued.
-    setup : where the instruments sit; estimated frames where they were found.
-    covariance : of the parameters that were fitted, by full names; empty where the values are the model file's.
-    source : where the values are from, in words.
-    cautions : what the fit cannot promise, in words.
-    link_compliances : (6, 6) by link, as the link's rods gave it, beam axes, NaN where not known; empty without rods.
-    """
+    """A robot with values, and how well they are known."""
 
     campaign: Campaign
+    """The folder's three files."""
     robot: CompliantRobot
+    """Chain and effects, every parameter valued."""
     setup: MeasurementSetup
+    """Where the instruments sit; estimated frames where they were found."""
     covariance: dict[str, dict[str, float]]
+    """Of the parameters that were fitted, by full names; empty where the values are the model file's."""
     source: str
+    """Where the values are from, in words."""
     cautions: tuple[str, ...] = ()
+    """What the fit cannot promise, in words."""
     link_compliances: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    """(6, 6) by link, as the link's rods gave it, beam axes, NaN where not known; empty without rods."""
 
     @property
     def warnings(self) -> tuple[str, ...]:

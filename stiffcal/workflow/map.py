@@ -32,30 +32,26 @@ TABLES = (".csv", ".parquet")
 
 @dataclass(frozen=True)
 class MapRequest:
-    """What a person asks to see.
-
-    Attributes
-    ----------
-    load : "Fx,Fy,Fz[,Tx,Ty,Tz]" in N and N·m, base axes, at the load point.
-    mass : kg hung on the load point: its weight is the load.
-    stiffness : "x", "y", "z" or "dx,dy,dz": stiffness along it is mapped too.
-    plane : "xy", "xz" or "yz".
-    at : m, where the plane cuts the third axis; None: through the middle of the reach.
-    slices : more than one: so many parallel planes through the reach, a volume.
-    points : along the longer side of a plane.
-    pose : "A1,A2,…" in degrees, whose tool orientation is kept everywhere; None: the orientation is free.
-    target : the frame that is moved about; None: the first measured one.
-    """
+    """What a person asks to see."""
 
     load: str | None = None
+    """"Fx,Fy,Fz[,Tx,Ty,Tz]" in N and N·m, base axes, at the load point."""
     mass: float | None = None
+    """kg hung on the load point: its weight is the load."""
     stiffness: str | None = None
+    """"x", "y", "z" or "dx,dy,dz": stiffness along it is mapped too."""
     plane: str = "xz"
+    """"xy", "xz" or "yz"."""
     at: float | None = None
+    """m, where the plane cuts the third axis; None: through the middle of the reach."""
     slices: int = 1
+    """More than one: so many parallel planes through the reach, a volume."""
     points: int = 41
+    """Along the longer side of a plane."""
     pose: str | None = None
+    """"A1,A2,…" in degrees, whose tool orientation is kept everywhere; None: the orientation is free."""
     target: str | None = None
+    """The frame that is moved about; None: the first measured one."""
 
 
 def map_campaign(

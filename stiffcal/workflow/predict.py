@@ -29,20 +29,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LoadPathRequest:
-    """A path of loads at one pose.
-
-    Attributes
-    ----------
-    corners : "Fx,Fy,Fz;Fx,Fy,Fz;…" in N, base axes, or the name of a CSV file with columns Fx … Tz.
-    pose : joint angles in degrees, "A1,A2,…", in the order of the robot file; None: the file's joint columns.
-    points : steps on each leg.
-    note : words for the report: what is shown, and how the pose was found.
-    """
+    """A path of loads at one pose."""
 
     corners: str
+    """"Fx,Fy,Fz;Fx,Fy,Fz;…" in N, base axes, or the name of a CSV file with columns Fx … Tz."""
     pose: str | None = None
+    """Joint angles in degrees, "A1,A2,…", in the order of the robot file; None: the file's joint columns."""
     points: int = 20
+    """Steps on each leg."""
     note: str = ""
+    """Words for the report: what is shown, and how the pose was found."""
 
 
 def predict_campaign(

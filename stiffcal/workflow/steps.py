@@ -61,53 +61,46 @@ class TrialModel:
 
 @dataclass(frozen=True)
 class RunContext:
-    """What a workflow function works with.
-
-    Attributes
-    ----------
-    store : where the store is; None: DIR/store.
-    update : False: refuse where an earlier step is missing or stale, instead of running it.
-    progress : called with what is being done.
-    notify : called with a line for people, also when an earlier step is run first.
-    on_step : called with an earlier step that is run first, and why.
-    reach : folders and files that the user has named; a manifest may point to a baseline in them.
-    thorough : hash all logs and all files of the store, whatever is known of them.
-    trial : a model to work with instead of model.toml; nothing is written then.
-    """
+    """What a workflow function works with."""
 
     store: str | None = None
+    """Where the store is; None: DIR/store."""
     update: bool = True
+    """False: refuse where an earlier step is missing or stale, instead of running it."""
     progress: Progress = no_progress
+    """Called with what is being done."""
     notify: Callable[[str], None] = ignore_note
+    """Called with a line for people, also when an earlier step is run first."""
     on_step: Callable[[str, str], None] = ignore_step
+    """Called with an earlier step that is run first, and why."""
     reach: tuple[Path, ...] = ()
+    """Folders and files that the user has named; a manifest may point to a baseline in them."""
     thorough: bool = False
+    """Hash all logs and all files of the store, whatever is known of them."""
     trial: TrialModel | None = None
+    """A model to work with instead of model.toml; nothing is written then."""
 
 
 @dataclass(frozen=True)
 class Ingested:
-    """A campaign with its load states.
-
-    Attributes
-    ----------
-    campaign : the folder's three files.
-    store : the opened store.
-    table : the states as they lie in the store.
-    states : the same as arrays, without what a correcting controller commanded (`reduction.commanded`); none where the
-        campaign holds other experiments alone.
-    non_load : tables of what other experiments measured, as far as there are any.
-    origin : from whom the states come: "own", "trusted place", or "foreign" where the logs to make them are missing.
-    missing : logs that are not there; what is stored is then all there is.
-    """
+    """A campaign with its load states."""
 
     campaign: Campaign
+    """The folder's three files."""
     store: Store
+    """The opened store."""
     table: pa.Table
+    """The states as they lie in the store."""
     states: LoadStates
+    """The same as arrays, without what a correcting controller commanded (`reduction.commanded`); none where the
+    campaign holds other experiments alone.
+    """
     non_load: dict[str, pa.Table] = field(default_factory=dict)
+    """Tables of what other experiments measured, as far as there are any."""
     origin: str = "own"
+    """From whom the states come: "own", "trusted place", or "foreign" where the logs to make them are missing."""
     missing: tuple[str, ...] = ()
+    """Logs that are not there; what is stored is then all there is."""
 
     @property
     def uncounted(self) -> str:

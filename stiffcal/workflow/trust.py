@@ -24,18 +24,14 @@ from stiffcal.workflow.trust_results import CampaignCode, CampaignQuery, CodeFil
 
 @dataclass(frozen=True)
 class TrustOverview:
-    """What a campaign wants to run, read once: what is shown is what can be allowed.
-
-    Attributes
-    ----------
-    folder : the campaign folder.
-    plugins : its code; without files where it brings none.
-    queries : texts that it sends to a database, by their SHA-256: (where it stands, text).
-    """
+    """What a campaign wants to run, read once: what is shown is what can be allowed."""
 
     folder: Path
+    """The campaign folder."""
     plugins: PluginCode
+    """Its code; without files where it brings none."""
     queries: dict[str, tuple[str, str]]
+    """Texts that it sends to a database, by their SHA-256: (where it stands, text)."""
 
     @property
     def hashes(self) -> list[str]:

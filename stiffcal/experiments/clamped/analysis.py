@@ -39,39 +39,40 @@ PASSES, MOST_PASSES, SETTLED = 3, 20, 1e-3
 
 @dataclass(frozen=True)
 class ClampedRun:
-    """One joint in one pose.
-
-    Attributes
-    ----------
-    name : the run. joint : from 1. holdout : never used for the joint's result.
-    chain : the run in drive coordinates.
-    sweeps : half sweeps. branches : averaged. fit : spring, play, friction. segment : the play; None: there is none.
-    cycle_spread : rad, standard deviation of the play between cycles; NaN with fewer than two.
-    motion : rad, span of the joint's angle.
-    encoder_step : rad, smallest step of the angle; 0 where none shows.
-    resolution : rad, what the play is known to at best: encoder step and noise on the flanks.
-    reversal : rad, raw width between the branches at zero torque; None where they do not come there.
-    saturation : where the torque ran into a limit; None where it did not.
-    others : share of the motion that other drives take up.
-    left_out : why the joint's result does not use this run; "" where it does.
-    """
+    """One joint in one pose."""
 
     name: str
+    """The run's id."""
     joint: int
+    """The driven joint, from 1."""
     holdout: bool
+    """True where the joint's result never uses this run."""
     chain: ClampedChain
+    """The run in drive coordinates."""
     sweeps: Sweeps
+    """Its half sweeps."""
     branches: Branches
+    """Torque over angle, averaged over the half sweeps."""
     fit: SeriesFit
+    """The law fitted to the branches."""
     segment: PlaySegment | None
+    """The play as a segment of low slope; None without play."""
     cycle_spread: float
+    """rad, standard deviation of the play between cycles; NaN with fewer than two."""
     motion: float
+    """rad, span of the joint's angle."""
     encoder_step: float
+    """rad, smallest step of the angle; 0 where none shows."""
     resolution: float
+    """rad, what the play is known to at best: encoder step and noise on the flanks."""
     reversal: float | None
+    """rad, raw width between the branches at zero torque; None where they do not come there."""
     saturation: Saturation | None
+    """Where the torque ran into a limit; None where it did not."""
     others: float
+    """Share of the motion that other drives take up."""
     left_out: str = ""
+    """Why the joint's result does not use this run; "" where it does."""
 
     @property
     def play(self) -> float:

@@ -15,24 +15,20 @@ LEAST_BINS = 20
 
 @dataclass(frozen=True)
 class Branches:
-    """Torque over angle, averaged over cycles, of one joint in one pose.
-
-    Attributes
-    ----------
-    angle : (m,) rad, mean angle of the readings in a bin.
-    torque : (m,) N·m, mean torque of the half sweeps through that bin.
-    up : (m,) True where the angle was growing.
-    spread : (m,) N·m, standard deviation between half sweeps; NaN where one alone went through.
-    n_sweeps : (m,) half sweeps that went through.
-    noise : N·m, standard uncertainty of a bin's mean.
-    """
+    """Torque over angle, averaged over cycles, of one joint in one pose."""
 
     angle: Floats
+    """(m,) rad, mean angle of the readings in a bin."""
     torque: Floats
+    """(m,) N·m, mean torque of the half sweeps through that bin."""
     up: NDArray[np.bool_]
+    """(m,) True where the angle was growing."""
     spread: Floats
+    """(m,) N·m, standard deviation between half sweeps; NaN where one alone went through."""
     n_sweeps: Integers
+    """(m,) half sweeps that went through."""
     noise: float
+    """N·m, standard uncertainty of a bin's mean."""
 
 
 def average_branches(angle: Floats, torque: Floats, sweep: Integers, up: NDArray[np.bool_], n_bins: int) -> Branches:

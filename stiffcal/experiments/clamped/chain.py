@@ -34,31 +34,28 @@ LEAST_EXCITED = 0.1
 
 @dataclass(frozen=True)
 class ClampedChain:
-    """One clamped run in drive coordinates, relative to one moved joint.
-
-    Attributes
-    ----------
-    joint : the moved joint, from 1.
-    motion : (n, J) rad, how far the motors have turned the drives since the run's start.
-    torque : (n, J) N·m, what the surroundings and weight do about each drive's axis.
-    seen : (J,) how much of each drive's turn the clamped flange shows in the moved joint's row; (0, …, 1, …, 0) where
-        joints are distinguished in this pose.
-    fixture : (n,) rad, how far the fixture's give turns the moved joint.
-    source : "force sensor" or "motor torque".
-    moments_measured : False where the torque comes from the force's lever alone.
-    weight : N·m, the moved drive's share of the weight; 0 where masses are not known.
-    lever : m, of the force about the moved joint: torque over the force's length, median; NaN without a sensor.
-    """
+    """One clamped run in drive coordinates, relative to one moved joint."""
 
     joint: int
+    """The moved joint, from 1."""
     motion: Floats
+    """(n, J) rad, how far the motors have turned the drives since the run's start."""
     torque: Floats
+    """(n, J) N·m, what the surroundings and weight do about each drive's axis."""
     seen: Floats
+    """(J,) how much of each drive's turn the clamped flange shows in the moved joint's row; (0, …, 1, …, 0) where
+    joints are distinguished in this pose.
+    """
     fixture: Floats
+    """(n,) rad, how far the fixture's give turns the moved joint."""
     source: TorqueSource
+    """"force sensor" or "motor torque"."""
     moments_measured: bool
+    """False where the torque comes from the force's lever alone."""
     weight: float
+    """N·m, the moved drive's share of the weight; 0 where masses are not known."""
     lever: float
+    """m, of the force about the moved joint: torque over the force's length, median; NaN without a sensor."""
 
     @property
     def is_excited(self) -> bool:

@@ -19,53 +19,56 @@ _POINTS = 201
 
 @dataclass(frozen=True)
 class ClampedPose:
-    """One joint in one pose.
-
-    Attributes
-    ----------
-    run : its name. left_out : why it is not used, "" where it is.
-    angle : (m,) rad. torque : (m,) N·m. up : (m,) True where the angle was growing. fitted : (m,) N·m, the law's.
-    play : rad, None where the run gives none. doubt : rad, what the play is known to in this pose.
-    motion : rad. low, high : rad, the ends of the play; None without one.
-    spring_angle, spring_torque : (k,) outside the play: angle from the flank, torque without friction and zero.
-    remark : saturation and the like, "" where there is none.
-    """
+    """One joint in one pose."""
 
     run: str
+    """The run's id."""
     left_out: str
+    """Why the joint's result does not use the run, "" where it does."""
     angle: Floats
+    """(m,) rad, the joint's angle."""
     torque: Floats
+    """(m,) N·m, about the joint."""
     up: Booleans
+    """(m,) True where the angle was growing."""
     fitted: Floats
+    """(m,) N·m, the fitted law at these angles."""
     play: float | None
+    """rad; None where the run gives none."""
     doubt: float
+    """rad, half width of what the play is known to in this pose."""
     motion: float
+    """rad, span of the joint's angle."""
     low: float | None
+    """rad, the lower end of the play, ``high`` its upper end; None without play."""
     high: float | None
+    """rad, see ``low``."""
     spring_angle: Floats
+    """(k,) rad from the flank, of the readings outside the play."""
     spring_torque: Floats
+    """(k,) N·m at these angles, friction and zero torque taken off."""
     remark: str = ""
+    """Saturation and similar faults, "" where there is none."""
 
 
 @dataclass(frozen=True)
 class ClampedCurve:
-    """One joint, from all poses.
-
-    Attributes
-    ----------
-    joint : its name. poses : its runs.
-    result : None where no run can be used.
-    angle : (n,) rad from the flank. torque, std : (n,) N·m, the curve and its standard uncertainty.
-    curve_runs : names of the runs that the curve was fitted to.
-    """
+    """One joint, from all poses."""
 
     joint: str
+    """The joint's name."""
     poses: tuple[ClampedPose, ...]
+    """Its runs, used or not."""
     result: JointResult | None
+    """The joint's result; None where no run can be used."""
     angle: Floats
+    """(n,) rad from the flank, of the curve."""
     torque: Floats
+    """(n,) N·m, the curve."""
     std: Floats
+    """(n,) N·m, its standard uncertainty."""
     curve_runs: tuple[str, ...] = ()
+    """Names of the runs that the curve was fitted to."""
 
     @property
     def shown(self) -> ClampedPose:

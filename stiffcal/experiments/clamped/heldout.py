@@ -18,20 +18,18 @@ SETTLED, MOST_STEPS = 1e-9, 50
 
 @dataclass(frozen=True)
 class HeldoutRun:
-    """One pose, left out.
-
-    Attributes
-    ----------
-    run : its name. joint : from 1.
-    measured : (m,) N·m, averaged torque of the branches. torque : (m,) N·m, measured minus expected.
-    angle : (k,) rad, measured minus expected angle at the torques read, outside the play.
-    """
+    """One pose, left out."""
 
     run: str
+    """The run's id."""
     joint: int
+    """The driven joint, from 1."""
     measured: Floats
+    """(m,) N·m, averaged torque of the branches."""
     torque: Floats
+    """(m,) N·m, measured minus expected."""
     angle: Floats
+    """(k,) rad, measured minus expected angle at the torques read, outside the play."""
 
 
 def heldout_clamped(runs: Sequence[ClampedRun]) -> list[HeldoutRun]:

@@ -21,43 +21,48 @@ _TANGENTS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)
 
 @dataclass(frozen=True)
 class ClampedJoint:
-    """One joint, from all poses in which it was driven.
-
-    Attributes
-    ----------
-    joint : from 1.
-    runs : those that are used. left_out : those that are not, each with its reason.
-    play : rad, mean over poses; 0 where none is found. play_std : rad, standard uncertainty: scatter between poses and
-        cycles, and half the resolution. spread : rad, largest less smallest of the poses; NaN with one.
-    width, width_std : rad, b of the law. band, band_std : N·m.
-    resolution : rad, what the play is known to at best.
-    friction : N·m, half the torque between the branches; None where none is found. friction_std : N·m.
-    reversal : rad, raw width at zero torque, mean over poses; None where the branches do not come there.
-    curve : (3,) p1, p2, p3, N·m/rad, N·m/rad², N·m/rad³. covariance : (3, 3).
-    reach : rad, from the flanks, both ways. torque : N·m, smallest and largest spring torque that was reached.
-    source : "force sensor" or "motor torque". far : of the runs, those that reached enough torque for the curve.
-    """
+    """One joint, from all poses in which it was driven."""
 
     joint: int
+    """From 1."""
     runs: tuple[ClampedRun, ...]
+    """The runs that are used."""
     left_out: tuple[ClampedRun, ...]
+    """The other runs, each with its reason."""
     play: float
+    """rad, mean over poses; 0 where none is found."""
     play_std: float
+    """rad, standard uncertainty: scatter between poses and cycles, and half the resolution."""
     spread: float
+    """rad, largest less smallest of the poses; NaN with one."""
     width: float
+    """rad, b of the law."""
     width_std: float
+    """rad, standard uncertainty of ``width``."""
     band: float
+    """N·m, w of the law."""
     band_std: float
+    """N·m, standard uncertainty of ``band``."""
     resolution: float
+    """rad, what the play is known to at best."""
     friction: float | None
+    """N·m, half the torque between the branches; None where none is found."""
     friction_std: float
+    """N·m, standard uncertainty of ``friction``."""
     reversal: float | None
+    """rad, raw width at zero torque, mean over poses; None where the branches do not come there."""
     curve: tuple[float, float, float]
+    """(3,) p1, p2, p3, N·m/rad, N·m/rad², N·m/rad³."""
     covariance: Floats
+    """(3, 3) of ``curve``."""
     reach: tuple[float, float]
+    """rad, spring angles that were reached from the flanks, negative and positive side."""
     torque: tuple[float, float]
+    """N·m, smallest and largest spring torque that was reached."""
     source: TorqueSource
+    """"force sensor" or "motor torque"."""
     far: tuple[ClampedRun, ...]
+    """The used runs that reached enough torque for the curve."""
 
     @property
     def play_found(self) -> bool:

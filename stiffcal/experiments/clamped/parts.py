@@ -48,15 +48,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ClampedResult:
-    """What the clamped runs of a campaign give.
-
-    Attributes
-    ----------
-    runs : analysed, in the campaign's order. joints : brought together, those that can be determined.
-    """
+    """What the clamped runs of a campaign give."""
 
     runs: tuple[ClampedRun, ...]
+    """The analysed runs, in the campaign's order."""
     joints: tuple[ClampedJoint, ...]
+    """The joints that can be identified, from all their runs."""
 
 
 def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:

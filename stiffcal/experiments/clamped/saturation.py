@@ -24,20 +24,18 @@ LONG = 0.08
 
 @dataclass(frozen=True)
 class Saturation:
-    """Where a torque is not what was read.
-
-    Attributes
-    ----------
-    what : the channel, in words. limit : its value there, N or N·m. unit : of the limit.
-    beyond : (n,) True for the readings at the limit; they are left out.
-    torque : N·m about the joint from which on nothing is known.
-    """
+    """Where a torque is not what was read."""
 
     what: str
+    """The channel, in words."""
     limit: float
+    """Its value there, N or N·m."""
     unit: str
+    """Of the limit."""
     beyond: Booleans
+    """(n,) True for the readings at the limit; they are left out."""
     torque: float
+    """N·m about the joint from which on nothing is known."""
 
     @property
     def sentence(self) -> str:

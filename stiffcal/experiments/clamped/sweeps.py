@@ -204,18 +204,14 @@ def _openness(time: Floats, angle: Floats, other_time: Floats, force: Floats, la
 
 @dataclass(frozen=True)
 class Sweeps:
-    """One joint's motion, cut at the corners of its loop.
-
-    Attributes
-    ----------
-    number : (n,) half sweep that a reading belongs to, from 0; −1 at rest before, after, and where nothing goes on.
-    up : (n,) True where the joint's angle grows in that half sweep.
-    count : half sweeps.
-    """
+    """One joint's motion, cut at the corners of its loop."""
 
     number: Integers
+    """(n,) half sweep that a reading belongs to, from 0; −1 at rest before, after, and where nothing goes on."""
     up: Booleans
+    """(n,) True where the joint's angle grows in that half sweep."""
     count: int
+    """Half sweeps."""
 
     @property
     def cycles(self) -> int:

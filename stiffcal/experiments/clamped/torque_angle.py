@@ -43,26 +43,26 @@ EVALUATIONS, MOST_EVALUATIONS = 80, 2000
 
 @dataclass(frozen=True)
 class TorqueAngleLaw:
-    """Spring, play and friction of one joint.
-
-    Attributes
-    ----------
-    middle : φ₀, rad: the middle of the play. width : b, rad. band : w, N·m.
-    zero : τ₀, N·m. friction : F, N·m. lag : rad by which the torque stays behind the angle (two clocks).
-    curve : (3,) p1, p2, p3 in N·m/rad, N·m/rad², N·m/rad³.
-    reach : x₀, x₁, rad: the spring's angles that were reached, counted from the flanks.
-    drag : μ, friction that grows with the load, as a share of it.
-    """
+    """Spring, play and friction of one joint."""
 
     middle: float
+    """φ₀, rad: the middle of the play."""
     width: float
+    """b, rad: the play."""
     band: float
+    """w, N·m: half the torque over the play."""
     zero: float
+    """τ₀, N·m: the torque's zero error."""
     friction: float
+    """F, N·m: half the torque between the branches."""
     lag: float
+    """rad by which the torque stays behind the angle (two clocks)."""
     curve: tuple[float, float, float]
+    """(3,) p1, p2, p3 in N·m/rad, N·m/rad², N·m/rad³."""
     reach: tuple[float, float]
+    """x₀, x₁, rad: the spring's angles that were reached, counted from the flanks."""
     drag: float = 0.0
+    """μ, friction that grows with the load, as a share of it."""
 
     def spring(self, x: Floats) -> Floats:
         """Return P(x), N·m, at angles counted from the flank, rad."""
@@ -122,22 +122,20 @@ class TorqueAngleLaw:
 
 @dataclass(frozen=True)
 class SeriesFit:
-    """A law fitted to averaged branches.
-
-    Attributes
-    ----------
-    law : as fitted. covariance : (9, 9) of `PARAMETERS`.
-    rms : N·m, of the residual over the bins. dof : bins less parameters.
-    play_found : False where the data do with no play; ``law.width`` is then 0.
-    settled : False where the steps ended before they had become small.
-    """
+    """A law fitted to averaged branches."""
 
     law: TorqueAngleLaw
+    """The fitted law."""
     covariance: Floats
+    """(9, 9) of `PARAMETERS`."""
     rms: float
+    """N·m, of the residual over the bins."""
     dof: int
+    """Bins less parameters."""
     play_found: bool
+    """False where the data need no play; ``law.width`` is then 0."""
     settled: bool = True
+    """False where the iteration did not converge."""
 
     def std(self, name: str) -> float:
         """Return the standard uncertainty of one parameter."""
@@ -334,17 +332,16 @@ def _unscaled(scaled: _Scaled, law: TorqueAngleLaw, centre: float) -> SeriesFit:
 
 @dataclass(frozen=True)
 class PlaySegment:
-    """The segment about the crossing where the slope stays low.
-
-    Attributes
-    ----------
-    low, high : rad, its ends. band : N·m, half the torque that it takes. outer_slope : N·m/rad it is compared with.
-    """
+    """The segment about the crossing where the slope stays low."""
 
     low: float
+    """rad, where the segment begins."""
     high: float
+    """rad, where it ends."""
     band: float
+    """N·m, half the torque that it takes."""
     outer_slope: float
+    """N·m/rad, the slope outside that the slope inside is compared with."""
 
     @property
     def length(self) -> float:

@@ -20,29 +20,30 @@ FRICTION_FIT = "friction_fit"
 
 @dataclass(frozen=True)
 class FrictionCurve:
-    """Friction of one drive over its velocity.
-
-    Attributes
-    ----------
-    joint : its name. steady : True where passes at constant velocity were measured, False for samples of other motion.
-    velocity : (n,) rad/s, signed. friction : (n,) N·m, as measured, weight, inertia and zeros taken off.
-    speed : (m,) rad/s, rising. fitted, std : (m,) N·m, the curve and its standard uncertainty.
-    parameters : (symbol, value, half width of the 95 % interval, unit) of what is known; half width None where held.
-    remarks : what is not measured, and why.
-    rms, noise : N·m; the noise None where no repeats determine it.
-    """
+    """Friction of one drive over its velocity."""
 
     joint: str
+    """The joint's name."""
     steady: bool
+    """True where passes at constant velocity were measured, False for samples of other motion."""
     velocity: Floats
+    """(n,) rad/s, signed."""
     friction: Floats
+    """(n,) N·m, as measured, weight, inertia and zeros taken off."""
     speed: Floats
+    """(m,) rad/s, rising, of the fitted curve."""
     fitted: Floats
+    """(m,) N·m, the fitted curve."""
     std: Floats
+    """(m,) N·m, its standard uncertainty."""
     parameters: tuple[tuple[str, float, float | None, str], ...]
+    """(symbol, value, half width of the 95 % interval, unit) of what is known; half width None where held."""
     remarks: tuple[str, ...]
+    """What is not measured, and why."""
     rms: float
+    """N·m, rms residual."""
     noise: float | None
+    """N·m, of one reading; None where no repeats determine it."""
 
 
 def friction_curves(data: MeasuredRuns, section: FrictionSection, identified: Document) -> tuple[FrictionCurve, ...]:

@@ -22,52 +22,56 @@ from stiffcal.uncertainty import NORMAL_95
 
 @dataclass(frozen=True)
 class FrictionParameter:
-    """One parameter of one joint.
-
-    Attributes
-    ----------
-    name : full name. joint : from 1. spec : symbol, unit, bounds.
-    value : SI; None where these data do not determine it. std, interval : None where not known or held.
-    fixed : held, at the model file's value or at the usual one. at_bound : on the edge of possible values.
-    why : what a reader must know of it, "" where nothing.
-    """
+    """One parameter of one joint."""
 
     name: str
+    """Full name, as in model.toml."""
     effect: str
+    """Name of its effect."""
     joint: int
+    """From 1."""
     spec: ParameterSpec
+    """Its symbol, unit and bounds."""
     value: float | None
+    """SI; None where these data do not determine it."""
     std: float | None
+    """Standard uncertainty, SI; None where not known or not estimated."""
     interval: tuple[float, float] | None
+    """95 % limits, SI; None where not known or not estimated."""
     fixed: bool
+    """True where it was not estimated: at the model file's value or at the usual one."""
     at_bound: bool
+    """True where the value lies on a bound."""
     why: str = ""
+    """What a reader must know of the value, "" where nothing."""
 
 
 @dataclass(frozen=True)
 class JointFrictionFit:
-    """What was found of one joint.
-
-    Attributes
-    ----------
-    joint : from 1. parameters : in the effect's order.
-    free : symbols that were estimated. covariance : of them, in that order.
-    seen : name of each optional part (its amplitude) to whether it is detected. verdict : why, in words.
-    noise : N·m of one pass, from repeats; None where there are too few.
-    n_rows, n_speeds : equations, and speeds or seconds. lowest, highest : rad/s, the range of speeds.
-    """
+    """What was found of one joint."""
 
     joint: int
+    """From 1."""
     parameters: tuple[FrictionParameter, ...]
+    """All parameters, in the effect's order."""
     free: tuple[str, ...]
+    """Symbols that were estimated."""
     covariance: Floats
+    """(q, q) of ``free``, in that order, SI."""
     seen: Mapping[str, bool]
+    """Symbol of each optional term's amplitude to whether the data show the term."""
     verdict: Mapping[str, str]
+    """The reason for each, in words."""
     noise: float | None
+    """N·m of one pass, from repeats; None where there are too few."""
     n_rows: int
+    """Number of equations."""
     n_speeds: int
+    """Number of speeds; of other motion, of seconds."""
     lowest: float
+    """rad/s, the lowest speed."""
     highest: float
+    """rad/s, the highest speed."""
 
     def values(self) -> dict[str, float]:
         """Return symbol to value of what is known."""
@@ -76,31 +80,32 @@ class JointFrictionFit:
 
 @dataclass(frozen=True)
 class FrictionFit:
-    """Friction of all joints.
-
-    Attributes
-    ----------
-    joints : fits by joint, in order. rows : what was fitted.
-    friction : (k,) N·m, the model's friction. nuisance : (k,) N·m, weight, inertia and zeros as fitted.
-    unknowns, unknowns_std : (m,) of weight, inertia and zeros, and standard uncertainty; of those that hang together
-        the combination of least size.
-    residual : (k,) N·m, measured minus both. sigma : (k,) N·m each row was weighted with.
-    dof : degrees of freedom. reduced_chi2 : None where the noise is not known.
-    condition : of the whitened friction columns, of unit length. scaled : stds are from the residuals.
-    """
+    """Friction of all joints."""
 
     joints: tuple[JointFrictionFit, ...]
+    """Fits by joint, in order."""
     rows: FrictionRows
+    """The equations that were fitted."""
     friction: Floats
+    """(k,) N·m, the model's friction."""
     nuisance: Floats
+    """(k,) N·m, weight, inertia and zeros as fitted."""
     unknowns: Floats
+    """(m,) fitted weight, inertia and zero errors; of collinear ones the combination of least norm."""
     unknowns_std: Floats
+    """(m,) standard uncertainties of ``unknowns``."""
     residual: Floats
+    """(k,) N·m, measured minus ``friction`` and ``nuisance``."""
     sigma: Floats
+    """(k,) N·m, standard uncertainty that each row was weighted with."""
     dof: int
+    """Degrees of freedom."""
     reduced_chi2: float | None
+    """Weighted sum of squares over degrees of freedom; None where the noise is not known."""
     condition: float
+    """Condition number of the whitened friction columns of unit length."""
     scaled: bool
+    """True where standard uncertainties come from the residuals."""
 
     @property
     def friction_measured(self) -> Floats:

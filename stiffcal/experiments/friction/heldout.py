@@ -18,16 +18,12 @@ LEAST_PIECES = 3
 
 @dataclass(frozen=True)
 class HeldoutFriction:
-    """Residuals of rows that a fit has not used.
-
-    Attributes
-    ----------
-    scheme : how it was done, in words; "none" where too few speeds were measured.
-    residual : (k,) N·m, NaN where a row could not be left out.
-    """
+    """Residuals of rows that a fit has not used."""
 
     scheme: str
+    """How it was done, in words; "none" where too few speeds were measured."""
     residual: Floats
+    """(k,) N·m, NaN where a row could not be left out."""
 
 
 def heldout_friction(

@@ -53,29 +53,28 @@ class Unknown(NamedTuple):
 
 @dataclass(frozen=True)
 class FrictionRows:
-    """k equations: ``torque = friction of its joint at its velocity + nuisance @ unknowns``.
-
-    Attributes
-    ----------
-    joint : (k,) from 1. velocity : (k,) rad/s, of the drive at the joint's side. torque : (k,) N·m.
-    nuisance : (k, m) what weight, inertia and zeros add per unit of their m unknowns. unknown : which these are.
-    steady : (k,) True for a pass at constant velocity, False for a sample of other motion.
-    repeat : (k,) rows with one number here are repeats of each other.
-    piece : (k,) what stays together when a part is left out: a speed, or a second of motion.
-    source : (k,) index into the readings or samples that the rows come from.
-    run : (k,) name of the run.
-    """
+    """k equations: ``torque = friction of its joint at its velocity + nuisance @ unknowns``."""
 
     joint: Integers
+    """(k,) joint of the row, from 1."""
     velocity: Floats
+    """(k,) rad/s, of the drive at the joint's side."""
     torque: Floats
+    """(k,) N·m, measured."""
     nuisance: Floats
+    """(k, m) what weight, inertia and zeros add per unit of their m unknowns."""
     steady: Booleans
+    """(k,) True for a pass at constant velocity, False for a sample of other motion."""
     repeat: Integers
+    """(k,) rows with one number here are repeats of each other."""
     piece: Integers
+    """(k,) what stays together when a part is left out: a speed, or a second of motion."""
     source: Integers
+    """(k,) index into the readings or samples that the rows come from."""
     run: NDArray[np.str_]
+    """(k,) name of the run."""
     unknown: tuple[Unknown, ...]
+    """(m,) the unknowns of ``nuisance``."""
 
     def __len__(self) -> int:
         return int(self.joint.size)

@@ -34,38 +34,36 @@ VELOCITY_AGREES = 0.1
 
 @dataclass(frozen=True)
 class FrictionRun:
-    """One run's logs at the joint's side, on one clock.
-
-    Attributes
-    ----------
-    info, moved_joint : as the manifest states; the joint from 1, None where it is to be found.
-    time : (n,) s. angle, torque : (n, J) rad, N·m. velocity : (n, J) rad/s as logged, or None.
-    clocks : source to how much its clock shows more than the first source's.
-    """
+    """One run's logs at the joint's side, on one clock."""
 
     info: RunInfo
+    """The run as the manifest describes it."""
     moved_joint: int | None
+    """From 1; None where the logs have to show it."""
     time: Floats
+    """(n,) s."""
     angle: Floats
+    """(n, J) rad."""
     torque: Floats
+    """(n, J) N·m."""
     velocity: Floats | None
+    """(n, J) rad/s as logged, or None."""
     clocks: Mapping[str, SourceClockOffset] = field(default_factory=dict)
+    """Source to how much its clock shows more than the first source's."""
 
 
 @dataclass(frozen=True)
 class FrictionReduction:
-    """What friction runs hold.
-
-    Attributes
-    ----------
-    steady : passes at constant velocity; None where there are none. motion : other motion; None where there is none.
-    dropped : run to what was not used of it. warnings : what a user ought to know.
-    """
+    """What friction runs hold."""
 
     steady: SteadyReadings | None
+    """Passes at constant velocity; None where there are none."""
     motion: FreeMotion | None
+    """Other motion; None where there is none."""
     dropped: Mapping[str, tuple[UnusedStretch, ...]] = field(default_factory=dict)
+    """Run to what was not used of it."""
     warnings: tuple[str, ...] = ()
+    """What a user ought to know."""
 
 
 def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:

@@ -49,18 +49,16 @@ SHORT = SetAside(SetAsideCode.ANOTHER_STRETCH, "covers another stretch of angle 
 
 @dataclass(frozen=True)
 class Pass:
-    """A stretch of one stroke at constant velocity.
-
-    Attributes
-    ----------
-    time, angle, torque : (k,) s, rad, N·m at the joint's side.
-    velocity : rad/s, signed, mean as logged.
-    """
+    """A stretch of one stroke at constant velocity."""
 
     time: Floats
+    """(k,) s."""
     angle: Floats
+    """(k,) rad, at the joint's side of the gear."""
     torque: Floats
+    """(k,) N·m, at the joint's side of the gear."""
     velocity: float
+    """rad/s, signed, mean as logged."""
 
     @property
     def low(self) -> float:
@@ -75,18 +73,16 @@ class Pass:
 
 @dataclass(frozen=True)
 class JointLog:
-    """One joint's log of one run, at the joint's side of its gear.
-
-    Attributes
-    ----------
-    time : (n,) s. angle : (n,) rad. torque : (n,) N·m.
-    velocity : (n,) rad/s as logged, None where it is not: then it comes from the angles.
-    """
+    """One joint's log of one run, at the joint's side of its gear."""
 
     time: Floats
+    """(n,) s."""
     angle: Floats
+    """(n,) rad."""
     torque: Floats
+    """(n,) N·m."""
     velocity: Floats | None = None
+    """(n,) rad/s as logged, None where it is not: then it comes from the angles."""
 
 
 def angle_noise(angle: Floats) -> float:
@@ -243,17 +239,16 @@ def _slope(time: Floats, value: Floats) -> float:
 
 @dataclass(frozen=True)
 class JointPass:
-    """A pass, and what has to be alike for passes to be compared.
-
-    Attributes
-    ----------
-    run : index of its run. joint : from 1. others : (L,) rad, where all joints stood, the moved one zero.
-    """
+    """A pass, and what has to be alike for passes to be compared."""
 
     held: Pass
+    """The pass at constant velocity."""
     run: int
+    """Index of its run."""
     joint: int
+    """The moved joint, from 1."""
     others: Floats
+    """(L,) rad, where all joints stood, the moved one zero."""
 
 
 @dataclass(frozen=True)
@@ -261,14 +256,23 @@ class SteadyTorque:
     """A pass reduced to a torque at a velocity over the stretch that its level shares."""
 
     moved: JointPass
+    """The pass, its run and its joint."""
     stretch: int
+    """Number of the level whose passes share the stretch."""
     low: float
+    """rad, where the stretch begins."""
     high: float
+    """rad, where it ends."""
     velocity: float
+    """rad/s, signed."""
     torque: float
+    """N·m, mean over the stretch."""
     scatter: float
+    """N·m, standard deviation of the readings in the stretch."""
     n_readings: int
+    """Number of readings in the stretch."""
     set_aside: SetAside
+    """Whether the fit uses it, or why not."""
 
 
 def readings_of(passes: Sequence[JointPass]) -> list[SteadyTorque]:

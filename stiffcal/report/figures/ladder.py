@@ -22,17 +22,14 @@ _SIGNIFICANT = 1.05
 
 @dataclass(frozen=True)
 class Rung:
-    """One step of the ladder.
-
-    Attributes
-    ----------
-    label : what the model gained, or that there is none.
-    unseen, fitted : rms in unseen poses and on the fitted data, m or rad; None where not known.
-    """
+    """One step of the ladder: the fit after one more effect."""
 
     label: str
+    """The effect that the model gained, or that there is none."""
     heldout: float | None
+    """rms residual in poses left out of the fit, m or rad; None where not known."""
     fitted: float | None
+    """rms residual of the fitted data, m or rad; None where not known."""
 
 
 @canvas.styled
