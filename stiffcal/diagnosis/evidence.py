@@ -90,7 +90,7 @@ def evidence_for(
     state = Linearised.about(scan.fit.robot, scan.fit.data)
     columns = free_columns(
         scan.fit.robot,
-        frozenset(scan.fit.held | {parameter.name for parameter in scan.fit.parameters if parameter.fixed}),
+        frozenset(scan.fit.left_at_neutral | {parameter.name for parameter in scan.fit.parameters if parameter.fixed}),
     )
     for number, placed_effect in enumerate(scan.fit.robot.placed):
         if f"{placed_effect.effect.name} {placed_effect.place.label}" in chosen and any(

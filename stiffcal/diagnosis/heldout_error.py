@@ -80,7 +80,7 @@ def poses_helped(scan: Scan, trial: Trial) -> int:
 def with_values_of(scan: Scan, trial: Trial) -> CompliantRobot:
     """Return the model with the candidate, both valued as the scan found them with all poses."""
     fit = scan.fit
-    fixed = fit.held | {parameter.name for parameter in fit.parameters if parameter.fixed}
+    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
     values: dict[str, float] = {}
     for column, step in zip(columns, trial.score.solution, strict=False):

@@ -217,7 +217,7 @@ def fitted_values(trial: Trial) -> dict[str, float]:
 
 def judge(scan: Scan, trial: Trial) -> Judgement:
     """Judge a candidate by its own unseen errors."""
-    fall, errors = rms_reduction(scan.base.heldout, trial.score.heldout, trial.score.moved, scan.dof)
+    fall, errors = rms_reduction(scan.base.heldout, trial.score.heldout, trial.score.prediction_change, scan.dof)
     return Judgement(fall, errors, family_p(scan, trial), possible_values(scan, trial))
 
 
@@ -234,7 +234,7 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
         # Without the run that slipped there is nothing to choose; its load cycles were left out instead.
         return own
     before, after = np.diagonal(scan.base.nested).copy(), chosen_in_every_fold(scan)
-    squared_change = np.bincount(scan.groups, weights=leader.score.moved).astype(np.float64)
+    squared_change = np.bincount(scan.groups, weights=leader.score.prediction_change).astype(np.float64)
     fall, errors = rms_reduction(before, after, squared_change, scan.dof)
     if scan.fit.noise is not None:
         # What is left is held against the noise (`lack_of_fit`): a wrong name leaves something, and is withheld.

@@ -50,7 +50,7 @@ def _scored(scan: Scan, first_trial: Trial, second_trial: Trial) -> tuple[Trial,
 def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
     """Return whether two effects together are supported, all pairs of all shapes counted as tried."""
     score = pair[1].score
-    fall, errors = rms_reduction(scan.base.heldout, score.heldout, score.moved, scan.dof)
+    fall, errors = rms_reduction(scan.base.heldout, score.heldout, score.prediction_change, scan.dof)
     count = len(score.solution) - scan.n_columns
     count += sum(spec.role is ParameterRole.NONLINEAR for trial in pair for spec in trial.candidate.effect.parameters)
     rest = float(scan.dof - scan.n_columns - count)

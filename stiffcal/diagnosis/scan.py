@@ -191,10 +191,10 @@ class _BaseRows:
         score = score_variants(map(self.products, rows), *self.bounds(regressors[0]), self.groups, self.base)
         best = regressors[score.variant]
         if best.fixed.any():
-            score = replace(score, moved=self._moved(best, score))
+            score = replace(score, prediction_change=self._prediction_change(best, score))
         return score, best
 
-    def _moved(self, regressor: Regressor, score: Score) -> Floats:
+    def _prediction_change(self, regressor: Regressor, score: Score) -> Floats:
         """Return (F,) by how much a candidate moves each pose left out, what it adds without a parameter included."""
         mine, p = self.rows_of(regressor), len(self.rows)
         change = score.without.copy()
@@ -219,7 +219,7 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     source = RegressorSource(fit.robot, data)
     state = source.state()
     space = Projection.of(data, weights_of(fit) if whitening is None else whitening)
-    fixed = fit.held | {parameter.name for parameter in fit.parameters if parameter.fixed}
+    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
     own = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
     residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)

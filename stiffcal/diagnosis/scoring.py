@@ -119,7 +119,7 @@ class Score:
     """(F, k) parameters with each pose left out, at the shape that is best with all."""
     variant: int
     """Which shape was best with all poses."""
-    moved: Floats
+    prediction_change: Floats
     """(F,) by how much the candidate moves the prediction of each pose left out, whitened squares; zero for the base
     model itself.
     """

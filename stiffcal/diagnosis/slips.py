@@ -108,9 +108,9 @@ def score_in_run(
     fall = float(np.sum(quadratic(stretch_products[plain], y) - quadratic(stretch_products, x)))
     change = x.copy()
     change[:, :p] -= y
-    heldout, squared_change, nested = score.heldout.copy(), score.moved.copy(), score.nested.copy()
+    heldout, squared_change, nested = score.heldout.copy(), score.prediction_change.copy(), score.nested.copy()
     better = base.heldout[fold] - fall
     nested[:, groups[fold]] += better - heldout[fold]
     heldout[fold] = better
     squared_change[fold] = float(np.einsum("fk,fkl,fl->", change, stretch_products[:, :-1, :-1], change))
-    return replace(score, heldout=heldout, moved=squared_change, nested=nested)
+    return replace(score, heldout=heldout, prediction_change=squared_change, nested=nested)

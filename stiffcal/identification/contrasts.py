@@ -36,7 +36,7 @@ class Contrasts:
     rotation: Floats | None = None
     """(c, m) and (c, m, m), as in `PoseSpread`; None where poses are read."""
 
-    def part(self, keep: NDArray[np.bool_]) -> Contrasts:
+    def subset(self, keep: NDArray[np.bool_]) -> Contrasts:
         """Return some of them."""
         kept = Contrasts(self.differences[keep], self.compliance[keep], self.run[keep])
         if self.translation is None or self.rotation is None:
@@ -141,4 +141,4 @@ def without_wild(all_contrasts: Contrasts, kinds: Integers) -> Contrasts:
             if own.size >= LEAST_DOF:
                 typical[own] = np.maximum(typical[own], np.median(length[own]))
         keep &= length <= WILD * typical
-    return all_contrasts.part(keep)
+    return all_contrasts.subset(keep)

@@ -86,7 +86,7 @@ def noise_per_axis(fit: Fit) -> NoisePerAxis | None:
     noise, layout = fit.noise, fit.data.layout
     if noise is None:
         return None
-    force_clamped, moment_clamped = (None, None) if noise.held is None else noise.held
+    force_clamped, moment_clamped = (None, None) if noise.clamped_wrench is None else noise.clamped_wrench
     return NoisePerAxis(
         translation=noise.translation,
         rotation=noise.rotation,
@@ -123,10 +123,10 @@ def fit_warnings(fit: Fit) -> list[str]:
     words = []
     if not fit.robot.chain.masses_known:
         words.append("link masses are not known: the sag under weight is left out")
-    if fit.left is not None:
+    if fit.last_step is not None:
         words.append(
             f"the fit did not settle in {fit.iterations} steps: the last one still moved the parameters by "
-            f"{fit.left:.2g} standard uncertainties; do not rely on them before the model holds fewer effects"
+            f"{fit.last_step:.2g} standard uncertainties; do not rely on them before the model holds fewer effects"
         )
     if fit.noise is None:
         words.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")

@@ -134,9 +134,9 @@ class Fit:
     """The observations that were fitted."""
     iterations: int
     """Gauss–Newton steps taken."""
-    held: frozenset[str] = frozenset()
+    left_at_neutral: frozenset[str] = frozenset()
     """Full names of parameters left at their neutral value because nothing distinguishes them."""
-    left: float | None = None
+    last_step: float | None = None
     """The last step, in standard uncertainties per parameter, where the fit did not settle; None where it did."""
 
     def parameter(self, name: str) -> Parameter:

@@ -29,7 +29,7 @@ class Identifiability:
 
     identifiable: Booleans
     """(p,)."""
-    held: Booleans
+    left_at_neutral: Booleans
     """(p,) True for those left at their neutral value, so that the others of their set carry what is known."""
     condition: float
     """Ratio of the largest to the smallest singular value, columns of unit length; infinite where a column is zero."""

@@ -106,7 +106,7 @@ def fit_problem(states: LoadStates, robot: CompliantRobot, keep: Booleans | None
         allowed &= keep
     data = observe(states, robot.chain)
     if not allowed.all():
-        data = data.part(allowed[data.index])
+        data = data.subset(allowed[data.index])
     return Problem(data, tuple(_repeats(states, data)), stated_noise(states.setup.sigma, data))
 
 
@@ -129,7 +129,7 @@ def _repeats(states: LoadStates, data: Observations) -> Iterator[NDArray[np.int6
 
 @dataclass(frozen=True)
 class _Settled:
-    """Where Gauss–Newton came to rest; ``left`` is the last step, in standard uncertainties, where it did not."""
+    """Where Gauss–Newton came to rest; ``last_step`` is the last one, in standard uncertainties, where it did not."""
 
     robot: CompliantRobot
     weights: Weights
@@ -137,7 +137,7 @@ class _Settled:
     reduced: Reduced
     checked: Identifiability
     iterations: int
-    left: float | None = None
+    last_step: float | None = None
 
 
 def identify_parameters(
@@ -215,7 +215,7 @@ def _gauss_newton(
         reduced = reduce_blocks(blocks, data, lowered or weights.whitening)
         updated, checked = _solve(reduced, robot, columns, amplitude, settings.noise_dominated)
         # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations; here per parameter.
-        n_free = max(1, len(columns) - int(checked.held.sum()))
+        n_free = max(1, len(columns) - int(checked.left_at_neutral.sum()))
         change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)) / np.sqrt(n_free))
         amplitude, iterations = updated, iterations + 1
         robot = _with_estimates(robot, columns, amplitude)
@@ -236,7 +236,7 @@ def _some_runs(problem: Problem) -> Problem:
         return problem
     place = np.cumsum(chosen) - 1
     groups = tuple(place[group] for group in problem.groups if chosen[group].all())
-    return Problem(data.part(chosen), groups, problem.stated)
+    return Problem(data.subset(chosen), groups, problem.stated)
 
 
 def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> CompliantRobot:
@@ -298,11 +298,11 @@ def _solve(
     target = reduced.target + reduced.factor @ start
     system = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)
     result = _solve_free(system, checked, shapes, start, lower, upper)
-    if not checked.held.any():
+    if not checked.left_at_neutral.any():
         return result, checked
     every, at_bound = system.solve_bounded(lower, upper)
     # Who is pressed against a bound stands back: of all free at once, else of what was left free.
-    pressed = ~checked.held & ((result <= lower) | (result >= upper))
+    pressed = ~checked.left_at_neutral & ((result <= lower) | (result >= upper))
     for useless in (at_bound, pressed):
         if system.cost(result) <= WORSE_WITHOUT * system.cost(every):
             break
@@ -317,7 +317,7 @@ def _solve_free(
     system: Reduced, checked: Identifiability, shapes: Booleans, start: Floats, lower: Floats, upper: Floats
 ) -> Floats:
     """Return the best amplitudes with those held that stand back."""
-    free = ~checked.held
+    free = ~checked.left_at_neutral
     result = np.where(free | shapes, start, 0.0)
     if free.any():
         target = system.target - system.factor[:, ~free & shapes] @ start[~free & shapes]
@@ -343,7 +343,7 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
     predicted = reduced.predicted if robot.deformed else predict_observations(robot, data)
     residual = without_offsets(data, predicted, weights.whitening)
     white = weights.whitening.apply(residual)
-    free, known_ones = ~checked.held, checked.identifiable
+    free, known_ones = ~checked.left_at_neutral, checked.identifiable
     dof = reduced.dof - int(np.count_nonzero(free))
     chi2 = float(np.sum(white**2)) / dof if dof > 0 else np.nan
     known = weights.noise is not None and not settings.equal_weights
@@ -382,8 +382,10 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
         predicted=np.where(data.measured_mask, data.measured - residual, 0.0),
         data=data,
         iterations=settled.iterations,
-        left=settled.left,
-        held=frozenset(name for name, left_out in zip(names, checked.held, strict=True) if left_out),
+        last_step=settled.last_step,
+        left_at_neutral=frozenset(
+            name for name, left_out in zip(names, checked.left_at_neutral, strict=True) if left_out
+        ),
     )
 
 

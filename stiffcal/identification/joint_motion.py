@@ -114,11 +114,14 @@ def _run_means(values: Floats, run: Integers) -> Floats:
 
 @dataclass(frozen=True)
 class _Motion:
-    """A body's motion since its run's reference: x → turn (x − there) + here, base axes; NaN where not measured."""
+    """A body's motion since its run's reference, base axes: x → turn (x − reference_position) + position.
+
+    NaN where not measured.
+    """
 
     turn: Floats  # (n, 3, 3)
-    here: Floats  # (n, 3)
-    there: Floats  # (n, 3)
+    position: Floats  # (n, 3)
+    reference_position: Floats  # (n, 3)
 
     @classmethod
     def none(cls, n: int) -> _Motion:
@@ -126,11 +129,11 @@ class _Motion:
 
     def carried(self, points: Floats) -> Floats:
         """Return where points (n, 3) that ride on the body are now."""
-        return np.asarray(np.einsum("nij,nj->ni", self.turn, points - self.there) + self.here)
+        return np.asarray(np.einsum("nij,nj->ni", self.turn, points - self.reference_position) + self.position)
 
     def measured_from(self, points: Floats) -> Floats:
         """Return where points (n, 3) of now were on the body in the reference."""
-        return np.asarray(np.einsum("nji,nj->ni", self.turn, points - self.here) + self.there)
+        return np.asarray(np.einsum("nji,nj->ni", self.turn, points - self.position) + self.reference_position)
 
 
 def _since_reference(states: LoadStates, kept: Integers, body: int) -> _Motion:
@@ -145,7 +148,10 @@ def _since_reference(states: LoadStates, kept: Integers, body: int) -> _Motion:
             continue
         start = kept[mine[np.argmin(np.where(states.reference[kept[mine]], -1.0, load[kept[mine]]))]]
         motion.turn[mine] = states.rotation[kept[mine], body] @ states.rotation[start, body].T
-        motion.here[mine], motion.there[mine] = states.position[kept[mine], body], states.position[start, body]
+        motion.position[mine], motion.reference_position[mine] = (
+            states.position[kept[mine], body],
+            states.position[start, body],
+        )
     return motion
 
 

@@ -238,12 +238,12 @@ def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whiteni
     factor, dof = TriangularFactor(), 0
     predicted = np.zeros_like(data.measured)
     for block in evaluations:
-        columns = block.part
+        columns = block.rows
         predicted[:, columns] = block.predicted
         stack = np.empty((len(block.columns) + 1, *block.predicted.shape))
         stack[:-1] = block.columns
         stack[-1] = np.where(data.measured_mask[:, columns], data.measured[:, columns] - block.predicted, 0.0)
-        local = whitening.part(columns)
+        local = whitening.subset(columns)
         dof += int(np.count_nonzero(data.measured_mask[:, columns]))
         if data.free_offset:
             rows, n_offsets = _whitened_without_offsets(stack, data.run[columns], local)

@@ -30,7 +30,7 @@ def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], observations: Obse
     observations : what they were measured in.
     """
     data = fit.data
-    fixed = fit.held | {parameter.name for parameter in fit.parameters if parameter.fixed}
+    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
     pieces = list(evaluate(fit.robot, data, columns, with_sensitivity=fit.noise is not None))
     own = np.concatenate([piece.columns for piece in pieces], axis=2)

@@ -104,7 +104,7 @@ def _node_wrenches(data: Observations, robot: CompliantRobot) -> Floats:
     """Return (2J + 2, 6, n) what the load alone makes the nodes carry, node axes."""
     wrench = np.empty((2 * robot.chain.n_joints + 2, 6, data.n_states))
     for rows in blocks(data.run, data.n_states, keep_runs=True):
-        loaded, unloaded = rests(robot, data.part(rows))
+        loaded, unloaded = rests(robot, data.subset(rows))
         wrench[:, :, rows] = loaded.wrench - unloaded.wrench
     return wrench
 
@@ -117,7 +117,7 @@ def _share(data: Observations, index: Integers, targets: list[Floats]) -> float:
     rows = np.flatnonzero((data.layout.kind == TRANSLATION) | (data.layout.kind == GAUGE))
     if not targets or not len(rows):
         return np.nan
-    some = data.part(index)
+    some = data.subset(index)
     of_link = some.layout.of_targets(np.moveaxis(np.stack(targets), 1, -1))[rows]
     measured_mask, measured = some.measured_mask[rows], some.measured[rows]
     along = squares = 0.0

@@ -69,7 +69,7 @@ class Noise:
     """Of gauges and rods, m."""
     motor_angle: float = 0.0
     """Of clamped motors' angles, rad."""
-    held: tuple[float, float] | None = None
+    clamped_wrench: tuple[float, float] | None = None
     """Of force and moment in clamped states, N and N·m, where it is not that of the others: a sweep averages fewer
     readings than a hold. None: alike.
     """
@@ -89,14 +89,14 @@ class Noise:
     @property
     def of_wrench(self) -> bool:
         """True where the wrench has a noise of its own."""
-        return any((self.force, self.moment, *(self.held or ())))
+        return any((self.force, self.moment, *(self.clamped_wrench or ())))
 
     def of_wrenches(self, data: Observations) -> Floats:
         """Return (6, n) the standard uncertainty of the wrenches, N and N·m."""
         size = np.repeat([[self.force], [self.moment]], 3, axis=0) * np.ones(data.n_states)
-        if self.held is not None:
+        if self.clamped_wrench is not None:
             clamped = data.measured_mask[data.kind == MOTOR].any(axis=0)
-            size[:, clamped] = np.repeat([[self.held[0]], [self.held[1]]], 3, axis=0)
+            size[:, clamped] = np.repeat([[self.clamped_wrench[0]], [self.clamped_wrench[1]]], 3, axis=0)
         return np.asarray(size)
 
 
@@ -114,7 +114,7 @@ class Whitening:
         """True where components are independent."""
         return self.lower is None
 
-    def part(self, pick: slice | NDArray[np.bool_] | Integers) -> Whitening:
+    def subset(self, pick: slice | NDArray[np.bool_] | Integers) -> Whitening:
         """Return the whitening of some states."""
         return Whitening(self.scale[:, pick], None if self.lower is None else self.lower[:, :, pick])
 
@@ -321,7 +321,7 @@ def _of_two_experiments(
     if load is None or clamped is None:
         return None
     dof = min(load.dof, clamped.dof)
-    return replace(load, motor_angle=clamped.motor_angle, held=(clamped.force, clamped.moment), dof=dof)
+    return replace(load, motor_angle=clamped.motor_angle, clamped_wrench=(clamped.force, clamped.moment), dof=dof)
 
 
 def stated_noise(sigma: Sigma, data: Observations) -> Noise | None:

@@ -69,7 +69,7 @@ class ParameterColumn:
 class Evaluation:
     """The model's prediction of a block of states."""
 
-    part: slice
+    rows: slice
     """Which states."""
     predicted: Floats
     """(m, n) displacement, base axes; of gauges and rods their change."""
@@ -97,7 +97,7 @@ def evaluate(
     rigid : take columns on the undeformed chain and predict nothing: the first-order pass.
     """
     for rows in blocks(data.run, data.n_states, keep_runs=True):
-        yield _evaluate_block(robot, data.part(rows), rows, columns, with_sensitivity, rigid)
+        yield _evaluate_block(robot, data.subset(rows), rows, columns, with_sensitivity, rigid)
 
 
 def _evaluate_block(

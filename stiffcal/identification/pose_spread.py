@@ -23,7 +23,7 @@ class PoseSpread:
     rotation: Floats
     """(m, m, n); the unit matrix of the turns' rows where a pose was read."""
 
-    def part(self, pick: slice | Booleans | Integers) -> PoseSpread:
+    def subset(self, pick: slice | Booleans | Integers) -> PoseSpread:
         """Return that of some states."""
         return PoseSpread(self.translation[:, pick], self.rotation[:, :, pick])
 

@@ -91,7 +91,7 @@ class Observations:
         """Return the places of the rows of these kinds."""
         return np.flatnonzero(np.isin(self.layout.kind, kinds))
 
-    def part(self, pick: slice | Booleans | Integers) -> Observations:
+    def subset(self, pick: slice | Booleans | Integers) -> Observations:
         """Return some of the states."""
         return replace(
             self,
@@ -100,10 +100,10 @@ class Observations:
             order=self.order.block(pick),
             measured=self.measured[:, pick],
             measured_mask=self.measured_mask[:, pick],
-            layout=self.layout.part(pick),
+            layout=self.layout.subset(pick),
             run=self.run[pick],
             index=self.index[pick],
-            spread=None if self.spread is None else self.spread.part(pick),
+            spread=None if self.spread is None else self.spread.subset(pick),
         )
 
 
@@ -153,12 +153,12 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         order=_order(states, chain, reference, keep),
         measured=np.where(measured_mask, measured, 0.0),
         measured_mask=measured_mask,
-        layout=layout.part(keep),
+        layout=layout.subset(keep),
         free_offset=not is_deflection,
         run=states.run[keep],
         setup=states.setup,
         index=keep,
-        spread=None if spread is None else spread.part(keep),
+        spread=None if spread is None else spread.subset(keep),
         run_names=tuple(run.name for run in states.runs),
     )
 

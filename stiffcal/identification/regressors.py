@@ -59,7 +59,7 @@ class Linearised:
     """Rests under load and under weight alone."""
     unloaded: WeightOnlyRest
     """Rests under load and under weight alone."""
-    seen: Floats
+    displacement: Floats
     """(B, 6, n) displacements of the targets, observation effects included."""
     predicted: Floats
     """(m, n) what the rows read of it."""
@@ -107,7 +107,7 @@ class Linearised:
             lever = self.lever(term.node, term.component)
             if lever is not None:
                 add(term.symbol, -lever * term.value)
-        for symbol, column in effect.observation_columns(place, Observed(self.seen, data.order), shape).items():
+        for symbol, column in effect.observation_columns(place, Observed(self.displacement, data.order), shape).items():
             add(symbol, data.layout.of_targets(column))
         for spec in effect.parameters:
             if spec.role is ParameterRole.SETUP or (

@@ -104,7 +104,7 @@ class RowLayout:
         """True where all rows are components of targets' displacements."""
         return self.gauges is None and not self.rods and self.motors is None
 
-    def part(self, pick: slice | Booleans | Integers) -> RowLayout:
+    def subset(self, pick: slice | Booleans | Integers) -> RowLayout:
         """Return the layout of some states."""
         gauges, motors = self.gauges, self.motors
         if gauges is not None:

@@ -98,13 +98,13 @@ def weighed_alike(
 
     def one_by_one() -> Iterator[Evaluation]:
         for block in blocks:
-            own = data.part(block.part)
+            own = data.subset(block.rows)
             carried = None if block.sensitivity is None else along_the_sweep(block.sensitivity, own)
             local = whiten(noise, own, carried)
-            whitening.scale[:, block.part] = local.scale
+            whitening.scale[:, block.rows] = local.scale
             if whitening.lower is not None and local.lower is not None:
-                whitening.lower[:, :, block.part] = local.lower
-            sensitivity[:, :, block.part] = carried
+                whitening.lower[:, :, block.rows] = local.lower
+            sensitivity[:, :, block.rows] = carried
             yield block
 
     return Weights(weights.noise, noise, True, whitening, sensitivity), one_by_one()

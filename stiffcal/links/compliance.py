@@ -125,7 +125,7 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     if not symmetric and _twist_is_guessed(solved, stated):
         rows[:, TWIST] = 0.0
         solved = _solve(rows, target, offsets, stated)
-    identified = _identified(slopes / solved.size, solved.lost, estimate.torsion.identifiable or not symmetric)
+    identified = _identified(slopes / solved.size, solved.undetermined, estimate.torsion.identifiable or not symmetric)
     matrix = np.where(identified, (slopes @ solved.coefficients).reshape(6, 6), np.nan)
     std = np.sqrt(np.einsum("ip,pq,iq->i", slopes, solved.covariance, slopes)).reshape(6, 6)
     return LinkCompliance(
@@ -137,12 +137,12 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
 
 @dataclass(frozen=True)
 class _Solved:
-    """Least squares of p coefficients; ``lost``: (l, p) combinations, scaled by ``size``, that no load turned."""
+    """Least squares of p coefficients; ``undetermined``: (l, p) combinations, scaled by ``size``, without a load."""
 
     coefficients: Floats
     covariance: Floats
     size: Floats
-    lost: Floats
+    undetermined: Floats
     chi2: float
     dof: int
 

@@ -42,7 +42,7 @@ class LoadCycles:
     """(n,) how often this signed direction has been loaded in the run, from 1; for unloaded states that of the
     direction just left, 0 before any.
     """
-    left: Integers
+    last_direction: Integers
     """(n,) for unloaded states the signed direction just left (−1 before any); else the direction itself."""
     first: NDArray[np.bool_]
     """(n,) True on the first loading along an axis in the run, whose memory (friction, play) is not known."""
@@ -178,7 +178,7 @@ def repeat_groups(states: LoadStates, cycles: LoadCycles) -> list[Integers]:
         largest[members] = np.max(cycles.magnitude[members])
     picked = np.flatnonzero(usable)
     # Sorted by run, direction, branch and then magnitude, repeats stand side by side.
-    keys = (states.run[picked], cycles.left[picked], cycles.branch[picked])
+    keys = (states.run[picked], cycles.last_direction[picked], cycles.branch[picked])
     order = np.lexsort((cycles.magnitude[picked], *reversed(keys)))
     picked = picked[order]
     new_kind = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)

@@ -81,7 +81,7 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
     reason_of: dict[int, str] = {}
     kept = states.used & np.isfinite(white).all(axis=1)
     for number, own in _by_run(groups, states.run).items():
-        for k, distance in _RunReadings(white, own, kept, cycles.left, bound).bumped():
+        for k, distance in _RunReadings(white, own, kept, cycles.last_direction, bound).bumped():
             size = 1e3 * distance * wider.get(number, 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
             reason_of[k] = (
                 f"bumped: off by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
@@ -213,7 +213,7 @@ class _RunReadings:
     """The readings of one run while bumped ones are taken out: white (n, k) over the noise, groups, what is kept."""
 
     def __init__(self, white: Floats, groups: list[_Group], kept: Booleans, left: Integers, bound: float) -> None:
-        self.left = left  # the direction that was loaded last
+        self.last_direction = left  # the direction that was loaded last
         self.white, self.groups, self.kept, self.bound = white, groups, kept.copy(), bound
         self.group_of = {int(k): group for group in groups for k in group.members}
         self.load = {int(k): float(x) for group in groups for k, x in zip(group.members, group.load, strict=True)}
@@ -301,7 +301,7 @@ class _RunReadings:
         """
         repeats = self._others(k)
         near = repeats[np.linalg.norm(self.white[repeats] - self.white[k], axis=1) <= self.bound]
-        alike = (self.left[near] == self.left[k]) | (self.left[k] < 0)
+        alike = (self.last_direction[near] == self.last_direction[k]) | (self.last_direction[k] < 0)
         return not alike.any() and near.size < (2 if repeats.size >= 5 else 1)
 
     def _off_repeats(self, k: int) -> dict[int, Floats]:

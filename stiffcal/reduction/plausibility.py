@@ -41,7 +41,7 @@ class ChannelRemark:
 
     file: str
     text: str
-    still: bool = False
+    is_stuck: bool = False
     """True where a channel stands still or is stuck."""
 
 
@@ -215,7 +215,7 @@ class LogQuality:
 
     def still_channels(self) -> list[ChannelRemark]:
         """Return those of `remarks` that are of channels that stand still or are stuck."""
-        return [remark for remark in self._remarks() if remark.still]
+        return [remark for remark in self._remarks() if remark.is_stuck]
 
     def _remarks(self) -> list[ChannelRemark]:
         """Return the warnings on the log and its channels."""
@@ -234,7 +234,7 @@ class LogQuality:
         if still.any() and not still.all() and self.n_rows > SATURATED:
             for k in np.flatnonzero(still & (self.high["wrench"] != 0.0)):
                 text = f"{self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}"
-                remarks.append(ChannelRemark(file, text, still=True))
+                remarks.append(ChannelRemark(file, text, is_stuck=True))
         ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
         stuck = {key: watch for key, watch in self.frozen.items() if watch.frozen}
         remarks += [self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)) for k in ends]
@@ -272,7 +272,7 @@ class LogQuality:
         channel_text = f"the position ({', '.join(self.columns.get(name, ()))})" if target else self._column(name, k)
         end = "the target was lost, or the tracker stopped" if target else "the channel was stuck"
         text = f"{channel_text} does not change over {_rows(watch, place)}: {end}; {_AS_THEY_STAND}"
-        return ChannelRemark(file, text, still=True)
+        return ChannelRemark(file, text, is_stuck=True)
 
 
 def _rows(watch: FrozenChannels, place: Callable[[int], str]) -> str:

@@ -17,8 +17,8 @@ class HalfRun:
     """(n, 3) N, less the reference's. ``moved``: (n, 3) m, ``turned``: (n, 3) rad, NaN where not measured: observed,
     the controller's own motion with it.
     """
-    moved: Floats
-    turned: Floats
+    displacement: Floats
+    rotation: Floats
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Trace:
     name: str
     time: Floats
     wrench: Floats
-    moved: Floats
+    displacement: Floats
 
 
 @dataclass(frozen=True)
@@ -65,9 +65,9 @@ class TimePair:
     """``off``, ``on``: without and with compensation."""
     delay: float
     """S from the load until half of what it moved is taken back; NaN where it never is."""
-    left: float
+    remaining: float
     """m, what remains of the displacement when the correction stands. ``given``: m, what the load makes without it."""
-    given: float
+    uncorrected: float
 
 
 @dataclass(frozen=True)

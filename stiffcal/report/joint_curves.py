@@ -20,7 +20,7 @@ class JointCurve:
     load: Floats
     """(n,) N or N·m. ``moved``: (n,) m or rad, its run's offset taken off. ``run``: (n,) indices into the runs' names.
     """
-    moved: Floats
+    displacement: Floats
     run: NDArray[np.int64]
     curve: tuple[float, float, float]
     """(3,) of δ = c₁ w + c₂ w² + c₃ w³."""

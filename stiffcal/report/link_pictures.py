@@ -43,7 +43,7 @@ class BentLink:
 
     x1: Floats
     """(p,) m, along the axis from the clamped end. ``moved``: (p, 3) m, how the axis moved."""
-    moved: Floats
+    displacement: Floats
     start: Floats
     end: Floats
     """``start``, ``end``: (m, 3) m, where the rods are fixed."""
@@ -65,8 +65,8 @@ class LinkPicture:
     opposite: tuple[tuple[int, int], ...]
     runs: tuple[LinkRun, ...]
     """Those with readings, in the campaign's order; ``shown``: indices of those drawn large."""
-    shown: tuple[int, ...]
-    bent: BentLink
+    large_runs: tuple[int, ...]
+    bent_link: BentLink
     """Under the largest reading."""
     sentences: tuple[str, ...]
     """Sentences of the section's text."""

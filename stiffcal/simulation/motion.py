@@ -22,7 +22,7 @@ class MotionProgram(LoadProgram):
     """(s,) s from the run's start, rising."""
     joints: Floats
     """(s, L) logged joint angles, rad, as the motors are driven."""
-    moved: int
+    moved_joint: int
     """Number of the moved joint, from 1."""
     wrench_at_node: Floats
     """(s, 6) N, N·m, base axes, about the load point: what the surroundings do to the robot."""
@@ -78,7 +78,7 @@ def motion_program(node: Floats, joints: Floats, moved_joint: int) -> MotionProg
         end=np.array([float(node[-1])]),
         node=node,
         joints=joints,
-        moved=moved_joint,
+        moved_joint=moved_joint,
         wrench_at_node=np.zeros((node.size, 6)),
         torque=np.zeros_like(joints),
     )

@@ -187,7 +187,7 @@ def record(stage: RecordingContext, device: Device) -> DeviceLog:
     if device.source.run is not None and device.source.run.column is not None:
         columns[device.source.run.column] = [true_run.planned.name] * time.size
     if device.source.time is not None and device.source.time.column is not None:
-        column, places = _time_column(device.source.time, device.clock.shown(time))
+        column, places = _time_column(device.source.time, device.clock.reading(time))
         columns[device.source.time.column], decimals[device.source.time.column] = column, places
         units[device.source.time.column] = device.source.time.unit or "s"
     for number, (name, signal) in enumerate(device.source.signals().items()):

@@ -49,7 +49,7 @@ class Clock:
     drift: float
     """Relative, positive where the clock runs fast."""
 
-    def shown(self, true_time: Floats) -> Floats:
+    def reading(self, true_time: Floats) -> Floats:
         """Return what the clock shows, s, at true times from the run's start, s."""
         return np.asarray(self.shown_at_begin + (true_time - self.begin) * (1.0 + self.drift))
 

@@ -96,8 +96,8 @@ def _run(stage: RecordingContext, devices: Sequence[Device], logs: Sequence[Devi
     if over_time:
         start[0] = max(device.clock.begin for device in over_time)
         end[-1] = min(device.stops for device in over_time)
-    holds = np.stack([first.shown(start), first.shown(end)], axis=1)
-    ahead = {device.name: float((device.clock.shown(middle) - first.shown(middle))[0]) for device in devices}
+    holds = np.stack([first.reading(start), first.reading(end)], axis=1)
+    ahead = {device.name: float((device.clock.reading(middle) - first.reading(middle))[0]) for device in devices}
     return {
         "id": true_run.planned.name,
         "joints_deg": np.round(np.rad2deg(true_run.planned.joints), 9).tolist(),

@@ -42,7 +42,7 @@ class PreviousGeneration:
 
     snapshot: Snapshot
     """What is known of it."""
-    there: bool
+    exists: bool
     """False where there was none."""
     _lost: str = ""
 
@@ -59,7 +59,7 @@ class PreviousGeneration:
     @property
     def sources_state(self) -> str:
         """The state of its sources as this user's record holds it."""
-        return known_sources_state(self.index.digest) if self.there else ""
+        return known_sources_state(self.index.digest) if self.exists else ""
 
     def document(self, name: str, writing: str) -> dict[str, Any] | None:
         """Return a document, None where there is none that counts for what is written.
@@ -148,14 +148,14 @@ class PreviousGeneration:
         ------
         OSError : it cannot be moved. InputError : there is something else where it is to go.
         """
-        if not self.there:
+        if not self.exists:
             for folder in all_generations(self.snapshot.store):
                 if os.path.lexists(folder / file_of("history", ".json")):
                     self._move(folder)
 
     def set_aside(self) -> bool:
         """Keep the generation where its history could not be read: it is moved, not removed; False: it could not be."""
-        if self.there and self._lost and self.folder.parent.name == GENERATIONS:
+        if self.exists and self._lost and self.folder.parent.name == GENERATIONS:
             try:
                 self._move(self.folder)
             except (OSError, InputError) as error:

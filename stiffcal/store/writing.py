@@ -305,7 +305,7 @@ class Writing:
         remember(hashlib.sha256(content).hexdigest(), state, required=True)
         if self._remote is not None and self._ticket is not None:
             with self._remote.faults():
-                began_from = self._old.folder.name if self._old.there else None
+                began_from = self._old.folder.name if self._old.exists else None
                 self._remote.publish(self.folder, self._kept, began_from, self._ticket)
         with store_faults(self._display_name):
             switch(self._store, self._id)
@@ -351,7 +351,7 @@ def begin_writing(store: Store, command: str, wait_s: float) -> Iterator[Writing
         old = previous_generation(store, find_generation(store.folder, store.display_name))
         with store_faults(store.display_name):
             old.set_others_aside()
-            remove_others(store.folder, old.folder if old.there else None)
+            remove_others(store.folder, old.folder if old.exists else None)
             writing = Writing(store, command, old, ticket)
         try:
             yield writing

@@ -75,7 +75,7 @@ def holdout_run_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     """Judge the runs that the manifest keeps back."""
     whole = fit_problem(_all_runs(states), fit.robot).data
     in_holdout = np.array([info.holdout for info in states.runs], dtype=np.bool_)[whole.run]
-    data = whole.part(in_holdout)
+    data = whole.subset(in_holdout)
     whitening = _weights(fit, data, fit.robot)
     residual = corrected_for_freedom(offset_free_residual(fit.robot, data, whitening), data)
     return HeldoutResiduals("holdout", residual, _without_model(data, whitening), data, pose_folds(data))
@@ -133,7 +133,7 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     data = fit.data
     whitening = _weights(fit, data, fit.robot)
     # What was held or not estimated is not estimated without a fold either.
-    fixed = fit.held | {parameter.name for parameter in fit.parameters if parameter.fixed}
+    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
     blocks = list(evaluate(fit.robot, data, columns))
     stack = np.concatenate([block.columns for block in blocks], axis=2)

@@ -91,7 +91,7 @@ def _largest_of(values: Floats, data: Observations) -> dict[str, float | None]:
 
 
 def _slice(label: str, low: float, high: float, members: Booleans | Integers, heldout: HeldoutResiduals) -> Slice:
-    data = heldout.data.part(members)
+    data = heldout.data.subset(members)
     values = heldout.residual[:, members]
     return Slice(label, low, high, data.n_measured, rms_of(values, data), _largest_of(values, data))
 

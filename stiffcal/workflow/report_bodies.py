@@ -61,7 +61,7 @@ def _picture(
             JointCurve(
                 component=line.component,
                 load=motion.wrench[:, axis],
-                moved=displacement,
+                displacement=displacement,
                 run=run.astype(np.int64),
                 curve=(curve[0], curve[1], curve[2]),
                 compliance=math.nan if line.compliance is None else line.compliance,

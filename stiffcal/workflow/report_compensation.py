@@ -102,7 +102,7 @@ def _compared(data: Ingested, states: LoadStates, off: int, on: int) -> Compared
     for half in halves:
         load = np.linalg.norm(half.force, axis=1)
         loaded = load > _COME * load.max(initial=0.0)
-        lengths = [np.linalg.norm(errors[loaded], axis=1) for errors in (half.moved, half.turned)]
+        lengths = [np.linalg.norm(errors[loaded], axis=1) for errors in (half.displacement, half.rotation)]
         rms = [
             float(np.sqrt(np.mean(lengths_of_kind**2))) if lengths_of_kind.size else float("nan")
             for lengths_of_kind in lengths
@@ -121,7 +121,7 @@ def _over_time(data: Ingested, states: LoadStates, off: int, on: int, kind: str)
     traces = [_trace(data, states, run) for run in (off, on)]
     if traces[0] is None or traces[1] is None:
         return None
-    given = float(traces[0].moved.max())
+    given = float(traces[0].displacement.max())
     delay, left = _taken_back(traces[1])
     return TimePair(kind, traces[0], traces[1], delay, left, given)
 
@@ -134,7 +134,7 @@ def _taken_back(trace: Trace) -> tuple[float, float]:
     gone = np.flatnonzero(between & ~loaded)
     last = int(gone[0]) if gone.size else int(np.flatnonzero(loaded)[-1]) + 1
     begin = int(np.flatnonzero(loaded)[0])
-    stretch = trace.moved[begin:last]
+    stretch = trace.displacement[begin:last]
     top = int(np.argmax(stretch))
     back = np.flatnonzero(stretch[top:] < _HALF * stretch[top])
     delay = float(trace.time[begin + top + back[0]] - trace.time[begin]) if back.size else float("nan")

@@ -34,7 +34,7 @@ def clamped_run(
         sweeps=Sweeps(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_), 6), branches=data, fit=fit,
         segment=play_segment(fit.law) if fit.play_found else None, cycle_spread=float("nan"),
         motion=float(np.ptp(data.angle)), encoder_step=ENCODER, resolution=ENCODER, reversal=None, saturation=None,
-        others=0.0,
+        others_share=0.0,
     )  # fmt: skip
     return replace(run, **changed)
 

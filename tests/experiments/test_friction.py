@@ -27,7 +27,7 @@ def fitted(values: Mapping[str, float], **how: float) -> FrictionFit:
 def test_equation_1_is_found_again() -> None:
     fit = fitted(TRUE)
     (joint,) = fit.joints
-    assert joint.seen == {"stribeck": True}
+    assert joint.detected == {"stribeck": True}
     for one in joint.parameters:
         assert one.interval is not None
         assert one.value is not None
@@ -43,7 +43,7 @@ def test_equation_1_is_found_again() -> None:
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_no_stribeck_where_there_is_none(seed: int) -> None:
     (joint,) = fitted(TRUE | {"stribeck": 0.0}, seed=seed).joints
-    assert joint.seen == {"stribeck": False}
+    assert joint.detected == {"stribeck": False}
     known = joint.values()
     assert set(known) == {"coulomb", "viscous"}
     assert known["coulomb"] == pytest.approx(50.0, abs=0.3)
@@ -52,7 +52,7 @@ def test_no_stribeck_where_there_is_none(seed: int) -> None:
 
 def test_stribeck_that_fades_below_the_slowest_speed_is_not_seen() -> None:
     (joint,) = fitted(TRUE | {"velocity": 0.003}).joints
-    assert joint.seen == {"stribeck": False}
+    assert joint.detected == {"stribeck": False}
     assert "information criterion" in joint.verdict["stribeck"]
 
 
@@ -60,7 +60,7 @@ def test_fast_speeds_alone_see_no_stribeck() -> None:
     reduction = reduce_friction(friction_runs(TRUE, [s for s in SLOW_AND_FAST if s > 0.3]), robot())
     assert reduction.steady is not None
     (joint,) = fit_friction(steady_rows(reduction.steady), (JOINT_2,)).joints
-    assert joint.seen == {"stribeck": False}
+    assert joint.detected == {"stribeck": False}
 
 
 def test_weight_does_not_matter() -> None:

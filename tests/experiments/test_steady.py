@@ -92,12 +92,15 @@ def test_weight_cancels_to_a_fraction_of_a_sample() -> None:
 def test_only_the_stretch_that_all_passes_cover_counts() -> None:
     """One way the velocity was held longer than the other: what lies beyond carries other weight."""
     up, down = moved(0.5, weight=500.0)
-    part = slice(0, 2 * down.held.time.size // 3)
+    part = slice(0, 2 * down.steady_pass.time.size // 3)
     short = replace(
-        down, held=replace(down.held, **{n: getattr(down.held, n)[part] for n in ("time", "angle", "torque")})
+        down,
+        steady_pass=replace(
+            down.steady_pass, **{n: getattr(down.steady_pass, n)[part] for n in ("time", "angle", "torque")}
+        ),
     )
     first, second = readings_of([up, short])
-    assert (first.low, first.high) == (second.low, second.high) == (short.held.low, short.held.high)
+    assert (first.low, first.high) == (second.low, second.high) == (short.steady_pass.low, short.steady_pass.high)
     assert 0.5 * (first.torque - second.torque) == pytest.approx(10.0, abs=0.02)
 
 

@@ -180,7 +180,7 @@ def test_overlapping_sets_leave_what_explains_the_data() -> None:
     assert fit.noise is not None
     assert fit.noise.rotation == pytest.approx(30e-6, rel=0.1)
     assert fit.reduced_chi2 == pytest.approx(1.0, abs=0.1)
-    assert 10 <= len(fit.held) <= 16
+    assert 10 <= len(fit.left_at_neutral) <= 16
 
 
 def test_what_stands_back_leaves_the_others_within_their_bounds() -> None:

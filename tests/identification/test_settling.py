@@ -23,19 +23,19 @@ def test_a_fit_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -> 
     """With one step allowed, the levers still move: the fit is there, and warns."""
     states = played(medium_robot(), noise=Sigma(15e-6, 2e-5), seed=1)
     whole = identify_parameters(states, joint_springs(six_axes()))
-    assert whole.left is None
+    assert whole.last_step is None
     assert not any("did not settle" in line for line in fit_warnings(whole))
     monkeypatch.setattr(identify, "MAX_STEPS", 1)
     fit = identify_parameters(states, joint_springs(six_axes()), Settings(loss="huber"))
-    assert fit.left is not None
-    assert fit.left > identify.SMALL_STEP
+    assert fit.last_step is not None
+    assert fit.last_step > identify.SMALL_STEP
     (line,) = [line for line in fit_warnings(fit) if "did not settle" in line]
     assert line.startswith("the fit did not settle in 1 steps: the last one still moved the parameters by ")
 
 
 def test_the_linear_form_needs_one_step() -> None:
     states = played(medium_robot(), noise=Sigma(15e-6, 2e-5), seed=1)
-    assert identify_parameters(states, joint_springs(six_axes(), deformed=False)).left is None
+    assert identify_parameters(states, joint_springs(six_axes(), deformed=False)).last_step is None
 
 
 def test_the_dual_form_that_does_not_settle_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:

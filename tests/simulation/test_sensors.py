@@ -88,9 +88,9 @@ def test_clocks_restart_or_run_on() -> None:
     clock = clock_of(fast, 1000.0, np.random.default_rng(0))
     time = sample_times(fast, clock, 50.0)
     assert time[0] == -2.0
-    assert clock.shown(time[:3]).tolist() == pytest.approx([0.0, 0.1, 0.2])
-    assert clock.shown(np.array([98.0]))[0] == pytest.approx(100.0 * 1.0001)
+    assert clock.reading(time[:3]).tolist() == pytest.approx([0.0, 0.1, 0.2])
+    assert clock.reading(np.array([98.0]))[0] == pytest.approx(100.0 * 1.0001)
     on = fast.model_copy(update={"clock": "runs on", "clock_ahead_s": 7.0})
-    assert clock_of(on, 1000.0, np.random.default_rng(0)).shown(np.array([0.0]))[0] == pytest.approx(
+    assert clock_of(on, 1000.0, np.random.default_rng(0)).reading(np.array([0.0]))[0] == pytest.approx(
         1000.0 * 1.0001 + 7
     )

@@ -68,7 +68,7 @@ def test_pairs_are_found_by_pose_and_tags(pairs: WithAndWithout) -> None:
 
 def test_errors_are_those_of_the_states_as_measured(pairs: WithAndWithout) -> None:
     for pose in pairs.poses[:2]:
-        moved = np.linalg.norm(pose.off.moved, axis=1)
+        moved = np.linalg.norm(pose.off.displacement, axis=1)
         assert pose.largest_off[0] == pytest.approx(moved.max())
         assert 5e-4 < pose.error_off[0] < pose.largest_off[0] < 5e-3
         # the controller knows the drives, the bearings' share stays
@@ -80,7 +80,7 @@ def test_the_delay_is_the_controllers(pairs: WithAndWithout) -> None:
     (pair,) = pairs.over_time
     # delay, one cycle, and the 10 ms between two readings
     assert pair.delay == pytest.approx(0.06, abs=0.02)
-    assert pair.left < 0.4 * pair.given
+    assert pair.remaining < 0.4 * pair.uncorrected
     assert pair.off.time[0] < 0.0 < pair.off.time[-1]
 
 

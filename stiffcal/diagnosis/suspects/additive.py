@@ -46,8 +46,8 @@ def best_offset(held: Held, run: int, left_out: Sequence[int]) -> Offset | None:
     left = (held.rows[-1][:, own] - np.einsum("q,qmn->mn", x, columns)).ravel()
     flat = columns.reshape(len(columns), -1)
     inverse = np.linalg.inv(total + held.blocks.gram[run])
-    observations = held.data.part(own)
-    projection = Projection.of(observations, held.projection.whitening.part(own))
+    observations = held.data.subset(own)
+    projection = Projection.of(observations, held.projection.whitening.subset(own))
     best: Offset | None = None
     tried = [(state, False) for state in range(k)] + [(state, True) for state in range(1, k - 1)]
     for state, step in tried:

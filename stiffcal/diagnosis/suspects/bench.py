@@ -63,7 +63,7 @@ class Bench:
     def of(cls, fit: Fit, fixed: frozenset[str], states: LoadStates) -> tuple[Bench, Held]:
         """Return the bench of a fit, and all states held against it."""
         noise = fit.noise or residual_noise(fit.data, fit.predicted)
-        bench = cls(fit.robot, fixed | fit.held, noise, Basis(np.zeros((0, 0))), fit.noise is not None)
+        bench = cls(fit.robot, fixed | fit.left_at_neutral, noise, Basis(np.zeros((0, 0))), fit.noise is not None)
         data, projection, rows, residual = bench._rows(states)
         basis = Basis.of(rows[:-1].reshape(len(rows) - 1, -1))
         bench = cls(bench.robot, bench.fixed, noise, basis, bench.noise_known)

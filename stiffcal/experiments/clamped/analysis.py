@@ -69,7 +69,7 @@ class ClampedRun:
     """rad, raw width between the branches at zero torque; None where they do not come there."""
     saturation: Saturation | None
     """Where the torque ran into a limit; None where it did not."""
-    others: float
+    others_share: float
     """Share of the motion that other drives take up."""
     left_out: str = ""
     """Why the joint's result does not use this run; "" where it does."""
@@ -175,7 +175,7 @@ def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int,
         resolution=float(np.hypot(step, noise)),
         reversal=reversal_error(angle, torque, sweeps.number, sweeps.up),
         saturation=saturation,
-        others=chain.share_of_others(laws),
+        others_share=chain.share_of_others(laws),
         left_out="" if not holdout else "held out",
     )
 

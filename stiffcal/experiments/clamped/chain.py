@@ -42,7 +42,7 @@ class ClampedChain:
     """(n, J) rad, how far the motors have turned the drives since the run's start."""
     torque: Floats
     """(n, J) N·m, what the surroundings and weight do about each drive's axis."""
-    seen: Floats
+    sensitivity: Floats
     """(J,) how much of each drive's turn the clamped flange shows in the moved joint's row; (0, …, 1, …, 0) where
     joints are distinguished in this pose.
     """
@@ -60,13 +60,13 @@ class ClampedChain:
     @property
     def is_excited(self) -> bool:
         """False where this pose does not show the moved joint's drive."""
-        return bool(self.seen[self.joint - 1] > LEAST_EXCITED)
+        return bool(self.sensitivity[self.joint - 1] > LEAST_EXCITED)
 
     @property
     def is_distinguishable(self) -> bool:
         """True where no other drive's give looks like the moved one's."""
-        other_joints = np.delete(self.seen, self.joint - 1)
-        return bool(np.abs(other_joints).max(initial=0.0) < 1e-3 * self.seen[self.joint - 1])
+        other_joints = np.delete(self.sensitivity, self.joint - 1)
+        return bool(np.abs(other_joints).max(initial=0.0) < 1e-3 * self.sensitivity[self.joint - 1])
 
     def angle(self, laws: Mapping[int, TorqueAngleLaw]) -> Floats:
         """Return (n,) φ = φ_a − φ_m of the moved joint, rad: its drive's give, the others' taken off.
@@ -76,12 +76,12 @@ class ClampedChain:
         laws : the other joints' laws, by joint from 1; joints that are not there count as rigid.
         """
         k = self.joint - 1
-        total = self.motion @ self.seen + self.fixture
+        total = self.motion @ self.sensitivity + self.fixture
         if not self.is_distinguishable:
             for joint, law in laws.items():
-                if joint != self.joint and abs(self.seen[joint - 1]) > 1e-3:
-                    total = total + self.seen[joint - 1] * drive_deflection(law, self.torque[:, joint - 1])
-        return np.asarray(-total / self.seen[k])
+                if joint != self.joint and abs(self.sensitivity[joint - 1]) > 1e-3:
+                    total = total + self.sensitivity[joint - 1] * drive_deflection(law, self.torque[:, joint - 1])
+        return np.asarray(-total / self.sensitivity[k])
 
     def share_of_others(self, laws: Mapping[int, TorqueAngleLaw]) -> float:
         """Return the largest part of the motion that other drives take up, as a share of it."""
@@ -118,7 +118,7 @@ def clamped_chain(
     angles = chain.model_angles(pose[None])
     drives = chain.drive_axes
     inverse, jacobian = clamped_inverse(chain, angles, setup.wrench_point)
-    visibility = (inverse @ jacobian)[joint - 1]
+    sensitivity = (inverse @ jacobian)[joint - 1]
     start = np.median(readings.joints[: max(3, len(readings) // 200)], axis=0)
     motion = (readings.joints - start) @ chain.coupling.T @ np.linalg.inv(drives).T
     measured = bool(np.isfinite(readings.wrench).all())
@@ -140,7 +140,7 @@ def clamped_chain(
         joint=joint,
         motion=motion,
         torque=torque,
-        seen=visibility,
+        sensitivity=sensitivity,
         fixture=give,
         source="force sensor" if measured else "motor torque",
         moments_measured=setup.moments_measured or not measured,

@@ -71,7 +71,7 @@ class ClampedCurve:
     """Names of the runs that the curve was fitted to."""
 
     @property
-    def shown(self) -> ClampedPose:
+    def widest_pose(self) -> ClampedPose:
         """The pose that moved the joint furthest, among those that are used where there are any."""
         return max(self.poses, key=lambda pose: (not pose.left_out, pose.motion))
 

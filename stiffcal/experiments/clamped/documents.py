@@ -75,7 +75,7 @@ def joint_result(joint: ClampedJoint, name: str) -> JointResult:
             covariance=joint.covariance,
             reach=list(joint.reach),
             torque=list(joint.torque),
-            runs=[run.name for run in joint.far],
+            runs=[run.name for run in joint.curve_runs],
         ),
         tangent_stiffness=[
             Tangent(
@@ -126,7 +126,7 @@ def run_result(run: ClampedRun) -> ClampedRunResult:
         torque_from=run.chain.source,
         lever=_finite(run.chain.lever),
         weight=run.chain.weight,
-        others_share=run.others,
+        others_share=run.others_share,
         saturated=None if run.saturation is None else run.saturation.sentence,
     )
 
@@ -263,10 +263,10 @@ def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: t
             words.append(f"run {run.name}: {run.saturation.sentence}")
         elif contradiction := loaded_words(run.name, run.chain, names):
             words.append(contradiction)
-        if run.others > 0.05:
+        if run.others_share > 0.05:
             words.append(
-                f"run {run.name}: other joints take up {100.0 * run.others:.0f} % of joint {names[run.joint - 1]}'s "
-                "motion in this pose; it is taken off as their own curves say"
+                f"run {run.name}: other joints take up {100.0 * run.others_share:.0f} % of joint "
+                f"{names[run.joint - 1]}'s motion in this pose; it is taken off as their own curves say"
             )
     if any(run.chain.source == "motor torque" for run in runs):
         words.append(

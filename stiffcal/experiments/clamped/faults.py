@@ -33,7 +33,7 @@ def other_loaded(chain: ClampedChain) -> tuple[int, float] | None:
         return None
     motion = chain.motion[:, k] - chain.motion[:, k].mean()
     follows = np.abs(motion @ (chain.torque - chain.torque.mean(axis=0)))
-    alike = np.abs(chain.seen) > 1e-3
+    alike = np.abs(chain.sensitivity) > 1e-3
     share = np.where(alike, 0.0, follows) / max(float(follows[k]), 1e-300)
     worst = int(np.argmax(share))
     return (worst + 1, float(share[worst])) if share[worst] > LOADED_TOO else None

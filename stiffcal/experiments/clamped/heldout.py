@@ -38,7 +38,7 @@ def heldout_clamped(runs: Sequence[ClampedRun]) -> list[HeldoutRun]:
     The middle of the play and the sensor's zero are the pose's own, as the reference of a load run is.
     """
     heldout_runs = []
-    usable = {joint.joint: joint.far for joint in joints_of([run for run in runs if not run.left_out])}
+    usable = {joint.joint: joint.curve_runs for joint in joints_of([run for run in runs if not run.left_out])}
     for run in runs:
         held_out = run.holdout and run.branches.angle.size and run.both_ways
         # what moved too little to determine the curve neither fits nor judges it

@@ -61,7 +61,7 @@ class ClampedJoint:
     """N·m, smallest and largest spring torque that was reached."""
     source: TorqueSource
     """"force sensor" or "motor torque"."""
-    far: tuple[ClampedRun, ...]
+    curve_runs: tuple[ClampedRun, ...]
     """The used runs that reached enough torque for the curve."""
 
     @property
@@ -144,7 +144,7 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         reach=reach,
         torque=(float(ends[0]), float(ends[1])),
         source=runs[0].chain.source,
-        far=far,
+        curve_runs=far,
     )
 
 

@@ -83,7 +83,7 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
     if remarks:
         blocks += [Subheading("Left out, and limits"), Listing(tuple(remarks))]
     for start in range(0, len(curves), _PER_PICTURE):
-        drawn = tuple(curve for curve in curves[start : start + _PER_PICTURE] if curve.shown.angle.size)
+        drawn = tuple(curve for curve in curves[start : start + _PER_PICTURE] if curve.widest_pose.angle.size)
         if drawn:
             blocks.append(branches_picture(drawn))
     for start in range(0, len(known), _PER_PICTURE):
@@ -107,13 +107,13 @@ def clamped_plot(data: MeasuredRuns, section: ClampedSection | None, run: str | 
     curves = () if section is None else clamped_curves(data, section)
     if run is not None:
         curves = tuple(curve.of_run(run) for curve in curves if any(pose.run == run for pose in curve.poses))
-    drawn = tuple(curve for curve in curves if curve.shown.angle.size)
+    drawn = tuple(curve for curve in curves if curve.widest_pose.angle.size)
     if not drawn:
         reason = "no whole sweep is left to draw" if run is None else f"no whole sweep is left of run {run}"
         raise InputError.at(
             FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "stiffcal identify says why"
         )
-    names = ", ".join(f"{curve.joint} ({curve.shown.run})" for curve in drawn)
+    names = ", ".join(f"{curve.joint} ({curve.widest_pose.run})" for curve in drawn)
     return Plot(branches_picture(drawn), f"torque over angle of {names}")
 
 

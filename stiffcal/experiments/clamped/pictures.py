@@ -18,7 +18,7 @@ def branches_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
         (", averaged over cycles, in the pose that moved the joint furthest: both directions, the fitted law, and the "
         "play in grey."),
     )  # fmt: skip
-    panels = tuple(_branches(curve.joint, curve.shown) for curve in curves)
+    panels = tuple(_branches(curve.joint, curve.widest_pose) for curve in curves)
     return Picture(panels, columns=2, height=_height(len(curves)), caption=caption)
 
 

@@ -101,7 +101,7 @@ def simulate_clamped(
     program = planned.program
     assert isinstance(program, MotionProgram)
     # Without a memory the same motor angles meet the same wrench: each place is solved once.
-    some, again = _distinct(program.joints[:, program.moved - 1], robot.has_memory)
+    some, again = _distinct(program.joints[:, program.moved_joint - 1], robot.has_memory)
     clamped = _ClampedRobot(robot, _nodes_of(program, some), planned.load_point, tool, fixture, int(again[0]))
     wrench, balance = clamped.solve(planned.name)
     later = np.append(True, np.diff(program.node) > 0.0)  # without a rest before or after, two nodes share a moment

@@ -114,7 +114,7 @@ def _why_not_fitted(steady: SteadyReadings, joint: int) -> str:
 def heldout_gap(joint: JointFrictionFit) -> UnidentifiedParameters:
     """Return the optional part of the law that a joint does not show, and why."""
     names = [parameter.name for parameter in joint.parameters if parameter.value is None]
-    unseen = [symbol for symbol, is_measured in joint.seen.items() if not is_measured]
+    unseen = [symbol for symbol, is_measured in joint.detected.items() if not is_measured]
     reason = f"{' and '.join(unseen)} friction is not seen: " + "; ".join(joint.verdict[symbol] for symbol in unseen)
     return UnidentifiedParameters(parameters=names, known=None, reason=reason)
 
@@ -146,7 +146,7 @@ def joint_friction(
         noise=joint_fit.noise,
         optional={
             symbol: OptionalTerm(seen=is_measured, why=joint_fit.verdict.get(symbol, ""))
-            for symbol, is_measured in joint_fit.seen.items()
+            for symbol, is_measured in joint_fit.detected.items()
         },
         between_directions=between_directions(data, fit, joint_fit.joint),
         curve=FittedCurve(velocity=speed, torque=torque, std=std),

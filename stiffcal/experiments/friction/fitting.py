@@ -58,7 +58,7 @@ class JointFrictionFit:
     """Symbols that were estimated."""
     covariance: Floats
     """(q, q) of ``free``, in that order, SI."""
-    seen: Mapping[str, bool]
+    detected: Mapping[str, bool]
     """Symbol of each optional term's amplitude to whether the data show the term."""
     verdict: Mapping[str, str]
     """The reason for each, in words."""
@@ -183,7 +183,7 @@ def _joint_fit(fit: PartFit, law: FrictionLaw) -> JointFrictionFit:
         parameters=parameters,
         free=tuple(free),
         covariance=covariance,
-        seen=dict(law.seen),
+        detected=dict(law.detected),
         verdict=dict(law.verdict),
         noise=fit.noise[law.joint],
         n_rows=int(own.sum()),

@@ -221,7 +221,7 @@ def _part(data: MeasuredRuns, fit: FrictionFit, placed: tuple[PlacedEffect, ...]
         covariance[span, span] = one_joint.covariance
         done = span.stop
     unidentified = gaps(data, friction_readings(data)[0], placed, set(by_joint)) + [
-        heldout_gap(joint_result) for joint_result in fit.joints if not all(joint_result.seen.values())
+        heldout_gap(joint_result) for joint_result in fit.joints if not all(joint_result.detected.values())
     ]
     return ExperimentFit(
         name="friction",

@@ -40,7 +40,7 @@ class StrokesProgram(MotionProgram):
     def velocity_at(self, path: Floats) -> Floats:
         """Return (n, L) rad/s at path coordinates."""
         velocity = np.zeros((path.size, self.joints.shape[1]))
-        velocity[:, self.moved - 1] = np.interp(path, self.node, self.speed)
+        velocity[:, self.moved_joint - 1] = np.interp(path, self.node, self.speed)
         return velocity
 
 
@@ -129,7 +129,7 @@ def simulate_friction(
     """
     program = planned.program
     assert isinstance(program, StrokesProgram)
-    chain, k = robot.chain, program.moved - 1
+    chain, k = robot.chain, program.moved_joint - 1
     velocity, acceleration = np.zeros_like(program.joints), np.zeros_like(program.joints)
     velocity[:, k], acceleration[:, k] = program.speed, program.acceleration
     angles = chain.model_angles(program.joints)

@@ -34,7 +34,7 @@ class FrictionLaw:
     amplitudes: list[str]
     shape: dict[str, float]
     free_nonlinear: list[str] = field(default_factory=list)
-    seen: dict[str, bool] = field(default_factory=dict)
+    detected: dict[str, bool] = field(default_factory=dict)
     verdict: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -172,7 +172,7 @@ class PartFit:
         """Put an optional part in where some shape of it explains more than chance would."""
         own = self.own[law.joint]
         if not (own & self.rows.steady).any():
-            law.seen[symbol] = False
+            law.detected[symbol] = False
             law.verdict[symbol] = "not looked for, as no steady velocity was measured"
             return
         speed = np.abs(self.rows.velocity[own])
@@ -192,9 +192,9 @@ class PartFit:
         n = self._effective(own)
         gain = n * np.log(own_part / max(own_part - best, 1e-12 * own_part)) if best > 0.0 else 0.0
         cost = (1.0 + len(law.placed.effect.optional[symbol])) * np.log(max(n, 2.0))
-        law.seen[symbol] = bool(gain > cost and before > 0.0)
+        law.detected[symbol] = bool(gain > cost and before > 0.0)
         law.verdict[symbol] = f"the information criterion falls by {gain:.3g} against a cost of {cost:.3g}"
-        if law.seen[symbol]:
+        if law.detected[symbol]:
             law.amplitudes.append(symbol)
             law.free_nonlinear = [
                 symbol_of_shape
@@ -237,7 +237,7 @@ class PartFit:
     def _judge(self, law: FrictionLaw) -> None:
         """Take an optional part out again where its interval holds zero; hold shapes that nothing determines."""
         for symbol, shapes in law.placed.effect.optional.items():
-            if not law.seen.get(symbol):
+            if not law.detected.get(symbol):
                 continue
             free, covariance = self.covariance(law)
             for shape in reversed(shapes):
@@ -252,7 +252,7 @@ class PartFit:
             value = self.amplitude[law.joint, symbol]
             std = float(np.sqrt(covariance[free.index(symbol), free.index(symbol)]))
             if not value - NORMAL_95 * std > 0.0:
-                law.seen[symbol] = False
+                law.detected[symbol] = False
                 law.verdict[symbol] += f", but its 95 % interval ({value:.3g} ± {NORMAL_95 * std:.2g} N·m) holds zero"
                 law.amplitudes.remove(symbol)
                 law.free_nonlinear = [shape_symbol for shape_symbol in law.free_nonlinear if shape_symbol not in shapes]

@@ -241,13 +241,13 @@ def _slope(time: Floats, value: Floats) -> float:
 class JointPass:
     """A pass, and what has to be alike for passes to be compared."""
 
-    held: Pass
+    steady_pass: Pass
     """The pass at constant velocity."""
     run: int
     """Index of its run."""
     joint: int
     """The moved joint, from 1."""
-    others: Floats
+    other_angles: Floats
     """(L,) rad, where all joints stood, the moved one zero."""
 
 
@@ -255,7 +255,7 @@ class JointPass:
 class SteadyTorque:
     """A pass reduced to a torque at a velocity over the stretch that its level shares."""
 
-    moved: JointPass
+    joint_pass: JointPass
     """The pass, its run and its joint."""
     stretch: int
     """Number of the level whose passes share the stretch."""
@@ -288,9 +288,9 @@ def readings_of(passes: Sequence[JointPass]) -> list[SteadyTorque]:
     """
     readings: dict[int, SteadyTorque] = {}
     for number, level in enumerate(_levels(passes)):
-        members, short = _sharing([passes[k].held for k in level])
+        members, short = _sharing([passes[k].steady_pass for k in level])
         chosen = [level[k] for k in members]
-        members_held = [passes[k].held for k in chosen]
+        members_held = [passes[k].steady_pass for k in chosen]
         low, high = (
             max(steady_pass.low for steady_pass in members_held),
             min(steady_pass.high for steady_pass in members_held),
@@ -299,14 +299,14 @@ def readings_of(passes: Sequence[JointPass]) -> list[SteadyTorque]:
         for k in chosen:
             readings[k] = _reading(passes[k], number, low, high, IN_USE if both_directions else ONE_WAY)
         for k in (level[i] for i in short):
-            steady_pass = passes[k].held
+            steady_pass = passes[k].steady_pass
             readings[k] = _reading(passes[k], number, steady_pass.low, steady_pass.high, SHORT)
     return [readings[k] for k in range(len(passes))]
 
 
 def _reading(joint_pass: JointPass, stretch: int, low: float, high: float, set_aside: SetAside) -> SteadyTorque:
     """Average a pass between two angles, to a fraction of a sample: weight must be alike in both directions."""
-    steady = joint_pass.held
+    steady = joint_pass.steady_pass
     slope = _slope(steady.time, steady.angle)
     middle_time, middle_angle = float(steady.time.mean()), float(steady.angle.mean())
     ends = sorted(middle_time + (angle - middle_angle) / slope for angle in (low, high))
@@ -325,13 +325,13 @@ def _levels(passes: Sequence[JointPass]) -> list[list[int]]:
     """Return indices of passes of one joint, with the others alike, at one speed."""
     levels: list[list[int]] = []
     taken: set[int] = set()
-    order = sorted(range(len(passes)), key=lambda k: abs(passes[k].held.velocity))
+    order = sorted(range(len(passes)), key=lambda k: abs(passes[k].steady_pass.velocity))
     for k in order:
         if k in taken:
             continue
-        level, last = [k], abs(passes[k].held.velocity)
+        level, last = [k], abs(passes[k].steady_pass.velocity)
         for candidate in order:
-            speed = abs(passes[candidate].held.velocity)
+            speed = abs(passes[candidate].steady_pass.velocity)
             alike = passes[candidate].joint == passes[k].joint and _same_pose(passes[k], passes[candidate])
             if candidate != k and candidate not in taken and alike and last <= speed <= last * (1.0 + SAME_SPEED):
                 level.append(candidate)
@@ -342,7 +342,7 @@ def _levels(passes: Sequence[JointPass]) -> list[list[int]]:
 
 
 def _same_pose(first: JointPass, second: JointPass) -> bool:
-    return bool(np.abs(first.others - second.others).max(initial=0.0) < SAME_POSE_RAD)
+    return bool(np.abs(first.other_angles - second.other_angles).max(initial=0.0) < SAME_POSE_RAD)
 
 
 def _sharing(passes: Sequence[Pass]) -> tuple[list[int], list[int]]:

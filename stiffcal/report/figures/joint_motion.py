@@ -61,10 +61,10 @@ def _draw(
     load_scale, moved_scale = _scales(curve)
     canvas.zero_lines(panel)
     for number in range(len(runs)):
-        own = np.flatnonzero((curve.run == number) & np.isfinite(curve.moved))
-        drawn_points = own[canvas.thinned(np.abs(curve.moved[own]), MOST_POINTS // max(len(runs), 1))]
+        own = np.flatnonzero((curve.run == number) & np.isfinite(curve.displacement))
+        drawn_points = own[canvas.thinned(np.abs(curve.displacement[own]), MOST_POINTS // max(len(runs), 1))]
         panel.plot(
-            curve.load[drawn_points] * load_scale, curve.moved[drawn_points] * moved_scale, linestyle="none",
+            curve.load[drawn_points] * load_scale, curve.displacement[drawn_points] * moved_scale, linestyle="none",
             marker=canvas.MARKERS[number % len(canvas.MARKERS)], markersize=1.7, markeredgewidth=0.4,
             color=canvas.COLOURS[number % len(canvas.COLOURS)], markerfacecolor="none", zorder=2,
         )  # fmt: skip
@@ -102,7 +102,7 @@ def _scales(curve: JointCurve) -> tuple[float, float]:
 
 
 def _same_heights(panels: Sequence[Axes], curves: Sequence[JointCurve]) -> None:
-    displacements = np.concatenate([curve.moved[np.isfinite(curve.moved)] for curve in curves]) * 1e3
+    displacements = np.concatenate([curve.displacement[np.isfinite(curve.displacement)] for curve in curves]) * 1e3
     if displacements.size:
         largest = 1.08 * float(np.max(np.abs(displacements))) or 1.0
         for panel in panels:

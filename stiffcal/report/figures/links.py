@@ -25,8 +25,8 @@ BENT_SHARE = 0.12
 @canvas.styled
 def draw_rods(picture: LinkPicture) -> Figure:
     """Draw every rod's change over the force, run by run: marks as read, lines the model."""
-    figure, panels = _grid(len(picture.shown))
-    for panel, number in zip(panels, picture.shown, strict=False):
+    figure, panels = _grid(len(picture.large_runs))
+    for panel, number in zip(panels, picture.large_runs, strict=False):
         run = picture.runs[number]
         for rod, name in enumerate(picture.rods):
             label = f"{name}, {1e3 * picture.rod_lengths[rod]:.0f} mm"
@@ -61,7 +61,7 @@ def draw_end(picture: LinkPicture, number: int) -> Figure:
 @canvas.styled
 def draw_tool(picture: LinkPicture) -> Figure:
     """Draw the tool's displacement along the force: measured, by the model with the link and with the link rigid."""
-    chosen = [number for number in picture.shown if picture.runs[number].tool is not None]
+    chosen = [number for number in picture.large_runs if picture.runs[number].tool is not None]
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 66.0 * ((len(chosen) + 1) // 2))
     rows = (len(chosen) + 1) // 2
     panels = figure.subplots(2 * rows, 2, squeeze=False, gridspec_kw={"height_ratios": [2.0, 1.0] * rows})
@@ -99,8 +99,8 @@ def _draw_tool_run(above: Axes, below: Axes, run: LinkRun) -> None:
 @canvas.styled
 def draw_bent(picture: LinkPicture) -> Figure:
     """Draw the link bent, magnified, in its two planes, with its rods: longer red, shorter blue."""
-    bent = picture.bent
-    size = float(np.abs(bent.moved).max())
+    bent = picture.bent_link
+    size = float(np.abs(bent.displacement).max())
     factor = _round_down(BENT_SHARE * float(bent.x1[-1]) / size) if size > 0.0 else 1.0
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 72)
     for panel, across in zip(figure.subplots(2, 1, sharex=True), (1, 2), strict=True):
@@ -113,11 +113,11 @@ def draw_bent(picture: LinkPicture) -> Figure:
 
 def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: float) -> None:
     """Draw the plane of x1 and one axis across."""
-    bent: BentLink = picture.bent
+    bent: BentLink = picture.bent_link
     panel.plot(bent.x1, np.zeros_like(bent.x1), color=canvas.QUIET, linewidth=0.8, label="axis at rest")
-    drawn_displacement = bent.x1 + factor * bent.moved[:, 0]
+    drawn_displacement = bent.x1 + factor * bent.displacement[:, 0]
     panel.plot(
-        drawn_displacement, factor * bent.moved[:, across], color=canvas.MODEL, linewidth=1.6, label="axis, bent"
+        drawn_displacement, factor * bent.displacement[:, across], color=canvas.MODEL, linewidth=1.6, label="axis, bent"
     )
     scale = float(np.abs(bent.change).max()) or 1.0
     for rod, name in enumerate(picture.rods):

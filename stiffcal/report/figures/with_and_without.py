@@ -34,8 +34,8 @@ def draw_before_and_after(pose: ComparedPose) -> Figure:
         for half, style, label in ((pose.off, _OFF, _WITHOUT), (pose.on, _ON, _WITH)):
             along = _mostly_along(half.force, axis)
             panel.plot(
-                half.force[along, axis], 1e3 * half.moved[along, axis], linewidth=0.8, markersize=3.0, label=label,
-                markerfacecolor="white" if half is pose.on else style["color"], **style,
+                half.force[along, axis], 1e3 * half.displacement[along, axis], linewidth=0.8, markersize=3.0,
+                label=label, markerfacecolor="white" if half is pose.on else style["color"], **style,
             )  # fmt: skip
         panel.set_xlabel(f"force F{letter} [N]")
     panels[0].set_ylabel("deflection along the same axis [mm]")
@@ -100,7 +100,7 @@ def draw_step(pair: TimePair) -> Figure:
         line = {key: value for key, value in style.items() if key != "marker"}
         size = np.linalg.norm(trace.wrench[:, :3] - np.median(trace.wrench[:20, :3], axis=0), axis=1)
         force.plot(trace.time, size, linewidth=0.8, **line)
-        displacement_panel.plot(trace.time, 1e3 * trace.moved, linewidth=1.0, label=label, **line)
+        displacement_panel.plot(trace.time, 1e3 * trace.displacement, linewidth=1.0, label=label, **line)
     if np.isfinite(pair.delay):
         for panel in (force, displacement_panel):
             panel.axvspan(0.0, pair.delay, color=canvas.PALE, zorder=0)

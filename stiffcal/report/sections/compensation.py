@@ -79,8 +79,8 @@ def _answer(poses: list[ComparedPose]) -> str:
 
 def _turned_back(pose: ComparedPose) -> bool:
     """Return whether the compensated target moves, on the whole, against where the load would move it."""
-    work_off = float(np.sum(pose.off.force * pose.off.moved))
-    work_on = float(np.sum(pose.on.force * pose.on.moved))
+    work_off = float(np.sum(pose.off.force * pose.off.displacement))
+    work_on = float(np.sum(pose.on.force * pose.on.displacement))
     return work_off > 0.0 and work_on < -0.05 * work_off
 
 
@@ -127,11 +127,11 @@ def _caption_over_time(pair: TimePair) -> str:
             f"force it is up to {wording.digits(side_off)} N without and {wording.digits(side_on)} N with compensation."
         )
     if not np.isfinite(pair.delay):
-        return f"{names}: the displacement of {wording.length(pair.given)} is never taken back by half."
+        return f"{names}: the displacement of {wording.length(pair.uncorrected)} is never taken back by half."
     return (
         f"{names}: half of what the load moves is taken back {1e3 * pair.delay:.0f} ms after it came (grey), filter "
-        f"and delay of the controller included; {wording.length(pair.left)} of {wording.length(pair.given)} remain. "
-        "When the load goes, the correction stays as long, and the target swings to the other side."
+        f"and delay of the controller included; {wording.length(pair.remaining)} of {wording.length(pair.uncorrected)} "
+        "remain. When the load goes, the correction stays as long, and the target swings to the other side."
     )
 
 

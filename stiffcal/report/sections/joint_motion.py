@@ -150,7 +150,7 @@ def _caption_about_axes(joints: tuple[JointPicture, ...]) -> str:
 
 def _caption(joint: JointPicture) -> str:
     inboard, outboard = joint.between
-    n_loads = sum(curve.moved.size for curve in joint.curves[:1])
+    n_loads = sum(curve.displacement.size for curve in joint.curves[:1])
     return (
         f"{joint.name}, {outboard} against {inboard}: six displacements of the joint’s origin over the same components "
         f"of its wrench, {n_loads} loads; each row to one scale, each run’s offset taken off."

@@ -71,9 +71,9 @@ def _of_link(picture: LinkPicture, link_result: LinkResult | None) -> list[Block
     if picture.sentences:
         blocks.append(Items(picture.sentences))
     blocks.append(PictureBlock(partial(drawing.draw_rods, picture), _rods_caption(picture)))
-    lead = next(k for k, run in enumerate(picture.runs) if run.name == picture.bent.run)
+    lead = next(k for k, run in enumerate(picture.runs) if run.name == picture.bent_link.run)
     blocks.append(PictureBlock(partial(drawing.draw_end, picture, lead), _end_caption(picture, lead)))
-    if any(picture.runs[number].tool is not None for number in picture.shown):
+    if any(picture.runs[number].tool is not None for number in picture.large_runs):
         blocks.append(PictureBlock(partial(drawing.draw_tool, picture), _tool_caption(picture)))
     blocks.append(PictureBlock(partial(drawing.draw_bent, picture), _bent_caption(picture)))
     return blocks
@@ -143,10 +143,10 @@ def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
 
 def _rods_caption(picture: LinkPicture) -> str:
     text = "Change of the rods’ lengths over the force, filled marks loading, hollow unloading"
-    text += "; lines: the fitted model." if picture.runs[picture.shown[0]].modelled is not None else "."
+    text += "; lines: the fitted model." if picture.runs[picture.large_runs[0]].modelled is not None else "."
     for first, second in picture.opposite:
-        reads = [float(np.abs(picture.runs[number].lengths[:, [first, second]]).max()) for number in picture.shown]
-        run, size = picture.runs[picture.shown[int(np.argmax(reads))]], max(reads)
+        reads = [float(np.abs(picture.runs[number].lengths[:, [first, second]]).max()) for number in picture.large_runs]
+        run, size = picture.runs[picture.large_runs[int(np.argmax(reads))]], max(reads)
         apart = np.abs(run.lengths[:, first] + run.lengths[:, second]).max()
         text += (
             f" {picture.rods[first]} and {picture.rods[second]} are on opposite sides: in run {run.name} they mirror "
@@ -166,7 +166,7 @@ def _end_caption(picture: LinkPicture, lead: int) -> str:
 
 
 def _tool_caption(picture: LinkPicture) -> str:
-    chosen = [picture.runs[k] for k in picture.shown if picture.runs[k].tool is not None]
+    chosen = [picture.runs[k] for k in picture.large_runs if picture.runs[k].tool is not None]
     first = chosen[0]
     text = (
         "Displacement of the tool along the force: measured, by the fitted model, and by the same model with the link "
@@ -180,8 +180,8 @@ def _tool_caption(picture: LinkPicture) -> str:
 
 
 def _bent_caption(picture: LinkPicture) -> str:
-    bent = picture.bent
-    largest = float(np.sqrt(np.sum(bent.moved**2, axis=1)).max())
+    bent = picture.bent_link
+    largest = float(np.sqrt(np.sum(bent.displacement**2, axis=1)).max())
     return (
         f"Link {picture.link} in run {bent.run} under {wording.digits(abs(bent.force))} N, seen along its two "
         f"transverse axes; its end moves by {wording.length(largest)}. Rods are drawn where they sit, the thicker the "
