@@ -104,9 +104,9 @@ class Unit:
     quantity: str
     """The quantity asked for."""
     factor: float
-    """To SI (m, rad, N, N·m, s, K, kg, rad/s, A)."""
+    """From the unit to SI (m, rad, N, N·m, s, K, kg, rad/s, A)."""
     offset: float = 0.0
-    """To SI (m, rad, N, N·m, s, K, kg, rad/s, A)."""
+    """Added after ``factor``, SI."""
 
     def to_si(self, value: float) -> float:
         """Turn a number in this unit into SI.

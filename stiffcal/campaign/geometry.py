@@ -37,9 +37,9 @@ class _Skeleton:
     link_names: tuple[str | None, ...]
     """J names."""
     mass: Floats
-    """(J,), (J, 3); mass NaN where not known."""
+    """(J,) kg, NaN where not known."""
     com: Floats
-    """(J,), (J, 3); mass NaN where not known."""
+    """(J, 3) m."""
     limits: Floats
     """(J, 2) of the model angle, rad."""
 

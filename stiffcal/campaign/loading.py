@@ -44,11 +44,11 @@ class Campaign:
     folder: Path
     """The campaign folder."""
     manifest: Manifest
-    """Its three files."""
+    """campaign.toml."""
     robot: RobotFile
-    """Its three files."""
+    """robot.toml."""
     model: ModelFile
-    """Its three files."""
+    """model.toml."""
     model_written: bool = True
     """False where there is no model.toml and the default model stands in."""
 

@@ -35,16 +35,17 @@ class UrdfJoint:
     """One joint element."""
 
     name: str
-    """As written."""
+    """The joint's name, as written."""
     kind: str
-    """As written."""
+    """Its type, as written."""
     parent: str
-    """As written."""
+    """Name of the parent link."""
     child: str
-    """As written."""
+    """Name of the child link."""
     xyz: Triple
-    """m, rpy : rad (fixed x, y, z), parent link to joint."""
+    """m, from the parent link to the joint."""
     rpy: Triple
+    """rad about fixed x, y, z, from the parent link to the joint."""
     axis: Triple
     """In the joint's frame, as written."""
     limits: tuple[float, float] | None
@@ -67,6 +68,7 @@ class UrdfRobot:
     """The path from base to tip, and what hangs on it."""
 
     name: str
+    """The robot's name."""
     path: tuple[UrdfJoint, ...]
     """Joints from base to tip in order, fixed ones included."""
     links: dict[str, UrdfLink]
@@ -74,9 +76,9 @@ class UrdfRobot:
     children: dict[str, tuple[UrdfJoint, ...]]
     """Link name to the joints that leave it, whole tree."""
     base: str
-    """Link names."""
+    """Name of the base link."""
     tip: str
-    """Link names."""
+    """Name of the tip link."""
 
     @property
     def turning(self) -> tuple[UrdfJoint, ...]:

@@ -30,13 +30,11 @@ class LinkPart:
     ``end``, where the model holds nothing on the link.
     """
     end_by_compliance: Floats | None
-    """The same by the 6×6 compliance that the link's rods gave, in place of the model; None where no rods are on it. A
-    twist that the rods do not measure is the model's, else none.
+    """Like ``end``, by the 6×6 compliance that the link's rods gave, in place of the model; None where no rods are on
+    it. A twist that the rods do not measure is the model's, else none.
     """
     at_target_by_compliance: Floats | None
-    """The same by the 6×6 compliance that the link's rods gave, in place of the model; None where no rods are on it. A
-    twist that the rods do not measure is the model's, else none.
-    """
+    """Like ``at_target``, by the same compliance."""
 
 
 def links_rigid(

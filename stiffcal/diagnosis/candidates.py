@@ -19,10 +19,11 @@ class Candidate:
     """An effect at a place."""
 
     effect: Effect
+    """The effect."""
     place: Place
-    """``effect``, ``place``: which."""
+    """Where on the robot it acts."""
     n_parameters: int
-    """Free ones, shapes included."""
+    """Number of its free parameters, nonlinear ones included."""
 
     @property
     def name(self) -> str:

@@ -46,8 +46,9 @@ class EffectEvidence:
     placed: PlacedEffect
     """The effect, its place and the values with which it is in the model."""
     covariate: str
+    """What the residual is drawn against."""
     unit: str
-    """``covariate``, ``unit``: what the residual is drawn against, with its unit ("1" for a number)."""
+    """The covariate's unit, "1" for a number."""
     rotational: bool
     """True where the residual is read in rotations (rad), False for lengths at the tool (m)."""
     lever: float | None
@@ -55,17 +56,17 @@ class EffectEvidence:
     index: Integers
     """(n,) the states' indices in the campaign's load states."""
     value: Floats
-    """(n,) the driver."""
+    """(n,) the covariate."""
     before: Floats
+    """(n,) m or rad, residual in unseen poses without the effect; NaN where nothing can be read."""
     after: Floats
-    """``before``, ``after``: (n,) m or rad, residual in unseen poses without and with the effect; NaN where nothing can
-    be read.
-    """
+    """(n,) m or rad, residual in unseen poses with the effect; NaN where nothing can be read."""
     law: Floats
     """(n,) m or rad, what the effect adds in the same direction, counted from the weight-only state."""
     rms_before: Rms
+    """Rms of the residual vector in unseen poses without the effect."""
     rms_after: Rms
-    """``rms_before``, ``rms_after``: of the whole residual vector in unseen poses."""
+    """Rms of the residual vector in unseen poses with the effect."""
     by_run: tuple[tuple[int, float, float], ...]
     """(run number, rms before, rms after) of the same kind as ``before``, m or rad."""
 

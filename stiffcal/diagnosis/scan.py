@@ -120,19 +120,23 @@ class _BaseRows:
     space: Projection
     """Whitening and run offsets."""
     rows: Floats
-    """(p, m · n) base columns; ``residual``: (1, m · n). Both sorted by fold."""
+    """(p, m · n) base columns, sorted by fold."""
     residual: Floats
+    """(1, m · n) whitened residual, sorted by fold."""
     order: Integers
+    """(m · n,) indices that sort whitened rows by fold."""
     cuts: list[slice]
-    """``order``, ``cuts``: how whitened rows are sorted by fold, and where each fold ends."""
+    """The rows of each fold after sorting."""
     inner: Floats
-    """(F, p, p) inner products of the base columns; ``inner_sum``: (p, p) all folds together."""
+    """(F, p, p) inner products of the base columns, by fold."""
     inner_sum: Floats
+    """(p, p) the same over all folds."""
     groups: Integers
     """(F,) groups of folds for the repeated choice."""
     low: Floats
+    """(p,) lower bounds of the base model's parameters."""
     high: Floats
-    """``low``, ``high``: (p,) bounds of the base model's parameters."""
+    """(p,) their upper bounds."""
     base: Score
     """Its score."""
 

@@ -74,8 +74,9 @@ class Search:
     final_scan: Scan
     """The last scan, of ``final``."""
     before: LackOfFit | None
+    """Residuals against noise without ``tried``; None where the noise is not known."""
     after: LackOfFit | None
-    """``before``, ``after``: residuals against noise, without and with ``tried``; None where the noise is not known."""
+    """Residuals against noise with ``tried``; None where the noise is not known."""
     explained: Explained
     """Share of the avoidable error that goes with ``tried``, with its 95 % interval over poses."""
     unexplained: bool

@@ -57,10 +57,11 @@ class _Family:
     """Curves that are fitted to the residual together."""
 
     what: str
+    """What the residual follows, as in `ResidualDependence`."""
     features: Floats
     """(k, m, n) the curves."""
     words: str
-    """``what``, ``words``: as in `ResidualDependence`."""
+    """The dependence in words, as in `ResidualDependence`."""
     by_run: bool = False
     """Each curve is fitted in every run by itself, with a free number for each run."""
 

@@ -53,6 +53,7 @@ class ExperimentFit:
     n_runs: int = 0
     """Runs that it rests on."""
     n_readings: int = 0
+    """Number of readings that it rests on."""
     reduced_chi2: float | None = None
     """Of its own fit."""
     condition: float | None = None

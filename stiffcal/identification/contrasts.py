@@ -32,9 +32,9 @@ class Contrasts:
     run: Integers
     """(c,) the run that each is from."""
     translation: Floats | None = None
-    """(c, m) and (c, m, m), as in `PoseSpread`; None where poses are read."""
+    """(c, m), as in `PoseSpread`; None where poses are read."""
     rotation: Floats | None = None
-    """(c, m) and (c, m, m), as in `PoseSpread`; None where poses are read."""
+    """(c, m, m), as in `PoseSpread`; None where poses are read."""
 
     def subset(self, keep: NDArray[np.bool_]) -> Contrasts:
         """Return some of them."""

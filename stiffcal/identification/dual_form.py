@@ -52,13 +52,13 @@ class TwoForms:
     names: tuple[str, ...]
     """p full parameter names: the compliances that the fit determines."""
     matrix: Floats
-    """(p,) rad/(N·m), each form carried on until its steps are rounding, with the same weights."""
+    """(p,) rad/(N·m), matrix form, iterated until its steps are rounding."""
     dual: Floats
-    """(p,) rad/(N·m), each form carried on until its steps are rounding, with the same weights."""
+    """(p,) rad/(N·m), dual quaternion form with the same weights, iterated until its steps are rounding."""
     unweighted: Floats
     """(p,) by eq. 35 as printed, lengths in metres."""
     unweighted_mm: Floats
-    """Lengths in millimetres. NaN where orientation is not measured everywhere."""
+    """(p,) the same with lengths in millimetres. NaN where orientation is not measured everywhere."""
     difference: float
     """Largest relative difference between matrix and dual form."""
 

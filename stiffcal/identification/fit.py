@@ -93,9 +93,9 @@ class Ambiguity:
     coefficients: tuple[float, ...] = ()
     """Of the known combination, one per name; empty where nothing is known."""
     value: float | None = None
-    """Of that combination, or None."""
+    """The value of the known combination; None where there is none."""
     std: float | None = None
-    """Of that combination, or None."""
+    """Its standard uncertainty; None where there is none."""
 
 
 @dataclass(frozen=True)

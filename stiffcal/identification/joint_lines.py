@@ -39,9 +39,9 @@ class JointLine:
     component: Component
     """One of `COMPONENTS`."""
     compliance: float
-    """Of the straight line, m/N or rad/(N·m); NaN where no load turns it."""
+    """m/N or rad/(N·m), slope of the straight line; NaN where no load turns it."""
     std: float
-    """Of the straight line, m/N or rad/(N·m); NaN where no load turns it."""
+    """Standard uncertainty of ``compliance``; NaN where no load turns it."""
     curve: tuple[float, float, float]
     """(3,) of δ = c₁ w + c₂ w² + c₃ w³; c₁ alone where a straight line does."""
     p_curved: float
@@ -51,7 +51,7 @@ class JointLine:
     largest: float
     """The largest displacement that the line that holds gives to these loads, m or rad."""
     n: int
-    """States."""
+    """Number of states."""
     offsets: dict[int, float]
     """Run number to its offset, m or rad."""
 
@@ -75,13 +75,11 @@ class JointComplianceMatrix:
     lines: tuple[JointLine, ...]
     """The six components."""
     matrix: Floats | None
-    """(6, 6) δ = C w, and standard uncertainties; None where the loads do not turn all directions. The diagonal of a
-    curved component is its slope at no load.
+    """(6, 6) δ = C w; None where the loads do not turn all directions. The diagonal of a curved component is its slope
+    at no load.
     """
     matrix_std: Floats | None
-    """(6, 6) δ = C w, and standard uncertainties; None where the loads do not turn all directions. The diagonal of a
-    curved component is its slope at no load.
-    """
+    """(6, 6) standard uncertainties of ``matrix``; None where that is."""
     coupled: float
     """Standard uncertainties beyond which an element off the diagonal is no chance (`FALSE_COUPLINGS`)."""
 

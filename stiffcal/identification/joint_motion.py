@@ -29,9 +29,9 @@ class JointMotion:
     joint: int
     """From 1."""
     inboard: str
-    """The two targets' names; "" inboard of joint 1 where the base itself carries none."""
+    """The inboard target's name; "" inboard of joint 1 where the base itself carries none."""
     outboard: str
-    """The two targets' names; "" inboard of joint 1 where the base itself carries none."""
+    """The outboard target's name."""
     displacement: Floats
     """(n, 6) m and rad, joint axes, about the joint's origin, since the run's reference; NaN where one of the two
     bodies was not measured, or that which carries the force sensor.

@@ -52,23 +52,23 @@ class Noise:
     """Standard uncertainty of one load state, per component."""
 
     translation: float
-    """Of the measured displacement, m and rad."""
+    """m, of the measured displacement."""
     rotation: float
-    """Of the measured displacement, m and rad."""
+    """rad, of the measured displacement."""
     force: float
-    """Of the wrench, N and N·m."""
+    """N, of the wrench."""
     moment: float
-    """Of the wrench, N and N·m."""
+    """N·m, of the wrench."""
     source: NoiseSource
     """"repeats", "manifest" or "none"."""
     dof: float
     """Degrees of freedom behind it; infinite for the manifest's word."""
     gauge: float = 0.0
-    """Of gauges and rods, m."""
+    """m, of gauges."""
     length: float = 0.0
-    """Of gauges and rods, m."""
+    """m, of rods."""
     motor_angle: float = 0.0
-    """Of clamped motors' angles, rad."""
+    """rad, of clamped motors' angles."""
     clamped_wrench: tuple[float, float] | None = None
     """Of force and moment in clamped states, N and N·m, where it is not that of the others: a sweep averages fewer
     readings than a hold. None: alike.

@@ -21,13 +21,13 @@ class Projection:
     """Turns displacements (k, m, n) into whitened rows (k, m · n), run offsets eliminated."""
 
     data: Observations
-    """The observations and their noise."""
+    """The observations."""
     whitening: Whitening
-    """The observations and their noise."""
+    """Their noise."""
     edges: Integers
-    """Where each run begins, and how many states it has."""
+    """(R,) index of each run's first state."""
     counts: Integers
-    """Where each run begins, and how many states it has."""
+    """(R,) number of each run's states."""
     precision: Floats | None
     """(m, m, n) inverse covariances, None where diagonal."""
     inverse_total: Floats

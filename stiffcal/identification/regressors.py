@@ -34,11 +34,11 @@ class Regressor:
     """An effect's displacements per unit of its amplitudes."""
 
     effect: Effect
-    """Which."""
+    """The effect."""
     place: Place
-    """Which."""
+    """Where on the robot it acts."""
     shape: Mapping[str, float]
-    """Values of the shape parameters."""
+    """Values of the nonlinear parameters."""
     symbols: tuple[str, ...]
     """q amplitudes or set-up parameters."""
     columns: Floats
@@ -56,13 +56,13 @@ class Linearised:
     data: Observations
     """The observations."""
     loaded: Rest
-    """Rests under load and under weight alone."""
+    """The rests under load."""
     unloaded: WeightOnlyRest
-    """Rests under load and under weight alone."""
+    """The rests under weight alone."""
     displacement: Floats
     """(B, 6, n) displacements of the targets, observation effects included."""
     predicted: Floats
-    """(m, n) what the rows read of it."""
+    """(m, n) what the rows read of ``displacement``."""
     _levers: dict[tuple[int, int], Floats] = field(default_factory=dict)
 
     @classmethod

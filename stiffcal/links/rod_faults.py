@@ -56,9 +56,9 @@ class RodFault:
     size: float
     """m, rms of what is wrong with these rods' readings."""
     before: float
-    """m, rms of the contradiction of all rods with the fault, and with it mended."""
+    """m, rms of the contradiction of all rods with the fault."""
     after: float
-    """m, rms of the contradiction of all rods with the fault, and with it mended."""
+    """m, rms of the contradiction of all rods with the fault mended."""
     alternatives: tuple[str, ...]
     """Other faults that explain the data as well, in words."""
     sentence: str

@@ -39,9 +39,9 @@ class ShapeError:
     relative: float
     """Error of the end's displacement over the displacement (translations; for torsion the twist)."""
     error: Floats
-    """(6,) for a unit of the field, m and rad."""
+    """(6,) error of the end's displacement for a unit of the field, m and rad."""
     truth: Floats
-    """(6,) for a unit of the field, m and rad."""
+    """(6,) the end's displacement for a unit of the field, m and rad."""
 
 
 @dataclass(frozen=True)
@@ -107,9 +107,9 @@ class LinkEstimate:
     """How a link's end moved in n states, by m rods; beam axes."""
 
     rods: Rods
-    """What was measured with, and the link."""
+    """The rods."""
     shape: BeamProperties
-    """What was measured with, and the link."""
+    """The link they are on."""
     design: RodDesign
     """What the rods carry."""
     displacement: Floats

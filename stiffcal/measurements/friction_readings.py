@@ -40,13 +40,13 @@ class SteadyReadings:
     alike, carry the same mean weight.
     """
     low: Floats
-    """(m,) rad, the ends of that stretch."""
+    """(m,) rad, where that stretch begins."""
     high: Floats
-    """(m,) rad, the ends of that stretch."""
+    """(m,) rad, where it ends."""
     start: Floats
-    """(m,) s on the log's clock, where the velocity was held."""
+    """(m,) s on the log's clock, where the velocity began to be constant."""
     end: Floats
-    """(m,) s on the log's clock, where the velocity was held."""
+    """(m,) s on the log's clock, where it ceased to be."""
     n_readings: Integers
     """(m,) samples averaged."""
     scatter: Floats
@@ -84,15 +84,15 @@ class FreeMotion:
     time: Floats
     """(n,) s on the log's clock."""
     angles: Floats
-    """(n, J) of the chain's model joints; rad, rad/s, rad/s²."""
+    """(n, J) rad, of the chain's model joints."""
     velocity: Floats
-    """(n, J) of the chain's model joints; rad, rad/s, rad/s²."""
+    """(n, J) rad/s, of the chain's model joints."""
     acceleration: Floats
-    """(n, J) of the chain's model joints; rad, rad/s, rad/s²."""
+    """(n, J) rad/s², of the chain's model joints."""
     drive_velocity: Floats
-    """(n, J) of the drives, rad/s and rad/s² at the joint's side of the gear."""
+    """(n, J) rad/s, of the drives at the joint's side of the gear."""
     drive_acceleration: Floats
-    """(n, J) of the drives, rad/s and rad/s² at the joint's side of the gear."""
+    """(n, J) rad/s², of the drives at the joint's side of the gear."""
     torque: Floats
     """(n, J) N·m of the drives, at the joint's side."""
     one_way: Booleans

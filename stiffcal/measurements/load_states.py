@@ -35,13 +35,13 @@ class Sigma:
     """Standard uncertainty of one load state's reading, SI; None where the manifest does not say."""
 
     translation: float | None = None
-    """Of a measured pose or deflection, m and rad, per axis."""
+    """m per axis, of a measured pose or deflection."""
     rotation: float | None = None
-    """Of a measured pose or deflection, m and rad, per axis."""
+    """rad per axis, of a measured pose or deflection."""
     force: float | None = None
-    """Of the wrench, N and N·m, per axis."""
+    """N per axis, of the wrench."""
     moment: float | None = None
-    """Of the wrench, N and N·m, per axis."""
+    """N·m per axis, of the wrench."""
     length: float | None = None
     """Of a rod's length, m."""
     gauge: float | None = None

@@ -23,9 +23,9 @@ class Rods:
     names: tuple[str, ...]
     """m names, as in the manifest."""
     start: Floats
-    """(m, 3) the material points that each rod joins, beam frame, m."""
+    """(m, 3) m, the material point where each rod begins, beam frame."""
     end: Floats
-    """(m, 3) the material points that each rod joins, beam frame, m."""
+    """(m, 3) m, the material point where it ends, beam frame."""
     warping: Floats
     """(m, 2) value of the warping function at start and end, m²; NaN where not known."""
     sigma: Floats

@@ -14,25 +14,25 @@ class BeamSection:
     """A section of one material; x2 and x3 as in the beam frame, m."""
 
     area: float
-    """m²."""
+    """m², of the section."""
     EA: float
-    """N."""
+    """N, axial rigidity."""
     EI2: float
-    """E ∫x3² dA, E ∫x2² dA, E ∫x2 x3 dA about the neutral fibre, N·m²."""
+    """N·m², E ∫x3² dA about the neutral fibre."""
     EI3: float
-    """E ∫x3² dA, E ∫x2² dA, E ∫x2 x3 dA about the neutral fibre, N·m²."""
+    """N·m², E ∫x2² dA about the neutral fibre."""
     EI23: float
-    """E ∫x3² dA, E ∫x2² dA, E ∫x2 x3 dA about the neutral fibre, N·m²."""
+    """N·m², E ∫x2 x3 dA about the neutral fibre."""
     GJ: float
     """Torsional rigidity after Saint-Venant, N·m²."""
     shear_2: float
-    """Shear rigidities for forces along x2 and x3, N; the Euler–Bernoulli beam takes them as infinite."""
+    """N, shear rigidity for forces along x2; the Euler–Bernoulli beam takes it as infinite."""
     shear_3: float
-    """Shear rigidities for forces along x2 and x3, N; the Euler–Bernoulli beam takes them as infinite."""
+    """N, shear rigidity for forces along x3; the Euler–Bernoulli beam takes it as infinite."""
     neutral: tuple[float, float]
     """(x2, x3) of the centroid."""
     twist_centre: tuple[float, float]
-    """Of the shear centre (Trefftz)."""
+    """(x2, x3) of the shear centre (Trefftz)."""
     warping_rigidity: float
     """E ∫Ψ² dA, N·m⁴."""
     warping_decay: float | None
@@ -40,11 +40,11 @@ class BeamSection:
     warping: near for open sections, of the right order for closed ones (`tests.benchmarks.solid_link`).
     """
     warping_hold: float
-    """Share of the twist that the clamp takes away there."""
+    """Share of the twist that the clamp prevents over that length."""
     nodes: Floats
-    """(p, 2) of the mesh."""
+    """(p, 2) m, nodes of the mesh."""
     triangles: Integers
-    """(t, 3)."""
+    """(t, 3) node indices of each triangle."""
     warping: Floats
     """(p,) Ψ about the twist centre, m², without mean and tilt."""
 

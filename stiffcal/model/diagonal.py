@@ -17,9 +17,9 @@ class CompliantAxis:
     meaning: str
     """In words, with ``{axis}`` where the axis is named."""
     upper: float
-    """rad/(N·m) (or m/N)."""
+    """Upper bound, rad/(N·m) or m/N."""
     typical: float
-    """rad/(N·m) (or m/N)."""
+    """Typical value, rad/(N·m) or m/N."""
     source: str
     """Where ``typical`` is from."""
 

@@ -64,11 +64,11 @@ class ParameterSpec:
     meaning: str
     """In words."""
     lower: float
-    """Bounds of possible values."""
+    """Lower bound of possible values."""
     upper: float
-    """Bounds of possible values."""
+    """Upper bound of possible values."""
     typical: float
-    """a size met on industrial robots; ``source`` states where the number is from."""
+    """A size met on industrial robots."""
     source: str
     """Where ``typical`` is from."""
     role: ParameterRole = ParameterRole.AMPLITUDE
@@ -217,11 +217,11 @@ class Covariate:
     """What the residual is to be plotted against."""
 
     label: str
-    """For the axis."""
+    """Text of the axis."""
     unit: str
-    """For the axis."""
+    """Unit of the axis."""
     value: Floats = field(default_factory=lambda: np.zeros(0))
-    """(n,)."""
+    """(n,) its values."""
 
 
 @dataclass(frozen=True)

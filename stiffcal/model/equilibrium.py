@@ -149,9 +149,9 @@ class Balance:
     target_rotation: Floats
     """(n, B, 3, 3) base_from_target."""
     unloaded_position: Floats
-    """The same under weight alone."""
+    """(n, B, 3) m, base axes, under weight alone."""
     unloaded_rotation: Floats
-    """The same under weight alone."""
+    """(n, B, 3, 3) base_from_target under weight alone."""
     displacement: Floats
     """(n, B, 6) from the weight-only state: difference of positions, and rotation vector of R R_refᵀ, base axes, m and
     rad.
@@ -221,9 +221,9 @@ class WeightOnlyRest:
     linear: list[Floats]
     """Each target's (6, n) first-order displacement; empty in the finite form."""
     wrench: Floats
-    """(2J + 2, 6, n) of the nodes."""
+    """(2J + 2, 6, n) N, N·m, wrench of each node, its axes."""
     displacement: Floats
-    """(2J + 2, 6, n) of the nodes."""
+    """(2J + 2, 6, n) m, rad, displacement of each node, its axes."""
     terms: list[tuple[PlacedEffect, Term]]
     """The laws' terms."""
 

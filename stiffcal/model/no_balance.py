@@ -35,9 +35,9 @@ class LikelyCause:
     excess: float
     """How many times larger."""
     file: str
-    """Where it stands."""
+    """The file that holds the number."""
     place: str
-    """Where it stands."""
+    """Its line or key in that file."""
     found: str
     """The number in words."""
     mend: str

@@ -25,15 +25,15 @@ class ExtraRod:
     """A rod that would help."""
 
     start: Floats
-    """(3,) beam frame, m."""
+    """(3,) m, where it would begin, beam frame."""
     end: Floats
-    """(3,) beam frame, m."""
+    """(3,) m, where it would end, beam frame."""
     determines: tuple[str, ...]
     """Unknowns that could be carried with it and could not without."""
     gain_before: float
-    """How much of a rod's error the link's end shows at worst, for the unknowns carried before."""
+    """Error of the link's end over a rod's error at worst, for the unknowns carried before, without it."""
     gain_after: float
-    """How much of a rod's error the link's end shows at worst, for the unknowns carried before."""
+    """The same with it."""
     gain: float
     """The same with all that the rods then carry."""
     spare: int
@@ -49,11 +49,11 @@ class RodObservability:
     rods: tuple[str, ...]
     """The rods' names."""
     carried: tuple[str, ...]
-    """Unknowns by name."""
+    """Names of the unknowns that the rods determine."""
     taken_as_absent: tuple[str, ...]
-    """Unknowns by name."""
+    """Names of the unknowns that are assumed zero."""
     blind: tuple[str, ...]
-    """Unknowns by name."""
+    """Names of the unknowns that no rod reads."""
     spare: int
     """Rods beyond the unknowns: the check."""
     condition: float
@@ -65,7 +65,7 @@ class RodObservability:
     sigma: float
     """Of a rod, m: as stated, else `USUAL_SIGMA`."""
     stated: bool
-    """Whether it was."""
+    """True where the manifest states ``sigma``."""
     mistakes: tuple[ShapeError, ...]
     """What loads that are not carried do to the estimate."""
     advice: tuple[ExtraRod, ...]

@@ -100,11 +100,11 @@ class FuzzInput:
     ending: str
     """What its file's name ends with; a format whose logs are folders names a file that it reads as well."""
     write: Callable[[Path], None]
-    """Writes it."""
+    """Writes the log to a path."""
     numbers: tuple[str, ...]
-    """Columns that it holds, of numbers and of words."""
+    """Names of its columns of numbers."""
     texts: tuple[str, ...] = ()
-    """Columns that it holds, of numbers and of words."""
+    """Names of its columns of words."""
     options: Mapping[str, object] = field(default_factory=dict)
     """The format's options with which it is read."""
 

@@ -26,9 +26,9 @@ class Blocks:
     time: Floats
     """(m,) s, mean of the block's sample times."""
     start: Floats
-    """(m,) s, its first and last sample."""
+    """(m,) s, the block's first sample."""
     end: Floats
-    """(m,) s, its first and last sample."""
+    """(m,) s, its last sample."""
     count: Integers
     """(m,) samples in the block."""
     mean: dict[str, Floats]

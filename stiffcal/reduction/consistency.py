@@ -222,9 +222,9 @@ class KinematicsMatch:
     """How well kinematics meets the tracker in the reference states."""
 
     median_m: float
-    """Distance between the computed and the measured target; NaN where positions are not measured."""
+    """Median distance between the computed and the measured target; NaN where positions are not measured."""
     worst_m: float
-    """Distance between the computed and the measured target; NaN where positions are not measured."""
+    """The largest such distance."""
     turned_rad: float
     """Median angle between the computed and the measured orientation, NaN where not measured."""
 

@@ -40,13 +40,13 @@ class Holds:
     """h holds of a run, in order, in s on the clock of the log they were found in."""
 
     start: Floats
-    """(h,) what is averaged."""
+    """(h,) where the averaged stretch begins."""
     end: Floats
-    """(h,) what is averaged."""
+    """(h,) where it ends."""
     reached: Floats
-    """(h,) when the load was reached and left: ``left - reached`` is how long it was held."""
+    """(h,) when the load was reached."""
     left: Floats
-    """(h,) when the load was reached and left: ``left - reached`` is how long it was held."""
+    """(h,) when the load was left: ``left - reached`` is how long it was held."""
     dropped: tuple[UnusedStretch, ...] = ()
     """What was thrown away, and why."""
 

@@ -66,11 +66,11 @@ class Registration:
     uncertainty: dict[str, Floats]
     """Name to (6,) standard uncertainty: translation m, rotation rad; NaN where it was not looked for."""
     rms_m: float
-    """What is left between kinematics and readings; rms_rad is NaN for positions only."""
+    """Rms distance between kinematics and readings."""
     rms_rad: float
-    """What is left between kinematics and readings; rms_rad is NaN for positions only."""
+    """Rms angle between kinematics and readings; NaN for positions only."""
     n_poses: int
-    """Different poses used."""
+    """Number of different poses used."""
 
     @property
     def summary(self) -> RegistrationSummary:

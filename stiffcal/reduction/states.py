@@ -41,9 +41,9 @@ class RawStates:
     signals: dict[str, Floats]
     """Name to (n, c), as in `stiffcal.reduction.logs.Rows` but states first."""
     scatter: dict[str, Floats]
-    """Likewise, standard deviation of single readings within the hold; signals without one are left out."""
+    """Name to (n, c), standard deviation of single readings within the hold; signals without one are left out."""
     n_readings: Integers
-    """(n,)."""
+    """(n,) readings averaged."""
     set_aside: list[SetAside]
     """Why each of the n states is not used; `IN_USE` where it is."""
 

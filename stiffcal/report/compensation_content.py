@@ -14,11 +14,11 @@ class HalfRun:
     name: str
     """The run's id."""
     force: Floats
-    """(n, 3) N, less the reference's. ``moved``: (n, 3) m, ``turned``: (n, 3) rad, NaN where not measured: observed,
-    the controller's own motion with it.
-    """
+    """(n, 3) N, less the reference's."""
     displacement: Floats
+    """(n, 3) m, NaN where not measured: observed, the controller's own motion with it."""
     rotation: Floats
+    """(n, 3) rad, likewise."""
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,17 @@ class ComparedPose:
     pose: str
     """Joint angles in words."""
     off: HalfRun
+    """The run without compensation."""
     on: HalfRun
-    """``off``, ``on``: without and with compensation."""
+    """The run with compensation."""
     error_off: tuple[float, float]
+    """(m, rad) rms error over the loaded states without compensation; rad is NaN where not measured."""
     error_on: tuple[float, float]
+    """The same with compensation."""
     largest_off: tuple[float, float]
+    """(m, rad) largest error of a state without compensation; rad is NaN where not measured."""
     largest_on: tuple[float, float]
-    """Position (m) and rotation (rad, NaN where not measured): ``error_off``, ``error_on`` the rms over the loaded
-    states, ``largest_off``, ``largest_on`` of one of them.
-    """
+    """The same with compensation."""
 
     @property
     def gone(self) -> float:
@@ -46,12 +48,16 @@ class ComparedPose:
 
 @dataclass(frozen=True)
 class Trace:
-    """A run over time: time (n,) s since the load came, wrench (n, 6) as the sensor read it, moved (n,) m."""
+    """A run over time."""
 
     name: str
+    """The run's id."""
     time: Floats
+    """(n,) s since the load came."""
     wrench: Floats
+    """(n, 6) N, N·m, as the sensor read it."""
     displacement: Floats
+    """(n,) m."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +67,15 @@ class TimePair:
     kind: str
     """"step" for a load that comes at once, "process" for a machining process."""
     off: Trace
+    """The run without compensation."""
     on: Trace
-    """``off``, ``on``: without and with compensation."""
+    """The run with compensation."""
     delay: float
-    """S from the load until half of what it moved is taken back; NaN where it never is."""
+    """s from the load until half of its displacement is taken back; NaN where it never is."""
     remaining: float
-    """m, what remains of the displacement when the correction stands. ``given``: m, what the load makes without it."""
+    """m, what remains of the displacement when the correction stands."""
     uncorrected: float
+    """m, the displacement without the correction."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +83,8 @@ class WithAndWithout:
     """All pairs of a campaign."""
 
     poses: tuple[ComparedPose, ...]
+    """The poses measured twice."""
     over_time: tuple[TimePair, ...] = ()
-    """``poses``, ``over_time``: the pairs."""
+    """The pairs of runs over time."""
     played: str = ""
     """Of a simulated campaign, what its delay is made of and what is left out; "" for a measured one."""

@@ -91,10 +91,11 @@ class ReportRun:
     target: Floats | None = None
     """(3,) m in base axes: the measured point, where residual arrows start; None where not known."""
     holdout: bool = False
-    """Never used to fit."""
+    """True where no fit uses it."""
     tags: tuple[str, ...] = ()
-    """The manifest's words. ``kind``: of experiment: "load", "clamped", "friction", "free"."""
+    """The manifest's words for the run."""
     kind: str = "load"
+    """Kind of experiment: "load", "clamped", "friction", "free"."""
 
 
 @dataclass(frozen=True)
@@ -197,13 +198,15 @@ class EffectPicture:
     effect: str
     """Its name."""
     x_label: str
+    """Label of the abscissa, with its unit."""
     y_label: str
-    """``x_label``, ``y_label``: what is drawn, with units."""
+    """Label of the ordinate, with its unit."""
     x: Floats
     """(n,) in the order in which the states were reached."""
     without: Floats
+    """(n,) the curve without the effect, in the unit of ``y_label``."""
     with_effect: Floats
-    """``without``, ``with_effect``: (n,) in the unit of ``y_label``."""
+    """(n,) the curve with the effect, in the same unit."""
     unloading: Booleans
     """(n,) True where the load was going back; all False where it makes no difference."""
     caption: str
@@ -285,8 +288,9 @@ class ReportContent:
     identify: IdentifyResult | None = None
     """The present fit; None where nothing is fitted."""
     validate: Document | None = None
+    """The document of `validate` (interface, section 4); None where not made."""
     history: Document | None = None
-    """``validate``, ``history``: JSON documents of the interface, section 4; None where not made."""
+    """The document of `history`; None where not made."""
     fit_changes: tuple[FitChange, ...] = ()
     """Fits of the history that follow each other with another model of the same load states, oldest first."""
     ingest: IngestResult | None = None

@@ -18,18 +18,21 @@ class JointCurve:
     component: str
     """"tx", "ty", "tz", "rx", "ry" or "rz", joint axes."""
     load: Floats
-    """(n,) N or N·m. ``moved``: (n,) m or rad, its run's offset taken off. ``run``: (n,) indices into the runs' names.
-    """
+    """(n,) N or N·m."""
     displacement: Floats
+    """(n,) m or rad, its run's offset taken off."""
     run: NDArray[np.int64]
+    """(n,) indices into the runs' names."""
     curve: tuple[float, float, float]
     """(3,) of δ = c₁ w + c₂ w² + c₃ w³."""
     compliance: float
+    """m/N or rad/(N·m), slope of the straight line; NaN where no load turns it."""
     std: float
-    """``compliance``, ``std``: of the straight line, m/N or rad/(N·m); NaN where no load turns it."""
+    """Standard uncertainty of ``compliance``."""
     above_noise: bool
+    """True where the compliance is judged larger than its noise."""
     curved: bool
-    """``above_noise``, ``curved``: as judged."""
+    """True where the curve is judged not straight."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +40,9 @@ class JointPicture:
     """A joint between two tracked bodies."""
 
     name: str
-    """The joint's. ``between``: the two targets, "base" inboard of all."""
+    """The joint's name."""
     between: tuple[str, str]
+    """Names of the two targets, "base" inboard of all."""
     runs: tuple[str, ...]
     """Names of the runs that the curves count."""
     curves: tuple[JointCurve, ...]

@@ -12,17 +12,17 @@ class LinkRun:
     """One run, of a link with rods: n states in the order in which they were reached."""
 
     name: str
-    """The run's id. ``along``: the direction of its load in words, base axes."""
+    """The run's id."""
     along: str
+    """The direction of its load in words, base axes."""
     force: Floats
     """(n,) N, the load along that direction since the reference."""
     unloading: Booleans
     """(n,) True where the load went back."""
     lengths: Floats
-    """(n, m) m, what each rod changed by; ``modelled``: the same by the fitted model, or None where it holds no effect
-    on the link.
-    """
+    """(n, m) m, measured change of each rod."""
     modelled: Floats | None
+    """(n, m) m, the same by the fitted model; None where it holds no effect on the link."""
     end: Floats
     """(n, 6) m and rad, the link's end from the rods, beam axes; NaN where they do not determine it."""
     end_std: Floats
@@ -30,11 +30,11 @@ class LinkRun:
     by_wrench: Floats
     """(n, 6) the same by the link's compliance and the wrench that it carries, without rods."""
     tool: Floats | None
+    """(n,) m, the tool's measured displacement along the load; None where not measured."""
     with_link: Floats | None
+    """(n,) m, the same by the model; None where ``tool`` is."""
     without_link: Floats | None
-    """``tool``, ``with_link``, ``without_link``: (n,) m, the tool's displacement along the load: measured, by the
-    model, and by the model with the link rigid; None where it was not measured.
-    """
+    """(n,) m, the same by the model with the link rigid; None where ``tool`` is."""
 
 
 @dataclass(frozen=True)
@@ -42,16 +42,19 @@ class BentLink:
     """A link drawn bent, in beam axes."""
 
     x1: Floats
-    """(p,) m, along the axis from the clamped end. ``moved``: (p, 3) m, how the axis moved."""
+    """(p,) m, along the axis from the clamped end."""
     displacement: Floats
+    """(p, 3) m, of the axis."""
     start: Floats
+    """(m, 3) m, where the rods begin."""
     end: Floats
-    """``start``, ``end``: (m, 3) m, where the rods are fixed."""
+    """(m, 3) m, where they end."""
     change: Floats
-    """(m,) m, what they read."""
+    """(m,) m, what the rods read."""
     force: float
-    """N, of the load. ``run``: in which."""
+    """N, of the load."""
     run: str
+    """Name of the run."""
 
 
 @dataclass(frozen=True)
@@ -59,14 +62,18 @@ class LinkPicture:
     """All that is shown of one link."""
 
     link: str
-    """Its name. ``rods``: m names. ``rod_lengths``: (m,) m. ``opposite``: pairs of rods on opposite sides, by index."""
+    """The link's name."""
     rods: tuple[str, ...]
+    """m names."""
     rod_lengths: Floats
+    """(m,) m."""
     opposite: tuple[tuple[int, int], ...]
+    """Pairs of rods on opposite sides, by index."""
     runs: tuple[LinkRun, ...]
-    """Those with readings, in the campaign's order; ``shown``: indices of those drawn large."""
+    """The runs with readings, in the campaign's order."""
     large_runs: tuple[int, ...]
+    """Indices of the runs that are drawn large."""
     bent_link: BentLink
-    """Under the largest reading."""
+    """The link under the largest reading."""
     sentences: tuple[str, ...]
     """Sentences of the section's text."""

@@ -30,7 +30,7 @@ class LoadProgram:
     sign: Integers
     """(m,) +1 along the direction, -1 against it, 0 unloaded."""
     level: Floats
-    """(m,) what was wanted, as a fraction of the largest force."""
+    """(m,) nominal load, as a fraction of the largest force."""
     branch: Integers
     """(m,) +1 loading, -1 unloading, 0 unloaded."""
     cycle: Integers
@@ -40,9 +40,9 @@ class LoadProgram:
     ramp_to: Floats
     """(m,) s when the ramp ends and settling starts."""
     start: Floats
-    """(m,) s, true time from the run's start: the load has settled, and is kept until `end`."""
+    """(m,) s, true time from the run's start: the load has settled."""
     end: Floats
-    """(m,) s, true time from the run's start: the load has settled, and is kept until `end`."""
+    """(m,) s, true time from the run's start: the load is kept until then."""
 
     def __len__(self) -> int:
         return int(self.wrench.shape[0])

@@ -27,11 +27,11 @@ class Dialect:
     """How a text log is written."""
 
     delimiter: str = ","
-    """As in the manifest."""
+    """The character between columns, as in the manifest."""
     decimal: str = "."
-    """As in the manifest."""
+    """The decimal mark, as in the manifest."""
     encoding: str = "utf-8"
-    """As in the manifest."""
+    """The encoding, as in the manifest."""
     preamble: tuple[str, ...] = ()
     """Lines before the column names."""
     units: Mapping[str, str] | None = None

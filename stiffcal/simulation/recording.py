@@ -86,19 +86,19 @@ class Device:
     """One source of the manifest in one run."""
 
     name: str
-    """The source's name and place in the manifest."""
+    """The source's name."""
     number: int
-    """The source's name and place in the manifest."""
+    """Its position in the manifest."""
     source: Source
-    """From the manifest."""
+    """The source's table of the manifest."""
     sensor: Sensor
-    """How it errs."""
+    """Its simulated errors."""
     run: int
-    """Number of the run, and its id."""
+    """Number of the run."""
     run_name: str
-    """Number of the run, and its id."""
+    """The run's id."""
     clock: Clock
-    """Of this run."""
+    """Its clock in this run."""
     stops: float
     """s, true time from the run's first hold when the log ends."""
 
@@ -115,9 +115,9 @@ class DeviceLog:
     columns: Mapping[str, Column]
     """Column name to n numbers in the lab's units, or words."""
     decimals: Mapping[str, int]
-    """Column name to decimals in text logs, and to unit."""
+    """Column name to decimals in text logs."""
     units: Mapping[str, str]
-    """Column name to decimals in text logs, and to unit."""
+    """Column name to unit."""
     bumped: tuple[int, ...]
     """Numbers of the holds spoilt by a knock, from 0."""
 

@@ -63,17 +63,17 @@ class LogLayout:
     units: dict[str, str]
     """Column name to unit where there is a unit row."""
     delimiter: str
-    """Of the file."""
+    """The character between columns."""
     decimal: str
-    """Of the file."""
+    """The decimal mark."""
     encoding: str
-    """Of the file."""
+    """The file's encoding."""
     header_line: int
     """Number of the line with the names, from 1."""
     has_unit_row: bool
     """True where the line after the names holds units."""
     properties: int = 0
-    """Further lines between the names and the data."""
+    """Number of further lines between the names and the data."""
 
     @property
     def first_data_line(self) -> int:
