@@ -43,7 +43,7 @@ def fingerprint() -> Document:
 def _answers(name: str, place: Path) -> Document:
     folder = place / name.replace("/", "-")
     shutil.copytree(ROOT / "campaigns" / name, folder, ignore=shutil.ignore_patterns("store"))
-    fit, judged = document_of(identify_campaign(folder)), validate_campaign(folder)
+    fit, judged = document_of(identify_campaign(folder)), document_of(validate_campaign(folder))
     answers: Document = {
         "identify": {
             **{key: fit[key] for key in ("n_states", "n_runs", "rms", "noise", "expected_rms", "noise_source")},

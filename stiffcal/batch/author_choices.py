@@ -6,7 +6,7 @@ In a pull request the author of the data writes these too, so a summary for thos
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, Literal
+from typing import Literal
 
 from typing_extensions import TypedDict
 
@@ -24,7 +24,7 @@ class AuthorChoice(TypedDict):
 
 
 def author_choices(
-    campaign: Campaign, file: ThresholdsFile | None, earlier: dict[str, Any] | None
+    campaign: Campaign, file: ThresholdsFile | None, earlier: dict[str, object] | None
 ) -> list[AuthorChoice]:
     """Return every choice of a campaign's author, in the order of campaign.toml.
 
@@ -78,7 +78,7 @@ def _ranges(rows: Iterable[int]) -> str:
 
 
 def _thresholds(
-    campaign: Campaign, file: ThresholdsFile | None, earlier: dict[str, Any] | None
+    campaign: Campaign, file: ThresholdsFile | None, earlier: dict[str, object] | None
 ) -> Iterator[AuthorChoice]:
     own = campaign.manifest.thresholds.written()
     for key in sorted({*own, *(earlier or {})}):
@@ -121,7 +121,7 @@ def _folder(campaign: Campaign) -> str:
     return campaign.folder.resolve().name
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     if value is None:
         return "none"
     if isinstance(value, dict):

@@ -24,6 +24,7 @@ from stiffcal.fault_log import write_fault_log
 from stiffcal.files import read_regular
 from stiffcal.model.plugin_loading import plugin_fault
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.validate_result import ValidateResult
 from stiffcal.store.index import FOREIGN
 from stiffcal.store.origin import committed_by_this_process
 from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
@@ -38,6 +39,7 @@ from stiffcal.workflow.steps import (
     key_of_table,
     stored_document,
     stored_fit,
+    stored_validation,
 )
 from stiffcal.workflow.validate import current_validation, validate_now, with_present_verdict
 
@@ -139,21 +141,21 @@ def _all_steps(task: Document, run: _Run) -> Document:
     return numbers
 
 
-def _earlier_thresholds(data: Ingested) -> Document | None:
+def _earlier_thresholds(data: Ingested) -> dict[str, object] | None:
     """Return the campaign's own thresholds at its last validation; None where that is nobody's whom the user trusts."""
-    stored = stored_document(data.store, VALIDATE)
-    return None if stored is None or data.store.origin_of(VALIDATE) == FOREIGN else stored.get("thresholds")
+    stored = stored_validation(data.store)
+    return None if stored is None or data.store.origin_of(VALIDATE) == FOREIGN else stored.thresholds
 
 
-def _numbers(data: Ingested, identified: IdentifyResult, validation: Document) -> Document:
+def _numbers(data: Ingested, identified: IdentifyResult, validation: ValidateResult) -> Document:
     return {
         "name": data.campaign.name,
-        "state": HELD if validation["passed"] else NOT_HELD,
+        "state": HELD if validation.passed else NOT_HELD,
         "n_states": identified.n_states,
         "n_runs": identified.n_runs,
-        "rms": validation["rms"],
-        "noise": validation["noise"],
-        "relative": validation["relative"],
+        "rms": document_of(validation.rms),
+        "noise": None if validation.noise is None else document_of(validation.noise),
+        "relative": document_of(validation.relative),
         "stiffness": [
             {
                 "name": parameter.name,
@@ -164,10 +166,10 @@ def _numbers(data: Ingested, identified: IdentifyResult, validation: Document) -
             for parameter in identified.parameters
             if parameter.is_compliance
         ],
-        "checks": validation["checks"],
-        "failed": validation["failed"],
-        "not_judged": validation["not_judged"],
-        "warnings": list(dict.fromkeys([*identified.warnings, *validation["warnings"]])),
+        "checks": [document_of(check) for check in validation.checks],
+        "failed": validation.failed,
+        "not_judged": validation.not_judged,
+        "warnings": list(dict.fromkeys([*identified.warnings, *validation.warnings])),
     }
 
 

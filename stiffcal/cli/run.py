@@ -35,17 +35,17 @@ def show_run(console: Console, result: RunResult) -> None:
     """Draw the stiffness table, the error in unseen poses, what is missing, and where the PDF is."""
     show_fit(console, result.identify)
     validation = result.validate
-    relative = validation["relative"]
-    left = relative.get("translation") if isinstance(relative, dict) else relative
-    sentence, of = f"unseen poses: {deviation(validation['rms'])} rms", "the deflection"
-    if left is None and isinstance(relative, dict):
+    relative = dict(validation.relative.items())
+    left, of = relative["translation"], "the deflection"
+    if left is None:
         left, of = relative.get("torque"), "the torque"
-    if any(value is not None for value in validation["rms"].values()):
+    if any(value is not None for _, value in validation.rms.items()):
+        sentence = f"unseen poses: {deviation(validation.rms)} rms"
         sentence += f", {share(left)} of {of} is left" if left is not None else ""
-        console.print(f"{sentence} (no model: {deviation(validation['zero_model'])})")
+        console.print(f"{sentence} (no model: {deviation(validation.zero_model)})")
     else:
         console.print("unseen poses: none, so nothing is judged there")
-    if validation["passed"] is False:
+    if not validation.passed:
         console.print("thresholds NOT held")
     console.print(result.diagnose.summary, soft_wrap=True)
     console.print(f"report: {result.report}", soft_wrap=True)

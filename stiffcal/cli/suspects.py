@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import Document
 from stiffcal.cli.wording import places
 
 if TYPE_CHECKING:
@@ -32,17 +31,3 @@ def show_suspects(
                 console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
     if not_checked is not None:
         console.print(not_checked.sentence, soft_wrap=True, markup=False, highlight=False)
-
-
-def show_suspects_of(console: Console, document: Document) -> None:
-    """Draw the suspects of a document, as `show_suspects` does."""
-    if not document.get("suspects") and "suspects_not_checked" not in document:
-        return
-    from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
-    from stiffcal.documents import section_of
-
-    show_suspects(
-        console,
-        section_of(list[Suspect], document, "suspects"),
-        section_of(RunsNotChecked, document, "suspects_not_checked"),
-    )

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt, Thresholds
-from stiffcal.cli.suspects import show_suspects_of
+from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, length, share
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.measurements.rms import Rms
+    from stiffcal.results.validate_result import ValidateResult
+    from stiffcal.validation.results import ErrorSlice, WorstState
 
 
 def validate(
@@ -45,68 +50,62 @@ def validate(
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, reach=reach
         )
-        document = validate_campaign(folder, context, model=model, thresholds=file)
-        answer.give(document, show_validation, command_line("report", folder, store=store))
-    return NOT_HELD if document["passed"] is False else OK
+        result = validate_campaign(folder, context, model=model, thresholds=file)
+        answer.give(result, show_validation, command_line("report", folder, store=store))
+    return OK if result.passed else NOT_HELD
 
 
-def show_validation(console: Console, document: Document) -> None:
-    """Draw the validate document: the error in held-out poses next to the noise, then where it is largest."""
-    console.print(f"unseen poses ({document['scheme']})")
+def show_validation(console: Console, result: ValidateResult) -> None:
+    """Draw the error in held-out poses next to the noise, then where it is largest, then what does not hold."""
+    console.print(f"unseen poses ({result.scheme})")
     table = plain_table("", "rms>")
-    table.add_row("model", deviation(document["rms"]))
-    if document.get("max"):
-        table.add_row("worst state", deviation(document["max"]))
-    table.add_row("no model", deviation(document["zero_model"]))
-    table.add_row("noise", deviation(document["noise"]) if document["noise"] else "not known")
-    table.add_row("share of the deflection", _shares(document["relative"]))
+    table.add_row("model", deviation(result.rms))
+    table.add_row("worst state", deviation(result.max))
+    table.add_row("no model", deviation(result.zero_model))
+    table.add_row("noise", deviation(result.noise) if result.noise is not None else "not known")
+    table.add_row("share of the deflection", _shares(result.relative))
     console.print(table)
-    for title in ("body", "run", "direction", "load", "branch"):
-        _show_bins(console, title, document.get(f"by_{title}") or [])
-    if document.get("worst"):
-        console.print(f"worst: {_worst(document['worst'])}")
-    show_suspects_of(console, document)
-    for line in document["failed"]:
+    slices = {
+        "body": result.by_body,
+        "run": result.by_run,
+        "direction": result.by_direction,
+        "load": result.by_load,
+        "branch": result.by_branch,
+    }
+    for title, parts in slices.items():
+        _show_slices(console, title, parts or [])
+    if result.worst:
+        console.print(f"worst: {_worst(result.worst)}")
+    show_suspects(console, result.suspects, result.suspects_not_checked)
+    for line in result.failed:
         console.print(f"NOT held: {line}", soft_wrap=True)
-    for line in document["not_judged"]:
+    for line in result.not_judged:
         console.print(f"not judged: {line}", soft_wrap=True)
-    if document["passed"]:
-        limits = ", ".join(document.get("thresholds", {}))
+    if result.passed:
+        limits = ", ".join(result.thresholds)
         console.print(f"thresholds held: {limits}" if limits else "no thresholds are set")
 
 
-def _show_bins(console: Console, title: str, bins: list[dict[str, Any]], most: int = 8) -> None:
-    if len(bins) < 2:
+def _show_slices(console: Console, title: str, parts: Sequence[ErrorSlice], most: int = 8) -> None:
+    if len(parts) < 2:
         return
-    of_deflection = ("share of its deflection>",) if "zero_model" in bins[0] else ()
+    of_deflection = ("share of its deflection>",) if parts[0].zero_model is not None else ()
     table = plain_table(title, "states>", "rms>", "max>", *of_deflection)
-    ranked = sorted(bins, key=lambda item: -_translation(item["rms"]))
-    for item in ranked[:most]:
-        cells = [str(item["label"]), str(item["n"]), *(deviation(_as_pair(item[key])) for key in ("rms", "max"))]
+    ranked = sorted(parts, key=lambda part: -(part.rms.translation or 0.0))
+    for part in ranked[:most]:
+        cells = [part.label, str(part.n), deviation(part.rms), deviation(part.max)]
         if of_deflection:
-            whole = _translation(item["zero_model"])
-            cells.append(share(_translation(item["rms"]) / whole) if whole else "–")
+            whole = None if part.zero_model is None else part.zero_model.translation
+            cells.append(share((part.rms.translation or 0.0) / whole) if whole else "–")
         table.add_row(*cells)
     console.print(table)
     if len(ranked) > most:
         console.print(f"  and {len(ranked) - most} more, each below these (all in --json)")
 
 
-def _translation(rms: Any) -> float:
-    value = rms.get("translation") if isinstance(rms, dict) else rms
-    return float(value or 0.0)
+def _shares(relative: Rms) -> str:
+    return ", ".join(f"{name} {share(value)}" for name, value in relative.items() if value is not None)
 
 
-def _as_pair(rms: Any) -> dict[str, float | None]:
-    return rms if isinstance(rms, dict) else {"translation": rms}
-
-
-def _shares(relative: Any) -> str:
-    if isinstance(relative, dict):
-        return ", ".join(f"{name} {share(value)}" for name, value in relative.items() if value is not None)
-    return share(relative)
-
-
-def _worst(worst: list[Document]) -> str:
-    words = [f"run {item['run']}, row {item['row']}: {length(item['residual_m'])}" for item in worst[:3]]
-    return "; ".join(words)
+def _worst(worst: Sequence[WorstState]) -> str:
+    return "; ".join(f"run {state.run}, row {state.row}: {length(state.residual_m)}" for state in worst[:3])

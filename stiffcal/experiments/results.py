@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from stiffcal.documents import Document, Number
+from stiffcal.documents import Number
 from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
 from stiffcal.identification.noise import NoiseSource
 from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.model.summary import EffectInModel
+from stiffcal.validation.results import ErrorSlice, SliceBy
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -80,16 +81,16 @@ class ExperimentValidation:
     """How it was judged, in words."""
     rms: dict[str, float | None]
     """By measure: "torque", N·m, and "motor_angle", rad."""
-    largest: dict[str, float | None]
-    """Likewise."""
+    max: dict[str, float | None]
+    """The largest residual, likewise."""
     noise: dict[str, float | None]
-    """Likewise."""
+    """What repeats scatter, likewise."""
     relative: dict[str, float | None]
     """By measure, 1."""
     zero_model: dict[str, float | None]
     """What a model without parameters leaves, by measure."""
-    by: dict[str, list[Document]] = field(default_factory=dict)
-    """"run", "joint" and so on to slices as in the document."""
+    by: dict[SliceBy, list[ErrorSlice]] = field(default_factory=dict)
+    """The error in parts of the data, by what they are cut by."""
     section_scheme: str = ""
     """How it was judged, as the experiment's own section writes it."""
     n_readings: int = 0

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from stiffcal.compensation.predict_result import PredictResult
+    from stiffcal.results.validate_result import ValidateResult
+    from stiffcal.validation.results import ErrorSlice
 
 
 class CampaignAnswer:
@@ -132,36 +134,42 @@ class ModelValidation(CampaignAnswer):
     result : of ``validate``.
     """
 
-    PARTS = ("by_run", "by_direction", "by_load", "by_branch", "by_joint_angle")
+    result: ValidateResult
 
     @property
     def passed(self) -> bool | None:
-        """Whether the campaign's thresholds hold; None where there are none, or they cannot be judged."""
-        passed: bool | None = self.to_dict().get("passed")
-        return passed
+        """Whether no threshold of the campaign fails."""
+        return self.result.passed
 
     @property
     def errors(self) -> pd.DataFrame:
         """Rms length of the residual, of the noise, and of the residual without any model, by measure; SI."""
         import pandas as pd
 
-        document = self.to_dict()
-        columns = {name: document.get(name) or {} for name in ("rms", "noise", "zero_model")}
-        return pd.DataFrame(columns, dtype=np.float64)
+        result = self.result
+        columns = {"rms": result.rms, "noise": result.noise, "zero_model": result.zero_model}
+        measures = {name: dict(rms.items()) if rms is not None else {} for name, rms in columns.items()}
+        return pd.DataFrame(measures, dtype=np.float64)
 
     def by(self, part: str) -> pd.DataFrame:
         """Return the error in parts: ``by("run")``, direction, load, branch or joint_angle; SI."""
-        name = f"by_{part}"
-        if name not in self.PARTS:
-            known = ", ".join(word.removeprefix("by_") for word in self.PARTS)
-            raise InputError.at(FaultCode.OPTION_INVALID, "by", "part", f"no part is called {part}", f"choose {known}")
-        return frame_of_rows(_flat(row) for row in self.to_dict().get(name) or [])
+        result = self.result
+        slices = {
+            "run": result.by_run,
+            "direction": result.by_direction,
+            "load": result.by_load,
+            "branch": result.by_branch,
+            "joint_angle": result.by_joint_angle,
+        }
+        if part not in slices:
+            mend = f"choose {', '.join(slices)}"
+            raise InputError.at(FaultCode.OPTION_INVALID, "by", "part", f"no part is called {part}", mend)
+        return frame_of_rows(_flat(error_slice) for error_slice in slices[part])
 
     def summary(self) -> str:
         """Return the error in held-out poses, in a line."""
-        document = self.to_dict()
-        noise = both(document["noise"]) if document["noise"] else "not known"
-        return f"error in held-out poses {both(document['rms'])} rms, noise {noise}"
+        noise = "not known" if self.result.noise is None else both(self.result.noise)
+        return f"error in held-out poses {both(self.result.rms)} rms, noise {noise}"
 
     def _repr_html_(self) -> str:
         return self._html(self.summary(), self.by("run"))
@@ -170,12 +178,16 @@ class ModelValidation(CampaignAnswer):
         return self.summary()
 
 
-def _flat(row: Document) -> Document:
-    """Return a row whose measures are columns: ``{rms: {translation: …}}`` becomes ``rms_translation``."""
-    flat: Document = {}
-    for key, value in row.items():
-        flat |= {f"{key}_{name}": member for name, member in value.items()} if isinstance(value, dict) else {key: value}
-    return flat
+def _flat(error_slice: ErrorSlice) -> dict[str, str | float | None]:
+    """Return a row whose measures are columns, as ``rms_translation``."""
+    measures = {"rms": error_slice.rms, "max": error_slice.max, "zero_model": error_slice.zero_model}
+    return {
+        "label": error_slice.label,
+        "low": error_slice.low,
+        "high": error_slice.high,
+        "n": error_slice.n,
+        **{f"{name}_{kind}": value for name, rms in measures.items() if rms is not None for kind, value in rms.items()},
+    }
 
 
 class ModelDiagnosis(CampaignAnswer):

@@ -22,6 +22,7 @@ from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
 from stiffcal.model.summary import EffectAt
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.validate_result import ValidateResult
 
 Strings = NDArray[np.str_]
 Document: TypeAlias = dict[str, Any]
@@ -287,10 +288,10 @@ class ReportContent:
     """The load states; None where there are none (then all curves are left out)."""
     identify: IdentifyResult | None = None
     """The present fit; None where nothing is fitted."""
-    validate: Document | None = None
-    """The document of `validate` (interface, section 4); None where not made."""
+    validate: ValidateResult | None = None
+    """Its validation; None where there is none."""
     history: Document | None = None
-    """The document of `history`; None where not made."""
+    """The JSON document of `history`; None where not made."""
     fit_changes: tuple[FitChange, ...] = ()
     """Fits of the history that follow each other with another model of the same load states, oldest first."""
     ingest: IngestResult | None = None

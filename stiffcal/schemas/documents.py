@@ -15,6 +15,7 @@ from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.documents import schema_of
 from stiffcal.ingest.results import IngestResult
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.validate_result import ValidateResult
 from stiffcal.validation.compare_result import CompareResult
 from stiffcal.workflow.check_results import CheckResult
 from stiffcal.workflow.command_results import (
@@ -26,7 +27,7 @@ from stiffcal.workflow.command_results import (
     ReportResult,
     SimulateResult,
 )
-from stiffcal.workflow.documents import Error, Validate
+from stiffcal.workflow.documents import Error
 from stiffcal.workflow.history_results import HistoryResult
 from stiffcal.workflow.improve_results import ImproveResult
 from stiffcal.workflow.run_result import RunResult
@@ -34,7 +35,7 @@ from stiffcal.workflow.trust_results import TrustResult
 
 DOCUMENTS: dict[str, Any] = {
     "identify": IdentifyResult,
-    "validate": Validate,
+    "validate": ValidateResult,
     "history": HistoryResult,
     "predict": PredictResult,
     "map": MapResult,

@@ -1,42 +1,41 @@
 """Holding a validated fit to thresholds: each one judged by itself, with its number, its limit, and a sentence.
 
-Works on the documents of `identify` and `validate`, so that a verdict can be had again without computing anything.
+Works on the results of `identify` and `validate`, so that a verdict can be had again without computing anything.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 from stiffcal.campaign.thresholds import ALL_JOINTS, Thresholds
 from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.measurements.rms import Rms
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import Change
+from stiffcal.validation.results import ThresholdCheck
 
 JOINT_STIFFNESS_UNIT = "N·m/rad"
 _COMPLIANCE_UNIT = "rad/(N·m)"
 
-Document = Mapping[str, Any]
 
+class HeldoutErrors(Protocol):
+    """Errors in unseen poses, as the result of `validate` has them."""
 
-@dataclass(frozen=True)
-class Check:
-    """One threshold, judged."""
+    @property
+    def rms(self) -> Rms:
+        """Of the residual."""
 
-    threshold: str
-    """Its key. ``where``: the joint's name, "" for the whole campaign."""
-    where: str
-    limit: float
-    value: float | None
-    """``limit``, ``value``: in `unit`; value None where it is not known."""
-    unit: str
-    held: bool | None
-    """None where it cannot be judged."""
-    says: str
-    """The result in words."""
+    @property
+    def noise(self) -> Rms | None:
+        """What the instruments scatter; None where it is not known."""
+
+    @property
+    def relative(self) -> Rms:
+        """Residual over displacement, a share in each measure."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +51,11 @@ class Baseline:
 def judge(
     limits: Thresholds,
     parameters: Sequence[IdentifiedParameter],
-    validation: Document,
+    validation: HeldoutErrors,
     joint_names: Sequence[str],
     baseline: Baseline | None,
     asked: Thresholds | None = None,
-) -> list[Check]:
+) -> list[ThresholdCheck]:
     """Judge every threshold.
 
     A model that fixes a joint's stiffness, or has none of a joint, leaves nothing measured to judge. The model is its
@@ -65,7 +64,7 @@ def judge(
     Parameters
     ----------
     limits : what is asked.
-    parameters : of the fit. validation : document of its validation.
+    parameters : of the fit. validation : its errors in unseen poses.
     joint_names : of the robot, J of them.
     baseline : the earlier fit, where `limits` name one.
     asked : those of `limits` that somebody else than the campaign's author asks for, None where there are none.
@@ -76,36 +75,24 @@ def judge(
     return checks
 
 
-def not_counted(checks: Sequence[Check], why: str) -> list[Check]:
+def not_counted(checks: Sequence[ThresholdCheck], why: str) -> list[ThresholdCheck]:
     """Return the checks of results that do not count: none is judged, and a failed one gives the reason."""
     says = f"{why}: no threshold can be judged"
     left = [
         replace(check, held=None, says=f"{check.threshold} {check.where}".strip() + " is not judged")
         for check in checks
     ]
-    return [Check("origin", "", 0.0, None, "", False, says), *left]
+    return [ThresholdCheck("origin", "", 0.0, None, "", False, says), *left]
 
 
-def verdict(checks: Sequence[Check], limits: Thresholds) -> dict[str, Any]:
-    """Return the part of a `validate` document about its thresholds."""
-    failed = [check.says for check in checks if check.held is False]
-    return {
-        "passed": not failed,
-        "failed": failed,
-        "not_judged": [check.says for check in checks if check.held is None],
-        "checks": [asdict(check) for check in checks],
-        "thresholds": limits.written(),
-    }
-
-
-def _errors(limits: Thresholds, validation: Document) -> list[Check]:
-    noise, rms, relative = validation["noise"] or {}, validation["rms"], validation["relative"]
-    scatter, error = noise.get("translation"), rms["translation"]
+def _errors(limits: Thresholds, validation: HeldoutErrors) -> list[ThresholdCheck]:
+    rms, error = validation.rms, validation.rms.translation
+    scatter = None if validation.noise is None else validation.noise.translation
     over = error / scatter if scatter and error is not None else None
     asked = (
         ("max_rms_m", limits.max_rms_m, error, "m", "rms in unseen poses", 1e3, " mm"),
-        ("max_rms_rad", limits.max_rms_rad, rms["rotation"], "rad", "rms rotation in unseen poses", 1e3, " mrad"),
-        ("max_relative", limits.max_relative, relative["translation"], "", "relative error", 1.0, ""),
+        ("max_rms_rad", limits.max_rms_rad, rms.rotation, "rad", "rms rotation in unseen poses", 1e3, " mrad"),
+        ("max_relative", limits.max_relative, validation.relative.translation, "", "relative error", 1.0, ""),
         ("max_over_noise", limits.max_over_noise, over, "", "error over noise", 1.0, ""),
     )
     checks = []
@@ -115,12 +102,12 @@ def _errors(limits: Thresholds, validation: Document) -> list[Check]:
         bound = f"{name} = {limit * factor:.3g}{unit_text}"
         if value is None:
             checks.append(
-                Check(name, "", limit, None, unit, None, f"{quantity} is not known: {bound} cannot be judged")
+                ThresholdCheck(name, "", limit, None, unit, None, f"{quantity} is not known: {bound} cannot be judged")
             )
             continue
         satisfied = value <= limit
         says = f"{quantity} {value * factor:.3g}{unit_text} is {'within' if satisfied else 'above'} {bound}"
-        checks.append(Check(name, "", limit, value, unit, satisfied, says))
+        checks.append(ThresholdCheck(name, "", limit, value, unit, satisfied, says))
     return checks
 
 
@@ -148,7 +135,7 @@ def _limit_of(limits: Thresholds, joint: str) -> float | None:
 
 def _stiffnesses(
     limits: Thresholds, parameters: Sequence[IdentifiedParameter], joint_names: Sequence[str], asked: Thresholds | None
-) -> list[Check]:
+) -> list[ThresholdCheck]:
     """Hold each joint's stiffness against its limit; joints of which the model has none too, where it is asked for."""
     stiffnesses = _joint_stiffnesses(parameters, joint_names)
     present = {joint for _, joint, _ in stiffnesses}
@@ -168,21 +155,23 @@ def _stiffnesses(
         )
         satisfied = False if asked is not None and _limit_of(asked, joint) is not None else None
         says = f"{subject}, nothing is measured: min_stiffness = {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
-        checks.append(Check("min_stiffness", joint, limit, None, JOINT_STIFFNESS_UNIT, satisfied, says))
+        checks.append(ThresholdCheck("min_stiffness", joint, limit, None, JOINT_STIFFNESS_UNIT, satisfied, says))
     return checks
 
 
-def _stiffness(parameter: IdentifiedParameter, joint: str, limit: float) -> Check:
+def _stiffness(parameter: IdentifiedParameter, joint: str, limit: float) -> ThresholdCheck:
     unit, value = JOINT_STIFFNESS_UNIT, parameter.known_stiffness
     bound = f"min_stiffness = {limit:.3g} {unit}"
     if parameter.value is None:
         says = f"stiffness of {joint} cannot be identified from these data: {bound} cannot be judged"
-        return Check("min_stiffness", joint, limit, None, unit, None, says)
+        return ThresholdCheck("min_stiffness", joint, limit, None, unit, None, says)
     if value is None:
-        return Check("min_stiffness", joint, limit, None, unit, True, f"no give was seen at {joint}: above {bound}")
+        return ThresholdCheck(
+            "min_stiffness", joint, limit, None, unit, True, f"no give was seen at {joint}: above {bound}"
+        )
     satisfied = value >= limit
     says = f"stiffness of {joint} {value:.3g} {unit} is {'above' if satisfied else 'below'} {bound}"
-    return Check("min_stiffness", joint, limit, value, unit, satisfied, says)
+    return ThresholdCheck("min_stiffness", joint, limit, value, unit, satisfied, says)
 
 
 def _drifts(
@@ -191,7 +180,7 @@ def _drifts(
     joint_names: Sequence[str],
     baseline: Baseline,
     asked: Thresholds | None,
-) -> list[Check]:
+) -> list[ThresholdCheck]:
     """Hold each joint's stiffness against the baseline's.
 
     Why two conditions: a change that chance makes is no drift, however large; a sure one below `max_drift` is allowed.
@@ -214,31 +203,33 @@ def _drifts(
         if name not in compared_joints and (name in limits.max_drift or not compared_joints)
     ]:
         says = f"{baseline.name} and this fit share no stiffness of {joint}: its drift cannot be judged"
-        checks.append(Check("max_drift", joint, limits.max_drift.get(joint, 0.0), None, "", None, says))
+        checks.append(ThresholdCheck("max_drift", joint, limits.max_drift.get(joint, 0.0), None, "", None, says))
     measured = {parameter.name for parameter, _, _ in stiffnesses if not parameter.fixed}
     satisfied = False if asked is not None and asked.baseline is not None else None
     for name, earlier in baseline.parameters.items():
         of_a_joint = len(earlier.where.joints or []) == 1 and earlier.unit == _COMPLIANCE_UNIT
         if of_a_joint and earlier.known_stiffness and name not in measured:
             says = f"{baseline.name} has {name}, of which this model measures nothing: its drift cannot be judged"
-            checks.append(Check("max_drift", "", limits.max_drift.get(ALL_JOINTS, 0.0), None, "", satisfied, says))
+            checks.append(
+                ThresholdCheck("max_drift", "", limits.max_drift.get(ALL_JOINTS, 0.0), None, "", satisfied, says)
+            )
     return checks
 
 
-def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> Check:
+def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> ThresholdCheck:
     before, after = change.before.known_stiffness, change.after.known_stiffness
     bound = f"max_drift = {100 * limit:.3g} %" if limit else "no drift beyond chance"
     value, p_value, std = change.before.value, change.p_value, change.std
     if not before or not after or not value or p_value is None or std is None:
         says = f"stiffness of {joint} is not known here or in {name}: {bound} cannot be judged"
-        return Check("max_drift", joint, limit, None, "", None, says)
+        return ThresholdCheck("max_drift", joint, limit, None, "", None, says)
     drift, chance = after / before - 1.0, min(p_value * judged, 1.0)
     words = f"stiffness of {joint} is {100 * drift:+.3g} % against {name} ({after:.3g} and {before:.3g} N·m/rad)"
     # 1.96 standard uncertainties of the relative change: smaller drifts than this cannot be seen with these two fits.
     blur = NORMAL_95 * std / abs(value)
     if abs(drift) > limit and chance < CHANCE:
-        return Check("max_drift", joint, limit, drift, "", False, f"{words}, p = {chance:.1g}: above {bound}")
+        return ThresholdCheck("max_drift", joint, limit, drift, "", False, f"{words}, p = {chance:.1g}: above {bound}")
     if limit and blur > limit:
         says = f"{words}, known to ± {100 * blur:.2g} % only: {bound} cannot be judged"
-        return Check("max_drift", joint, limit, drift, "", None, says)
-    return Check("max_drift", joint, limit, drift, "", True, f"{words}: within {bound}")
+        return ThresholdCheck("max_drift", joint, limit, drift, "", None, says)
+    return ThresholdCheck("max_drift", joint, limit, drift, "", True, f"{words}: within {bound}")

@@ -13,32 +13,16 @@ from stiffcal.identification.noise import reading_rows, rms_by_measure
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import MEASURES, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.measurements.rms import Rms
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, load_vector
 from stiffcal.validation.heldout import HeldoutResiduals, heldout_residuals
+from stiffcal.validation.results import ErrorSlice, SliceBy
 
 HOW_MANY_WORST = 10
 LOAD_BINS = 5
 ANGLE_BINS = 4
-
-
-@dataclass(frozen=True)
-class Slice:
-    """The error in a part of the data."""
-
-    label: str
-    """What part, in words."""
-    low: float
-    high: float
-    """``low``, ``high``: the part's range, NaN where it has none."""
-    n: int
-    """States."""
-    rms: dict[str, float | None]
-    largest: dict[str, float | None]
-    """``rms``, ``largest``: {"translation", "rotation"} of the residual's length, m and rad; with rods "length", m."""
-    zero_model: dict[str, float | None] | None = None
-    """The displacement itself, likewise; None where it is not asked for."""
 
 
 @dataclass(frozen=True)
@@ -47,15 +31,17 @@ class Validation:
 
     heldout: HeldoutResiduals
     """Residuals state by state."""
-    rms: dict[str, float | None]
-    largest: dict[str, float | None]
-    noise: dict[str, float | None]
-    relative: dict[str, float | None]
-    zero_model: dict[str, float | None]
-    """``rms``, ``largest``, ``noise``, ``relative``, ``zero_model``: {"translation", "rotation"}, with rods "length"
-    too.
-    """
-    by: dict[str, list[Slice]]
+    rms: Rms
+    """Of the residual."""
+    max: Rms
+    """The largest residual."""
+    noise: Rms
+    """What the instruments scatter."""
+    relative: Rms
+    """Residual over displacement, a share in each measure."""
+    zero_model: Rms
+    """The displacement itself."""
+    by: dict[SliceBy, list[ErrorSlice]]
     """"run", "direction", "load", "branch", "joint_angle" to slices; "body" too where several bodies are tracked."""
     worst: list[tuple[int, float]]
     """Indices of the states with the largest residual, worst first (into the campaign's load states), with its length
@@ -82,18 +68,31 @@ def rms_of(values: Floats, data: Observations) -> dict[str, float | None]:
     return rms_by_measure(values**2, data)
 
 
-def _largest_of(values: Floats, data: Observations) -> dict[str, float | None]:
+def _largest_of(values: Floats, data: Observations) -> Rms:
     largest: dict[str, float | None] = {}
     for name in rms_of(values, data):
         length = lengths(values, data, name)
         largest[name] = float(np.nanmax(length)) if np.isfinite(length).any() else None
-    return largest
+    return Rms.of(largest)
 
 
-def _slice(label: str, low: float, high: float, members: Booleans | Integers, heldout: HeldoutResiduals) -> Slice:
+def _slice(
+    label: str,
+    members: Booleans | Integers,
+    heldout: HeldoutResiduals,
+    low: float | None = None,
+    high: float | None = None,
+) -> ErrorSlice:
     data = heldout.data.subset(members)
     values = heldout.residual[:, members]
-    return Slice(label, low, high, data.n_measured, rms_of(values, data), _largest_of(values, data))
+    return ErrorSlice(
+        label=label,
+        low=low,
+        high=high,
+        n=data.n_measured,
+        rms=Rms.of(rms_of(values, data)),
+        max=_largest_of(values, data),
+    )
 
 
 def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None = None) -> Validation:
@@ -114,7 +113,7 @@ def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None 
     }
     length = np.nan_to_num(lengths(residuals.residual, data), nan=-1.0)
     worst = [(int(data.index[i]), float(length[i])) for i in np.argsort(-length)[:HOW_MANY_WORST]]
-    by = {
+    by: dict[SliceBy, list[ErrorSlice]] = {
         "run": _by_run(states, residuals),
         "direction": _by_direction(states, residuals, fit.robot),
         "load": _by_load(states, residuals),
@@ -124,18 +123,25 @@ def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None 
     if len(data.setup.targets) > 1:
         by["body"] = _by_body(residuals)
     return Validation(
-        residuals, rms, _largest_of(residuals.residual, data), fit.noise_length, relative, zero, by, worst
+        heldout=residuals,
+        rms=Rms.of(rms),
+        max=_largest_of(residuals.residual, data),
+        noise=Rms.of(fit.noise_length),
+        relative=Rms.of(relative),
+        zero_model=Rms.of(zero),
+        by=by,
+        worst=worst,
     )
 
 
-def _by_run(states: LoadStates, heldout: HeldoutResiduals) -> list[Slice]:
+def _by_run(states: LoadStates, heldout: HeldoutResiduals) -> list[ErrorSlice]:
     return [
-        _slice(states.runs[heldout.data.run[members[0]]].name, np.nan, np.nan, members, heldout)
+        _slice(states.runs[heldout.data.run[members[0]]].name, members, heldout)
         for members in members_of(heldout.data.run)
     ]
 
 
-def _by_body(heldout: HeldoutResiduals) -> list[Slice]:
+def _by_body(heldout: HeldoutResiduals) -> list[ErrorSlice]:
     """Judge every tracked body by itself, from the tool inwards."""
     slices = []
     for number, name in enumerate(heldout.data.setup.target_names):
@@ -143,9 +149,18 @@ def _by_body(heldout: HeldoutResiduals) -> list[Slice]:
         data = replace(heldout.data, measured_mask=heldout.data.measured_mask & poses[:, None])
         if data.measured_mask.any():
             own = np.where(data.measured_mask, heldout.residual, 0.0)
-            displacement_rms = rms_of(np.where(data.measured_mask, heldout.displacement, 0.0), data)
-            largest = _largest_of(own, data)
-            slices.append(Slice(name, np.nan, np.nan, data.n_measured, rms_of(own, data), largest, displacement_rms))
+            displacement = np.where(data.measured_mask, heldout.displacement, 0.0)
+            slices.append(
+                ErrorSlice(
+                    label=name,
+                    low=None,
+                    high=None,
+                    n=data.n_measured,
+                    rms=Rms.of(rms_of(own, data)),
+                    max=_largest_of(own, data),
+                    zero_model=Rms.of(rms_of(displacement, data)),
+                )
+            )
     return slices
 
 
@@ -157,7 +172,7 @@ def load_in_base(data: Observations, robot: CompliantRobot) -> Floats:
     return np.asarray(np.einsum("ijn,nj->ni", rotation, vector))
 
 
-def _by_direction(states: LoadStates, heldout: HeldoutResiduals, robot: CompliantRobot) -> list[Slice]:
+def _by_direction(states: LoadStates, heldout: HeldoutResiduals, robot: CompliantRobot) -> list[ErrorSlice]:
     """Sort loads by the base axis that they point along most."""
     data = heldout.data
     load = load_in_base(data, robot)
@@ -169,40 +184,38 @@ def _by_direction(states: LoadStates, heldout: HeldoutResiduals, robot: Complian
         for sign, is_positive in (("+", True), ("−", False)):
             members = loaded & (axis == number) & (positive == is_positive)
             if members.any():
-                slices.append(_slice(f"mostly {sign}{name}", np.nan, np.nan, members, heldout))
+                slices.append(_slice(f"mostly {sign}{name}", members, heldout))
     if (~loaded).any():
-        slices.append(_slice("unloaded", np.nan, np.nan, ~loaded, heldout))
+        slices.append(_slice("unloaded", ~loaded, heldout))
     return slices
 
 
-def _by_load(states: LoadStates, heldout: HeldoutResiduals) -> list[Slice]:
+def _by_load(states: LoadStates, heldout: HeldoutResiduals) -> list[ErrorSlice]:
     magnitude = find_load_cycles(states).magnitude[heldout.data.index]
     return _binned(magnitude, np.linspace(0.0, float(magnitude.max(initial=0.0)), LOAD_BINS + 1), "N", "", 1.0, heldout)
 
 
 def _binned(
     values: Floats, edges: Floats, unit: str, prefix: str, factor: float, heldout: HeldoutResiduals
-) -> list[Slice]:
+) -> list[ErrorSlice]:
     slices = []
     for low, high in itertools.pairwise(edges):
         members = (values >= low) & ((values < high) | (high == edges[-1]))
         if members.any():
             label = f"{prefix}{low * factor:.4g} to {high * factor:.4g} {unit}"
-            slices.append(_slice(label, float(low), float(high), members, heldout))
+            slices.append(_slice(label, members, heldout, float(low), float(high)))
     return slices
 
 
-def _by_branch(states: LoadStates, heldout: HeldoutResiduals) -> list[Slice]:
+def _by_branch(states: LoadStates, heldout: HeldoutResiduals) -> list[ErrorSlice]:
     branch = find_load_cycles(states).branch[heldout.data.index]
     return [
-        _slice(name, np.nan, np.nan, branch == number, heldout)
-        for number, name in enumerate(BRANCH_NAMES)
-        if np.any(branch == number)
+        _slice(name, branch == number, heldout) for number, name in enumerate(BRANCH_NAMES) if np.any(branch == number)
     ]
 
 
-def _by_joint_angle(states: LoadStates, heldout: HeldoutResiduals) -> list[Slice]:
-    slices: list[Slice] = []
+def _by_joint_angle(states: LoadStates, heldout: HeldoutResiduals) -> list[ErrorSlice]:
+    slices: list[ErrorSlice] = []
     for joint in range(states.joints.shape[1]):
         angle = states.joints[heldout.data.index, joint]
         low, high = float(angle.min()), float(angle.max())

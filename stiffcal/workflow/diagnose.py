@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, SeparatingMeasurement, UntestableEffect, WithSuspects
-from stiffcal.documents import Origin, document_of, section_of
+from stiffcal.documents import Origin, document_of
 from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.campaign_effects import placed_robot
@@ -133,17 +133,17 @@ def without_states(data: Ingested, identified: IdentifyResult, context: RunConte
     lack = next((law.lack_of_fit for law in laws.values() if law.lack_of_fit is not None), None)
     fits, words = [], []
     for name, law in laws.items():
-        judged = section_of(HeldoutSection, validation, name) or NOT_JUDGED
+        judged = validation.section(name) or NOT_JUDGED
         fit = _law_fits(judged, law.lack_of_fit)
         step = _within_step(judged, law.angle_step) if fit is False else 0.0
         fits.append(True if step else fit)
         words.append(_fit_sentence(law.name, law.where, fits[-1], judged, step))
     adequate = None if not fits or None in fits else all(fits)
     return DiagnoseResult(
-        warnings=list(validation["warnings"]),
+        warnings=list(validation.warnings),
         adequate=adequate,
-        noise=None if validation["noise"] is None else Rms.of(validation["noise"]),
-        rms=Rms.of(validation["rms"]),
+        noise=validation.noise,
+        rms=validation.rms,
         lack_of_fit=lack,
         missing=[],
         could_be=[],

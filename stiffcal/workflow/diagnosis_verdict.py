@@ -22,7 +22,8 @@ from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested
 
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import Thresholds
-    from stiffcal.validation.thresholds import Baseline
+    from stiffcal.validation.results import Verdict
+    from stiffcal.validation.thresholds import Baseline, HeldoutErrors
 
 _LARGEST = 1e150
 """Of a baseline's numbers: those whose squares are numbers too."""
@@ -32,27 +33,28 @@ MODEL_SCHEMAS = ("stiffcal/model-export/1", "stiffcal/identify/1")
 def check_thresholds(
     data: Ingested,
     parameters: Sequence[IdentifiedParameter],
-    validation: Document,
+    validation: HeldoutErrors,
     context: RunContext,
     file: ThresholdsFile | None = None,
-) -> Document:
+) -> Verdict:
     """Hold a validated fit to the campaign's thresholds.
 
     Parameters
     ----------
-    parameters : of the fit. validation : the document of its validation.
+    parameters : of the fit. validation : its errors in unseen poses.
     file : thresholds that the manifest may only tighten.
 
     Returns
     -------
-    dict
-        ``passed``, ``failed``, ``not_judged``, ``checks``, ``thresholds``, as in the `validate` document.
+    Verdict
+        One check for each threshold and joint.
 
     Raises
     ------
     InputError : the thresholds name a joint or a baseline that does not exist, or one the user has not named.
     """
-    from stiffcal.validation.thresholds import judge, not_counted, verdict
+    from stiffcal.validation.results import Verdict
+    from stiffcal.validation.thresholds import judge, not_counted
 
     campaign = data.campaign
     limits, asked = campaign.manifest.thresholds, None
@@ -70,9 +72,9 @@ def check_thresholds(
     if data.uncounted:
         # Not even looked at: a baseline would be computed for nothing.
         checks = judge(limits, parameters, validation, data.joint_names, None)
-        return verdict(not_counted(checks, data.uncounted), limits)
+        return Verdict(not_counted(checks, data.uncounted), limits.written())
     checks = judge(limits, parameters, validation, data.joint_names, _baseline(data, limits, context), asked)
-    return verdict(checks, limits)
+    return Verdict(checks, limits.written())
 
 
 def _baseline(data: Ingested, limits: Thresholds, context: RunContext) -> Baseline | None:

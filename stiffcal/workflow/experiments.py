@@ -6,23 +6,22 @@ A campaign may hold load states, such experiments, or both. Each kind makes one 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
-from stiffcal.documents import Number, document_of
+from stiffcal.documents import Number
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Balance, ModelSummary
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.workflow.steps import Document, Ingested
+from stiffcal.workflow.steps import Ingested
 
 if TYPE_CHECKING:
     from stiffcal.experiments.clamped.results import ClampedSection
     from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
-
-NOTHING: dict[str, float | None] = {"translation": None, "rotation": None}
+    from stiffcal.results.validate_result import ValidateResult
 
 
 def fit_experiments(data: Ingested) -> list[ExperimentFit]:
@@ -61,7 +60,7 @@ def merge_experiment_fits(result: IdentifyResult, fits: Sequence[ExperimentFit])
     """Return the result of ``identify`` with the fits of experiments in it."""
     if not fits:
         return result
-    noise = _merged(dict(NOTHING if result.noise is None else result.noise.items()), [fit.noise for fit in fits])
+    noise = merged_measures(result.noise, [fit.noise for fit in fits])
     sources = (result.noise_source, *(fit.noise_source for fit in fits))
     covariance = result.covariance
     for fit in fits:
@@ -77,8 +76,8 @@ def merge_experiment_fits(result: IdentifyResult, fits: Sequence[ExperimentFit])
         ),
         parameters=[*result.parameters, *(parameter for fit in fits for parameter in fit.parameters)],
         not_identifiable=[*result.not_identifiable, *(group for fit in fits for group in fit.not_identifiable)],
-        rms=Rms.of(_merged(dict(result.rms.items()), [fit.rms for fit in fits])),
-        noise=Rms.of(noise) if any(value is not None for value in noise.values()) else None,
+        rms=merged_measures(result.rms, [fit.rms for fit in fits]),
+        noise=noise if any(value is not None for _, value in noise.items()) else None,
         noise_source=next((source for source in sources if source != "none"), "none"),
         free_parameters=[*result.free_parameters, *(name for fit in fits for name in fit.free)],
         covariance=covariance,
@@ -97,7 +96,7 @@ def identify_without_states(balance: Balance, fits: Sequence[ExperimentFit]) -> 
         n_states=0,
         n_runs=sum(fit.n_runs for fit in fits),
         n_readings=sum(fit.n_readings for fit in fits),
-        rms=Rms.of(NOTHING),
+        rms=Rms(None, None),
         noise=None,
         noise_source="none",
         reduced_chi2=next((fit.reduced_chi2 for fit in fits if fit.reduced_chi2 is not None), None),
@@ -113,57 +112,75 @@ def identify_without_states(balance: Balance, fits: Sequence[ExperimentFit]) -> 
     return merge_experiment_fits(empty, fits)
 
 
-def validation_with(document: Document, validations: Sequence[ExperimentValidation]) -> Document:
-    """Return a ``validate`` document with the parts of experiments in it."""
+def merge_experiment_validations(result: ValidateResult, validations: Sequence[ExperimentValidation]) -> ValidateResult:
+    """Return the result of ``validate`` with the validations of experiments in it."""
     if not validations:
-        return document
-    merged = dict(document)
-    for key, own in (("rms", "rms"), ("max", "largest"), ("relative", "relative"), ("zero_model", "zero_model")):
-        merged[key] = _merged(document[key], [getattr(validation, own) for validation in validations])
-    noise = _merged(document["noise"] or dict(NOTHING), [validation.noise for validation in validations])
-    merged["noise"] = noise if any(value is not None for value in noise.values()) else None
-    merged["warnings"] = [
-        *document["warnings"],
-        *(words for validation in validations for words in validation.warnings),
-    ]
+        return result
+    noise = merged_measures(result.noise, [validation.noise for validation in validations])
     schemes = [
-        document["scheme"] if document["n_states"] else "",
+        result.scheme if result.n_states else "",
         *(f"{validation.name}: {validation.scheme}" for validation in validations),
     ]
-    merged["scheme"] = "; ".join(scheme for scheme in schemes if scheme)
+    sections = {validation.name: validation.section for validation in validations}
+    clamped, friction = sections.pop("clamped", None), sections.pop("friction", None)
+    return replace(
+        _with_slices(result, validations),
+        warnings=[*result.warnings, *(text for validation in validations for text in validation.warnings)],
+        scheme="; ".join(scheme for scheme in schemes if scheme),
+        rms=merged_measures(result.rms, [validation.rms for validation in validations]),
+        max=merged_measures(result.max, [validation.max for validation in validations]),
+        noise=noise if any(value is not None for _, value in noise.items()) else None,
+        relative=merged_measures(result.relative, [validation.relative for validation in validations]),
+        zero_model=merged_measures(result.zero_model, [validation.zero_model for validation in validations]),
+        clamped=clamped,
+        friction=friction,
+        other_kinds=sections,
+    )
+
+
+def _with_slices(result: ValidateResult, validations: Sequence[ExperimentValidation]) -> ValidateResult:
+    """Return the result with the slices of experiments after those of the load states."""
     for validation in validations:
-        for key, slices in validation.by.items():
-            merged[f"by_{key}"] = [*merged.get(f"by_{key}", []), *slices]
-    return merged | {validation.name: document_of(validation.section) for validation in validations}
+        for by, slices in validation.by.items():
+            name = f"by_{by}"
+            changed: dict[str, Any] = {name: [*(getattr(result, name) or []), *slices]}
+            result = replace(result, **changed)
+    return result
 
 
-def validation_of_experiments(validations: Sequence[ExperimentValidation]) -> Document:
-    """Return the ``validate`` document of a campaign that holds no load states."""
-    from stiffcal.validation.document import SCHEMA
+def validate_without_states(validations: Sequence[ExperimentValidation]) -> ValidateResult:
+    """Return the result of ``validate`` for a campaign that holds no load states."""
+    from stiffcal.results.validate_result import ValidateResult
 
-    nothing: dict[str, Any] = {"translation": None, "rotation": None}
-    empty: Document = {
-        "schema": SCHEMA,
-        "warnings": [],
-        "scheme": "",
-        "n_states": 0,
-        "n_poses": 0,
-        **{key: dict(nothing) for key in ("rms", "max", "relative", "zero_model")},
-        "noise": None,
-        **{f"by_{key}": [] for key in ("run", "direction", "load", "branch", "joint_angle")},
-        "worst": [],
-    }
-    return validation_with(empty, validations)
+    nothing = Rms(None, None)
+    empty = ValidateResult(
+        warnings=[],
+        scheme="",
+        n_states=0,
+        n_poses=0,
+        rms=nothing,
+        max=nothing,
+        noise=None,
+        relative=nothing,
+        zero_model=nothing,
+        by_run=[],
+        by_direction=[],
+        by_load=[],
+        by_branch=[],
+        by_joint_angle=[],
+        worst=[],
+    )
+    return merge_experiment_validations(empty, validations)
 
 
-def _merged(own: Document, additions: Sequence[Document]) -> Document:
+def merged_measures(own: Rms | None, additions: Sequence[Mapping[str, Number]]) -> Rms:
     """Join measures; where one measure comes from two kinds of experiment, the larger number stands."""
-    merged = dict(own)
+    merged = dict((Rms(None, None) if own is None else own).items())
     for addition in additions:
         for measure, value in addition.items():
             present = merged.get(measure)
             merged[measure] = value if present is None else present if value is None else max(present, value)
-    return merged
+    return Rms.of(merged)
 
 
 def _independent_fits(first: Sequence[Sequence[Number]], second: Sequence[Sequence[Number]]) -> list[list[Number]]:

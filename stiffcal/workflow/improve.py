@@ -14,7 +14,6 @@ from stiffcal.identification.before_after import (
     estimated_parameters,
     values_before_and_after,
 )
-from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, ModelSummary, Where
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.workflow.diagnose import diagnose_campaign
@@ -84,8 +83,8 @@ def improve_campaign(
         suspects=diagnosed.suspects,
         suspects_not_checked=diagnosed.suspects_not_checked,
         summary=diagnosed.summary,
-        heldout_rms=Rms.of(judged["rms"]),
-        noise=None if judged["noise"] is None else Rms.of(judged["noise"]),
+        heldout_rms=judged.rms,
+        noise=judged.noise,
         before_after=diagnosed.before_after if dry_run else ladder.before_after(),
     )
 
@@ -112,10 +111,10 @@ class _Ladder:
             action=action,
             effect=effect,
             where=where,
-            heldout_rms=Rms.of(judged["rms"]),
-            noise=None if judged["noise"] is None else Rms.of(judged["noise"]),
+            heldout_rms=judged.rms,
+            noise=judged.noise,
             before_after=values_before_and_after(*self.estimates[-2:]) if self.steps else [],
-            zero_model=Rms.of(judged["zero_model"]),
+            zero_model=judged.zero_model,
         )
         self.steps.append(step)
         if self.notify_step is not None:

@@ -101,7 +101,7 @@ def plot_campaign(
         covariate = _covariate(against, data, identified, states)
         if run is not None:
             states, covariate = _only(states, covariate, names.index(run))
-        noise = (validation["noise"] or {}).get("translation")
+        noise = None if validation.noise is None else validation.noise.translation
         figure = draw_residual_against(states, [covariate], noise)
         drawn = f"residual against {covariate.name}" + (f" in run {run}" if run else "")
     save_figure(figure, file)

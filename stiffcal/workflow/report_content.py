@@ -40,6 +40,7 @@ from stiffcal.report.content import (
     SetAsideRows,
 )
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.validate_result import ValidateResult
 from stiffcal.store import values_of
 from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.experiments import runs_with_fits
@@ -85,14 +86,14 @@ MEASURES = {
 
 
 def report_content(
-    data: Ingested, identified: IdentifyResult, validation: Document, history: Document
+    data: Ingested, identified: IdentifyResult, validation: ValidateResult, history: Document
 ) -> ReportContent:
     """Gather everything that a report shows.
 
     Parameters
     ----------
     data : the campaign with its states.
-    identified : the present fit. validation, history : its documents.
+    identified : the present fit. validation : of it. history : its document.
     """
     states, chain = data.states, data.campaign.chain
     report_states = report_states_of(data) if len(states) else None

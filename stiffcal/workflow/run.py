@@ -32,7 +32,7 @@ def run_campaign(folder: Path, context: RunContext | None = None) -> RunResult:
     validation = validate_campaign(folder, context)
     diagnosis = diagnose_campaign(folder, context)
     report = report_campaign(folder, context)
-    warnings = [*checked.warnings, *identified.warnings, *validation["warnings"], *diagnosis.warnings]
+    warnings = [*checked.warnings, *identified.warnings, *validation.warnings, *diagnosis.warnings]
     return RunResult(
         warnings=list(dict.fromkeys(warnings)),
         check=checked,
@@ -40,5 +40,5 @@ def run_campaign(folder: Path, context: RunContext | None = None) -> RunResult:
         validate=validation,
         diagnose=diagnosis,
         report=report.file,
-        passed=validation["passed"],
+        passed=validation.passed,
     )

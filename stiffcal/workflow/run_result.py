@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.diagnosis.results import DiagnoseResult
-from stiffcal.documents import HAS_OWN_SCHEMA, NOT_PROMISED, CommandResult, Document, KeyIf
+from stiffcal.documents import HAS_OWN_SCHEMA, NOT_PROMISED, CommandResult, KeyIf
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.validate_result import ValidateResult
 from stiffcal.workflow.check_results import CheckResult
 
 
@@ -20,7 +21,7 @@ class RunResult(CommandResult):
     """What was understood of the campaign."""
     identify: Annotated[IdentifyResult, HAS_OWN_SCHEMA]
     """The fit."""
-    validate: Document
+    validate: Annotated[ValidateResult, HAS_OWN_SCHEMA]
     """Its validation."""
     diagnose: Annotated[DiagnoseResult, HAS_OWN_SCHEMA]
     """Its diagnosis."""

@@ -26,10 +26,12 @@ from stiffcal.revision import REVISION
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from stiffcal.documents import CommandResult
     from stiffcal.ingest.results import IngestResult
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.results.identify_result import IdentifyResult
+    from stiffcal.results.validate_result import ValidateResult
     from stiffcal.store import Store
     from stiffcal.store.trial import TrialResults
 
@@ -168,15 +170,42 @@ def stored_result(store: Store, name: str, kind: type[Result]) -> Result | None:
 
 def stored_fit(store: Store) -> IdentifyResult | None:
     """Return the stored fit; None where there is none that can be used."""
-    from stiffcal.campaign.experiment_kinds import kind_names
     from stiffcal.results.identify_result import IdentifyResult
 
     result = stored_result(store, IDENTIFY, IdentifyResult)
     if result is None:
         return None
-    document = store.read_document(IDENTIFY)
-    sections = {name: document[name] for name in kind_names() if name in document and not hasattr(result, name)}
-    return replace(result, other_kinds=sections) if sections else result
+    sections: dict[str, object] = dict(_sections_of_other_kinds(store, IDENTIFY, result))
+    return replace(result, other_kinds=sections)
+
+
+def stored_validation(store: Store) -> ValidateResult | None:
+    """Return the stored validation; None where there is none that can be used.
+
+    Raises
+    ------
+    DamagedError : the section of a further kind of experiment holds something else.
+    """
+    from stiffcal.experiments.results import HeldoutSection
+    from stiffcal.results.validate_result import ValidateResult
+    from stiffcal.store.document_shape import result_from
+
+    result = stored_result(store, VALIDATE, ValidateResult)
+    if result is None:
+        return None
+    sections = {
+        kind: result_from(HeldoutSection, section, store.display_name, VALIDATE)
+        for kind, section in _sections_of_other_kinds(store, VALIDATE, result).items()
+    }
+    return replace(result, other_kinds=sections)
+
+
+def _sections_of_other_kinds(store: Store, name: str, result: CommandResult) -> dict[str, Document]:
+    """Return the sections of kinds of experiment that a stored result has no field for, as they were written."""
+    from stiffcal.campaign.experiment_kinds import kind_names
+
+    document = store.read_document(name)
+    return {kind: document[kind] for kind in kind_names() if kind in document and not hasattr(result, kind)}
 
 
 def stored_ingest(store: Store) -> IngestResult | None:

@@ -90,11 +90,12 @@ def _document_types() -> dict[str, tuple[Any, str]]:
     from stiffcal.diagnosis.results import DiagnoseResult
     from stiffcal.ingest.results import IngestResult
     from stiffcal.results.identify_result import IdentifyResult
+    from stiffcal.results.validate_result import ValidateResult
     from stiffcal.workflow import stored_types as types
 
     return {
         "identify": (IdentifyResult, "stiffcal/identify/1"),
-        "validate": (types.StoredValidate, "stiffcal/validate/1"),
+        "validate": (ValidateResult, "stiffcal/validate/1"),
         "diagnose": (DiagnoseResult, "stiffcal/diagnose/1"),
         "ingest": (IngestResult, "stiffcal/ingest/1"),
         "provenance": (StoredProvenance, "stiffcal/provenance/1"),

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from stiffcal.documents import document_of
+from stiffcal.documents import Origin, document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.validate_result import ValidateResult
 from stiffcal.workflow.diagnosis_verdict import check_thresholds
 from stiffcal.workflow.identify import fit_now, fitted
 from stiffcal.workflow.steps import (
@@ -18,15 +19,14 @@ from stiffcal.workflow.steps import (
     HISTORY,
     IDENTIFY,
     VALIDATE,
-    Document,
     Ingested,
     RunContext,
     announce,
     ingested,
     key_of,
     open_store,
-    stored_document,
     stored_fit,
+    stored_validation,
 )
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 def validate_campaign(
     folder: Path, context: RunContext | None = None, model: Path | None = None, thresholds: ThresholdsFile | None = None
-) -> Document:
+) -> ValidateResult:
     """Judge the present model in poses that the fit has not seen.
 
     Parameters
@@ -49,8 +49,8 @@ def validate_campaign(
 
     Returns
     -------
-    dict
-        The `validate` document (interface, section 4).
+    ValidateResult
+        Where nothing has changed since the last validation, that one with the present verdict.
 
     Raises
     ------
@@ -62,28 +62,28 @@ def validate_campaign(
         return _validate_other(data, Path(model), context, thresholds)
     identified = fitted(data, context)
     current = current_validation(data, identified) or validate_now(data, identified, context)
-    document = with_present_verdict(data, identified, current, context, thresholds)
-    return document | {"origin": data.store.origin_of(VALIDATE)}
+    result = with_present_verdict(data, identified, current, context, thresholds)
+    return replace(result, origin=data.store.origin_of(VALIDATE))
 
 
-def validated(data: Ingested, identified: IdentifyResult, context: RunContext) -> Document:
-    """Return the `validate` document of the present fit, judging first where it is missing or stale.
+def validated(data: Ingested, identified: IdentifyResult, context: RunContext) -> ValidateResult:
+    """Return the validation of the present fit, judging first where it is missing or stale.
 
     A verdict on the manifest's present thresholds stands as it was last given: `validate` and `batch` look at the
     baseline anew, who only shows the numbers does not.
     """
     current = current_validation(data, identified)
     if current is not None:
-        same = current.get("thresholds") == data.campaign.manifest.thresholds.written() and not data.uncounted
+        same = current.thresholds == data.campaign.manifest.thresholds.written() and not data.uncounted
         return current if same else with_present_verdict(data, identified, current, context)
     announce("validate", "the present fit is not validated yet", data.campaign.folder, context)
     return validate_now(data, identified, context)
 
 
-def current_validation(data: Ingested, identified: IdentifyResult) -> Document | None:
+def current_validation(data: Ingested, identified: IdentifyResult) -> ValidateResult | None:
     """Return the stored validation where it belongs to the present fit; its verdict may be of earlier thresholds."""
-    stored = stored_document(data.store, VALIDATE)
-    return stored if stored is not None and stored.get("key") == _key(identified) else None
+    stored = stored_validation(data.store)
+    return stored if stored is not None and stored.key == _key(identified) else None
 
 
 def _key(identified: IdentifyResult) -> str:
@@ -93,21 +93,25 @@ def _key(identified: IdentifyResult) -> str:
 def with_present_verdict(
     data: Ingested,
     identified: IdentifyResult,
-    stored: Document,
+    stored: ValidateResult,
     context: RunContext,
     thresholds: ThresholdsFile | None = None,
-) -> Document:
+) -> ValidateResult:
     """Return a stored validation with the verdict on the thresholds and the baseline as they are now.
 
     The store records a verdict that has changed; not one on a file's thresholds, which hold for this time.
     """
-    document = stored | check_thresholds(data, identified.parameters, stored, context, thresholds)
-    if thresholds is None and document != stored and not data.uncounted:
-        data.commit({}, {VALIDATE: document}, command="validate")
-    return document
+    result = stored.judged(check_thresholds(data, identified.parameters, stored, context, thresholds))
+    if thresholds is None and not data.uncounted:
+        document = document_of(result)
+        if document != document_of(stored):  # results hold NaN, which is equal to nothing
+            data.commit({}, {VALIDATE: document}, command="validate")
+    return result
 
 
-def validate_now(data: Ingested, identified: IdentifyResult, context: RunContext, fit: Fit | None = None) -> Document:
+def validate_now(
+    data: Ingested, identified: IdentifyResult, context: RunContext, fit: Fit | None = None
+) -> ValidateResult:
     """Judge the present fit, write the result into the store and complete the history's entry.
 
     Parameters
@@ -117,29 +121,36 @@ def validate_now(data: Ingested, identified: IdentifyResult, context: RunContext
     """
     from stiffcal.identification.state_loads import load_columns
     from stiffcal.identification.state_tables import observed_table
-    from stiffcal.validation.document import validation_document
+    from stiffcal.results.validate_answer import validate_result
     from stiffcal.validation.validate import validate_fit
-    from stiffcal.workflow.experiments import validated_experiments, validation_of_experiments, validation_with
+    from stiffcal.workflow.experiments import (
+        merge_experiment_validations,
+        validate_without_states,
+        validated_experiments,
+    )
 
     fit = fit or fit_now(data, identified.loss, context)
     context.progress("leaving poses out", None)
     experiments = validated_experiments(data)
     tables = {name: table for experiment in experiments for name, table in experiment.tables.items()}
     if fit is None:
-        document = validation_of_experiments(experiments)
+        result = validate_without_states(experiments)
     else:
         validation = validate_fit(data.states, fit)
-        document = validation_with(validation_document(data.states, validation), experiments)
+        result = merge_experiment_validations(validate_result(data.states, validation), experiments)
         heldout = validation.heldout
         predicted = heldout.displacement - heldout.residual
         carried = load_columns(data.states, fit.robot)
         tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual, carried)
-    if identified.suspects is not None:
-        document["suspects"] = [document_of(suspect) for suspect in identified.suspects]
-    if identified.suspects_not_checked is not None:
-        document["suspects_not_checked"] = document_of(identified.suspects_not_checked)
-    document |= {"fit_id": identified.fit_id, "key": _key(identified)}
-    document |= check_thresholds(data, identified.parameters, document, context)
+    result = replace(
+        result,
+        suspects=identified.suspects,
+        suspects_not_checked=identified.suspects_not_checked,
+        fit_id=identified.fit_id,
+        key=_key(identified),
+    )
+    result = result.judged(check_thresholds(data, identified.parameters, result, context))
+    document = document_of(result)
 
     def with_history(stored: Stored) -> Documents:
         history = stored(HISTORY)
@@ -152,17 +163,19 @@ def validate_now(data: Ingested, identified: IdentifyResult, context: RunContext
         return {VALIDATE: document, HISTORY: history | {"fits": entries}}
 
     data.commit(tables, with_history, command="validate")
-    return document
+    return result
 
 
-def _validate_other(data: Ingested, folder: Path, context: RunContext, thresholds: ThresholdsFile | None) -> Document:
+def _validate_other(
+    data: Ingested, folder: Path, context: RunContext, thresholds: ThresholdsFile | None
+) -> ValidateResult:
     """Judge another campaign's fitted model on these data; nothing is stored."""
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.identification.document import model_summary
     from stiffcal.ingest.sources import manifest_data_files
+    from stiffcal.results.validate_answer import validate_result
     from stiffcal.store.index import FOREIGN
     from stiffcal.store.origin import worst_of
-    from stiffcal.validation.document import validation_document
     from stiffcal.validation.heldout import residuals_of_model
     from stiffcal.validation.validate import validate_fit
 
@@ -199,12 +212,10 @@ def _validate_other(data: Ingested, folder: Path, context: RunContext, threshold
         )
     fit = replace(own, robot=robot)
     validation = validate_fit(data.states, fit, residuals_of_model(data.states, fit))
-    document = validation_document(data.states, validation)
+    result = validate_result(data.states, validation)
     if origin == FOREIGN:
         data = replace(data, origin=origin)
-    document |= check_thresholds(data, stored.parameters, document, context, thresholds)
-    return document | {
-        "model_of": str(folder),
-        "model": document_of(stored.model),
-        "origin": worst_of([data.origin, origin]),
-    }
+    result = result.judged(check_thresholds(data, stored.parameters, result, context, thresholds))
+    return replace(
+        result, model_of=str(folder), model=stored.model, origin=cast(Origin, worst_of([data.origin, origin]))
+    )

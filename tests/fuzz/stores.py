@@ -50,6 +50,7 @@ POSES = "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz\n0,-70,20,0,30,0,10,20,-100\n"
 
 def base(place: Path) -> Path:
     """Return a campaign that a stranger has validated and diagnosed, made where it is not there yet."""
+    from stiffcal.documents import document_of
     from stiffcal.workflow.diagnose import diagnose_campaign
     from stiffcal.workflow.validate import validate_campaign
     from tests.laboratory.small_campaign import write_small_campaign
@@ -61,7 +62,8 @@ def base(place: Path) -> Path:
             write_small_campaign(folder, poses=2)
             diagnose_campaign(folder)
             command_ends(["predict", str(folder), *PREDICTION])
-            (place / "true.json").write_text(json.dumps(validate_campaign(folder)["rms"]), encoding="utf-8")
+            true = document_of(validate_campaign(folder).rms)
+            (place / "true.json").write_text(json.dumps(true), encoding="utf-8")
     return folder
 
 

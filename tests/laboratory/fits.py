@@ -1,4 +1,4 @@
-"""Fits as `identify` answers them, from the part of the document that a test is about."""
+"""Fits and validations as `identify` and `validate` answer them, from the part of the document that a test is about."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from stiffcal.documents import document_of, result_of
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.report.content import ReportContent
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.validate_result import ValidateResult
 
 NOTHING: dict[str, Any] = {
     "warnings": [], "model": {"balance": "deformed", "effects": []}, "parameters": [], "n_states": 0, "n_runs": 0,
@@ -23,6 +24,25 @@ NOTHING: dict[str, Any] = {
 def fit_of(**document: Any) -> IdentifyResult:
     """Return the fit of a document, of which what is not named is that of a fit that has found nothing."""
     return result_of(IdentifyResult, json.dumps(NOTHING | document))
+
+
+NOT_VALIDATED: dict[str, Any] = {
+    "warnings": [], "scheme": "none", "n_states": 0, "n_poses": 0, "noise": None, "worst": [],
+    **{key: {"translation": None, "rotation": None} for key in ("rms", "max", "relative", "zero_model")},
+    **{f"by_{part}": [] for part in ("run", "direction", "load", "branch", "joint_angle")},
+}  # fmt: skip
+"""The document of a validation that has judged nothing."""
+
+
+def validation_of(**document: Any) -> ValidateResult:
+    """Return the validation of a document, of which what is not named is that of one that has judged nothing."""
+    return result_of(ValidateResult, json.dumps(NOT_VALIDATED | document))
+
+
+def with_validation(content: ReportContent, **document: Any) -> ReportContent:
+    """Return content whose validation holds other values for these keys of its document."""
+    present = NOT_VALIDATED if content.validate is None else document_of(content.validate)
+    return replace(content, validate=validation_of(**(present | document)))
 
 
 def with_fit(content: ReportContent, **document: Any) -> ReportContent:

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.report.content import ReportStates
-from tests.laboratory.fits import fit_of
+from tests.laboratory.fits import fit_of, validation_of
 
 
 def rms(residual: Floats) -> float:
@@ -142,6 +142,6 @@ def documents(
     )
     return {
         "identify": fit,
-        "validate": validate_document(states, names, run_names, noise),
+        "validate": validation_of(**validate_document(states, names, run_names, noise)),
         "history": history_document(measures(states.measured[used]), fit_rms, measures(states.residual[used]), noise),
     }

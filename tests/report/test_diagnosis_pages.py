@@ -192,7 +192,7 @@ def test_rungs_say_what_the_model_gained() -> None:
         {"id": "2", "model": {"effects": [springs, {"type": "backlash", "joints": [2]}]}, "heldout_rms": None},
         {"id": "3", "model": {"effects": [springs]}, "heldout_rms": {"translation": 1e-4}, "fit_rms": None},
     ]
-    labels = [rung.label for rung in ladder_rungs(fits, {"translation": 1e-3}, "translation")]
+    labels = [rung.label for rung in ladder_rungs(fits, Rms(1e-3, None), "translation")]
     assert labels == [
         "no model", "fit 1: joint-compliance, joints 1–3", "fit 2: + backlash, joint 2", "fit 3: − backlash, joint 2",
     ]  # fmt: skip

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from stiffcal.compensation.predict_result import LoadPath
+from stiffcal.measurements.rms import Rms
 from stiffcal.report.content import ResidualCovariate
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.ladder import draw_ladder
@@ -30,6 +31,7 @@ from stiffcal.report.figures.measured_against_predicted import draw_measured_aga
 from stiffcal.report.figures.residual_against import draw_residual_against
 from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residuals_by_run
 from stiffcal.report.figures.robot_poses import arrow_scale, draw_pose_sheet, draw_robot_poses, residual_arrows
+from tests.laboratory.fits import validation_of
 from tests.laboratory.report_content import made_up_content, made_up_states
 
 if TYPE_CHECKING:
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
 
 CONTENT = made_up_content(rotation=True)
 STATES = made_up_states(rotation=True)
-VALIDATION, FITS = CONTENT.validate or {}, (CONTENT.history or {})["fits"]
+VALIDATION, FITS = CONTENT.validate or validation_of(), (CONTENT.history or {})["fits"]
 NAMES = [run.name for run in CONTENT.runs]
 # The path of paper 002's Fig. 2 on a robot whose z deflection follows Fx.
 RAMP = np.linspace(0, 1, 9)
@@ -53,11 +55,11 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "residual_against": lambda: draw_residual_against(
         STATES, [ResidualCovariate("torque on joint 4", "N·m", STATES.load)], 2e-5
     ),
-    "residuals_by_run": lambda: draw_residuals_by_run(VALIDATION["by_run"], {"translation": 1e-5, "rotation": None}),
-    "residuals_by": lambda: draw_residuals_by([("branch", VALIDATION["by_branch"])], None),
+    "residuals_by_run": lambda: draw_residuals_by_run(VALIDATION.by_run, Rms(1e-5, None)),
+    "residuals_by": lambda: draw_residuals_by([("branch", VALIDATION.by_branch)], None),
     "robot_poses": lambda: draw_robot_poses(CONTENT.runs, STATES),
-    "ladder": lambda: draw_ladder(FITS, VALIDATION["zero_model"], {"translation": 1e-5}),
-    "ladder_rotation": lambda: draw_ladder(FITS, VALIDATION["zero_model"], None, "rotation"),
+    "ladder": lambda: draw_ladder(FITS, VALIDATION.zero_model, Rms(1e-5, None)),
+    "ladder_rotation": lambda: draw_ladder(FITS, VALIDATION.zero_model, None, "rotation"),
     "load_path": lambda: draw_load_path(PATH),
 }
 # Axes along which things are sorted, not measured.

@@ -77,7 +77,7 @@ def test_pdf_holds_the_numbers(small_text: str) -> None:
     assert "N·m/rad" in small_text
     validation = made_up_content().validate
     assert validation is not None
-    assert f"{validation['rms']['translation'] * 1e6:.1f} µm" in small_text
+    assert f"{(validation.rms.translation or 0.0) * 1e6:.1f} µm" in small_text
 
 
 def test_axis_labels_of_pictures_are_searchable(small_text: str) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from stiffcal.report.blocks import ReportSection, TableBlock
 from stiffcal.report.sections import all_sections, not_identified, residuals, stiffness, summary
-from tests.laboratory.fits import with_fit
+from tests.laboratory.fits import validation_of, with_fit, with_validation
 from tests.laboratory.report_content import made_up_content
 
 
@@ -86,14 +85,15 @@ def test_open_and_hardly_known_parameters_are_named() -> None:
 
 
 def test_noise_is_given_or_said_to_be_unknown() -> None:
-    assert "scatter 27.7 µm rms" in summary.noise_sentence({"noise": {"translation": 2.77e-5, "rotation": None}})
-    for nothing in ({"noise": None}, {}, {"noise": {"translation": None, "rotation": None}}):
-        assert "cannot be judged" in summary.noise_sentence(nothing)
+    known = validation_of(noise={"translation": 2.77e-5, "rotation": None})
+    assert "scatter 27.7 µm rms" in summary.noise_sentence(known)
+    for nothing in (None, {"translation": None, "rotation": None}):
+        assert "cannot be judged" in summary.noise_sentence(validation_of(noise=nothing))
 
 
 def test_thresholds_that_do_not_hold_are_said() -> None:
     content = made_up_content(n_runs=1)
-    failed = replace(content, validate=(content.validate or {}) | {"passed": False})
+    failed = with_validation(content, passed=False)
     assert "thresholds do not hold" in repr(summary.section(failed))
     assert "thresholds do not hold" not in repr(summary.section(content))
 
@@ -101,10 +101,17 @@ def test_thresholds_that_do_not_hold_are_said() -> None:
 def test_one_bad_run_is_named() -> None:
     content = made_up_content()
     by_run = [
-        {"label": name, "n": 9, "rms": {"translation": rms, "rotation": None}, "max": {"translation": 2 * rms}}
+        {
+            "label": name,
+            "low": None,
+            "high": None,
+            "n": 9,
+            "rms": {"translation": rms, "rotation": None},
+            "max": {"translation": 2 * rms, "rotation": None},
+        }
         for name, rms in (("good", 2e-5), ("bad", 9e-5))
     ]
-    text = repr(residuals.section(replace(content, validate=(content.validate or {}) | {"by_run": by_run})))
+    text = repr(residuals.section(with_validation(content, by_run=by_run)))
     assert "largest in run bad (90.0 µm rms), smallest in run good (20.0 µm), a factor of 4.5" in text
 
 

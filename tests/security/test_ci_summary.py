@@ -121,13 +121,13 @@ def test_a_loose_threshold_of_the_campaign_does_not_make_validate_hold(cell: Pat
     (tmp_path / "limits.toml").write_text(f"{HEAD}[validate]\nmax_rms_m = 1e-9\n")
     file = load_thresholds(tmp_path / "limits.toml")
     document = validate_campaign(cell, RunContext(), thresholds=file)
-    assert (document["passed"], document["thresholds"]) == (False, {"max_rms_m": 1e-9})
+    assert (document.passed, document.thresholds) == (False, {"max_rms_m": 1e-9})
 
 
 def test_a_tight_threshold_of_the_campaign_counts_too(cell: Path, tmp_path: Path) -> None:
     add(cell, "\n[thresholds]\nmax_rms_m = 1e-9\n")
     (tmp_path / "limits.toml").write_text(f"{HEAD}[validate]\nmax_rms_m = 1.0\n")
-    assert validate_campaign(cell, thresholds=load_thresholds(tmp_path / "limits.toml"))["passed"] is False
+    assert validate_campaign(cell, thresholds=load_thresholds(tmp_path / "limits.toml")).passed is False
 
 
 JOINTS = range(1, 7)
@@ -145,9 +145,9 @@ def test_a_model_that_leaves_no_stiffness_to_measure_does_not_hold_the_files_thr
     (cell / "model.toml").write_text(f'schema = "stiffcal/model/1"\n{model}')
     (tmp_path / "limits.toml").write_text(f"{HEAD}[validate]\nmin_stiffness = 1e9\n")
     document = validate_campaign(cell, thresholds=load_thresholds(tmp_path / "limits.toml"))
-    assert (document["passed"], len(document["failed"])) == (False, len(JOINTS))
+    assert (document.passed, len(document.failed)) == (False, len(JOINTS))
     add(cell, "\n[thresholds]\nmin_stiffness = 1e9\n")
-    assert validate_campaign(cell)["passed"] is True
+    assert validate_campaign(cell).passed is True
 
 
 def test_a_model_that_fixes_a_stiffness_has_not_kept_to_the_files_baseline(cell: Path, tmp_path: Path) -> None:
@@ -159,7 +159,7 @@ def test_a_model_that_fixes_a_stiffness_has_not_kept_to_the_files_baseline(cell:
     (tmp_path / "limits.toml").write_text(f'{HEAD}[validate]\nbaseline = "before.json"\nmax_drift = 0.1\n')
     file = load_thresholds(tmp_path / "limits.toml")
     document = validate_campaign(cell, RunContext(reach=file.baselines()), thresholds=file)
-    assert (document["passed"], len(document["failed"])) == (False, len(before))
+    assert (document.passed, len(document.failed)) == (False, len(before))
 
 
 @pytest.mark.parametrize(
@@ -195,9 +195,9 @@ def test_a_baseline_of_the_campaign_does_not_take_the_place_of_the_files(cell: P
     add(cell, '\n[thresholds]\nbaseline = "mine.json"\nmax_drift = 0.99\n')
     file = load_thresholds(tmp_path / "limits.toml")
     document = validate_campaign(cell, RunContext(reach=file.baselines()), thresholds=file)
-    assert document["passed"] is False
-    assert "against " in document["failed"][0]
-    assert "before.json" in document["failed"][0]
+    assert document.passed is False
+    assert "against " in document.failed[0]
+    assert "before.json" in document.failed[0]
 
 
 @pytest.mark.usefixtures("_in_this_process")

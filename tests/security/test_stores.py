@@ -46,7 +46,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
         folder = write_small_campaign(root / "small", poses=2)
         with (folder / "campaign.toml").open("a", encoding="utf-8") as file:
             file.write(STRICT)
-        assert validate_campaign(folder)["passed"] is False
+        assert validate_campaign(folder).passed is False
     return folder
 
 
@@ -101,7 +101,7 @@ def test_results_of_one_own_are_not_computed_again(delivered: Path) -> None:
     assert said == [NOT_YOURS, "identify first: nothing is fitted yet"]
     said.clear()
     assert validate_campaign(delivered, RunContext(notify=said.append)) == first
-    assert identify_campaign(delivered).origin == first["origin"] == "own"
+    assert identify_campaign(delivered).origin == first.origin == "own"
     assert said == []
 
 
@@ -114,7 +114,7 @@ def test_an_own_store_stays_own_wherever_it_lies(delivered: Path, tmp_path: Path
     else:
         shutil.copytree(delivered, goal, symlinks=how == "copied")
     said: list[str] = []
-    assert validate_campaign(goal, RunContext(notify=said.append))["origin"] == "own"
+    assert validate_campaign(goal, RunContext(notify=said.append)).origin == "own"
     assert said == []
 
 
@@ -128,8 +128,8 @@ def test_a_document_changed_in_an_own_store_is_computed_again(delivered: Path) -
     (current / "validate.json").write_text(json.dumps(document), "utf-8")  # without it
     said: list[str] = []
     again = validate_campaign(delivered, RunContext(notify=said.append))
-    assert again["rms"] == pytest.approx(true["rms"])
-    assert again["passed"] is False
+    assert document_of(again.rms) == pytest.approx(document_of(true.rms))
+    assert again.passed is False
     assert any("validate: damaged" in line and "computed again" in line for line in said)
 
 
@@ -180,7 +180,7 @@ def test_without_the_logs_a_strangers_results_are_shown_and_marked(
     fit = identify_campaign(delivered, RunContext(notify=said.append))
     assert fit.origin == "foreign"
     assert said[0] == "the logs are missing (raw/states.csv): results that were not computed by you are shown"
-    assert validate_campaign(delivered)["origin"] == "foreign"
+    assert validate_campaign(delivered).origin == "foreign"
     with pytest.raises(SystemExit) as ended:
         main(["identify", str(delivered)])
     assert ended.value.code == 0
@@ -195,9 +195,9 @@ def test_without_the_logs_no_threshold_is_held(made: Path, tmp_path: Path, state
     manifest.write_text(manifest.read_text().replace(STRICT, thresholds))
     forge(folder, "validate", hold)
     document = validate_campaign(folder)
-    assert document["passed"] is False
-    assert not any(check["held"] for check in document["checks"])
-    assert "not computed by you" in document["failed"][0]
+    assert document.passed is False
+    assert not any(check.held for check in document.checks)
+    assert "not computed by you" in document.failed[0]
     assert batch(folder)["state"] == "not held"
     with pytest.raises(SystemExit) as ended:
         main(["validate", str(folder), "--json"])
@@ -210,7 +210,7 @@ def test_a_fit_of_a_strangers_states_stays_a_strangers(delivered: Path, made: Pa
         'schema = "stiffcal/model/1"\n[[effects]]\ntype = "joint-compliance"\njoints = [2, 3]\n'
     )
     assert identify_campaign(delivered).origin == "foreign"
-    assert validate_campaign(delivered)["passed"] is False
+    assert validate_campaign(delivered).passed is False
     assert Store(delivered / "store").origin_of("identify", "states") == "foreign"
     # When the logs come, all is computed from them.
     shutil.copytree(made / "raw", delivered / "raw")
@@ -230,7 +230,7 @@ def test_the_baseline_of_a_stranger_is_computed_again_or_refused(delivered: Path
             parameter.update(value=1e-12, stiffness=1e12)
 
     forge(folder / "before", "identify", stiffer)
-    assert validate_campaign(folder)["passed"] is True  # of the same robot, once it is computed again
+    assert validate_campaign(folder).passed is True  # of the same robot, once it is computed again
     shutil.copytree(made, folder / "again", symlinks=True)
     shutil.rmtree(folder / "before")
     (folder / "again").rename(folder / "before")
@@ -245,7 +245,7 @@ def test_a_model_of_a_stranger_is_judged_only_after_it_is_computed_again(deliver
         validate_campaign(folder, model=delivered)
     without_logs(delivered)
     document = validate_campaign(folder, model=delivered)
-    assert (document["origin"], document["passed"]) == ("foreign", False)
+    assert (document.origin, document.passed) == ("foreign", False)
 
 
 @pytest.mark.parametrize("swapped", [False, True])
@@ -336,11 +336,11 @@ def test_in_a_trusted_place_what_others_wrote_counts(delivered: Path, state: Pat
     said: list[str] = []
     document = validate_campaign(delivered, RunContext(notify=said.append))
     assert said == []
-    assert document["origin"] == "trusted place"
-    assert document["passed"] is False
-    assert "not computed by you" not in document["failed"][0]
+    assert document.origin == "trusted place"
+    assert document.passed is False
+    assert "not computed by you" not in document.failed[0]
     open_record().revoke(str(delivered.parent))
-    assert validate_campaign(delivered, RunContext(notify=said.append))["origin"] == "own"
+    assert validate_campaign(delivered, RunContext(notify=said.append)).origin == "own"
     assert said[0] == NOT_YOURS
 
 
@@ -358,7 +358,7 @@ def test_where_nothing_can_be_remembered_each_step_is_computed_once(
     monkeypatch.setenv("STIFFCAL_STATE", str(inside))
     said: list[str] = []
     document = validate_campaign(delivered, RunContext(notify=said.append))
-    assert document["origin"] == "own"
+    assert document.origin == "own"
     assert len(said) == 2
     assert not inside.exists()
     lines = [line for line in capsys.readouterr().err.splitlines() if "nothing is remembered" in line]
@@ -389,7 +389,7 @@ def test_every_key_of_a_strangers_document_may_be_something_else(delivered: Path
                 if name == "history":
                     read_history(delivered)
                 else:
-                    assert not validate_campaign(delivered)["passed"]
+                    assert not validate_campaign(delivered).passed
 
 
 def forge_table(folder: Path, name: str, table: Any) -> None:

@@ -134,7 +134,7 @@ def test_the_six_stiffnesses_come_back_from_the_raw_logs(tmp_path: Path) -> None
     error = found - np.array(list(truth["parameters"].values()))
     assert error @ np.linalg.solve(fit.covariance, error) < 22.46
     assert np.abs(error / found).max() < 0.03
-    relative = validate_fit(reduced.states, fit).relative["translation"]
+    relative = validate_fit(reduced.states, fit).relative.translation
     assert relative is not None
     assert relative < 0.05
     for run, true in zip(reduced.result.runs, truth["runs"], strict=True):

@@ -52,7 +52,7 @@ def test_three_commands_at_once_on_a_new_campaign(tmp_path: Path) -> None:
     # What each says is of the same fit, or is made anew on the next call: never taken for something it is not.
     said: list[str] = []
     document = validate_campaign(folder, RunContext(notify=said.append))
-    assert document["fit_id"] == identify_campaign(folder).fit_id
+    assert document.fit_id == identify_campaign(folder).fit_id
     assert len(list((folder / "store" / "generations").iterdir())) == 1
 
 

@@ -47,7 +47,7 @@ def test_bumped_readings_do_not_count(states: LoadStates) -> None:
     """Neither in the error nor in how many states it was taken over."""
     fit = identify_parameters(states, with_friction(joint_springs(six_axes())))
     validation = validate_fit(states, fit)
-    assert validation.rms["translation"] == pytest.approx(0.0, abs=1e-6)
+    assert validation.rms.translation == pytest.approx(0.0, abs=1e-6)
     assert sum(part.n for part in validation.by["run"]) == np.count_nonzero(states.used)
 
 

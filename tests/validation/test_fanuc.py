@@ -132,8 +132,8 @@ def test_all_poses() -> None:
 def test_unseen_poses_and_no_model() -> None:
     found = validate_fit(measurements(), identified())
     assert found.heldout.scheme == "leave-one-pose-out"
-    assert found.rms["translation"] == pytest.approx(0.405e-3, abs=0.5e-6)
-    assert found.zero_model["translation"] == pytest.approx(1.725e-3, abs=0.5e-6)
+    assert found.rms.translation == pytest.approx(0.405e-3, abs=0.5e-6)
+    assert found.zero_model.translation == pytest.approx(1.725e-3, abs=0.5e-6)
 
 
 def test_published_values_without_the_authors_five_rows() -> None:

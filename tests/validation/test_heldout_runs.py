@@ -39,12 +39,12 @@ def test_noise_alone_leaves_the_noise() -> None:
     states = replace(states, setup=replace(states.setup, sigma=NOISE))
     validation = validate_fit(states, identify_parameters(states, joint_springs(six_axes())))
     for kind in ("translation", "rotation"):
-        error, noise = validation.rms[kind], validation.noise[kind]
+        error, noise = getattr(validation.rms, kind), getattr(validation.noise, kind)
         assert error is not None
         assert noise is not None
         assert error / noise == pytest.approx(1.0, abs=3.0 / np.sqrt(6.0 * len(states)) + 0.02)
-    assert validation.relative["translation"] is not None
-    assert validation.relative["translation"] < 0.1
+    assert validation.relative.translation is not None
+    assert validation.relative.translation < 0.1
 
 
 def test_runs_of_one_pose_are_left_out_together() -> None:

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from stiffcal.campaign.thresholds import Thresholds
 from stiffcal.identification.fit_results import IdentifiedParameter
-from stiffcal.validation.thresholds import Baseline, judge, verdict
-from tests.laboratory.fits import parameter
+from stiffcal.validation.results import Verdict
+from stiffcal.validation.thresholds import Baseline, judge
+from tests.laboratory.fits import parameter, validation_of
 
 JOINTS = ("A1", "A2", "A3")
-VALIDATION: dict[str, Any] = {
-    "rms": {"translation": 2e-4, "rotation": 3e-4},
-    "relative": {"translation": 0.2, "rotation": None},
-    "noise": {"translation": 1e-4, "rotation": 1e-4},
-}
+VALIDATION = validation_of(
+    rms={"translation": 2e-4, "rotation": 3e-4},
+    relative={"translation": 0.2, "rotation": None},
+    noise={"translation": 1e-4, "rotation": 1e-4},
+)
 
 
 def compliance(joint: int, value: float | None, std: float = 1e-9, symbol: str = "c") -> IdentifiedParameter:
@@ -58,16 +60,16 @@ def test_errors_in_unseen_poses(limits: dict[str, float], held: bool) -> None:
 def test_an_error_is_said_in_millimetres() -> None:
     (check,) = judge(Thresholds(max_rms_m=1e-4), [], VALIDATION, JOINTS, None)
     assert check.says == "rms in unseen poses 0.2 mm is above max_rms_m = 0.1 mm"
-    answer = verdict([check], Thresholds(max_rms_m=1e-4))
-    assert (answer["passed"], answer["failed"], answer["thresholds"]) == (False, [check.says], {"max_rms_m": 1e-4})
+    answer = VALIDATION.judged(Verdict([check], {"max_rms_m": 1e-4}))
+    assert (answer.passed, answer.failed, answer.thresholds) == (False, [check.says], {"max_rms_m": 1e-4})
 
 
 def test_what_is_not_known_is_not_judged_and_does_not_fail() -> None:
-    unknown = VALIDATION | {"noise": None}
+    unknown = replace(VALIDATION, noise=None)
     checks = judge(Thresholds(max_over_noise=1.5), [], unknown, JOINTS, None)
-    answer = verdict(checks, Thresholds())
-    assert answer["passed"] is True
-    assert answer["not_judged"] == ["error over noise is not known: max_over_noise = 1.5 cannot be judged"]
+    answer = VALIDATION.judged(Verdict(checks, {}))
+    assert answer.passed is True
+    assert answer.not_judged == ["error over noise is not known: max_over_noise = 1.5 cannot be judged"]
 
 
 def test_least_stiffness_by_joint_and_for_the_rest() -> None:

@@ -27,7 +27,8 @@ from stiffcal.model.equilibrium import solve_balance
 from stiffcal.simulation.scene import robot_with_values
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.validation.validate import Slice, validate_fit
+from stiffcal.validation.results import ErrorSlice
+from stiffcal.validation.validate import validate_fit
 from tests.laboratory.mujoco_robot import MujocoRobot, Spring
 
 BODIES = Path(__file__).parents[2] / "campaigns" / "kr125-bodies"
@@ -59,16 +60,16 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> TrueRun:
     return TrueRun(folder, states, campaign.chain, written["truth"]["parameters"], fit)
 
 
-def tool(fit: Fit, states: LoadStates) -> Slice:
+def tool(fit: Fit, states: LoadStates) -> ErrorSlice:
     """Return the error of the outermost body in unseen poses."""
     found = validate_fit(states, fit).by["body"][0]
     assert found.label == "leds6"
     return found
 
 
-def share(part: Slice) -> float:
+def share(part: ErrorSlice) -> float:
     assert part.zero_model is not None
-    return (part.rms["translation"] or np.inf) / (part.zero_model["translation"] or np.nan)
+    return (part.rms.translation or np.inf) / (part.zero_model.translation or np.nan)
 
 
 def test_some_points_are_hidden(played: TrueRun) -> None:
@@ -166,7 +167,7 @@ def test_error_at_the_tool(played: TrueRun) -> None:
     right = tool(played.fit, played.states)
     noise = played.fit.noise_length["translation"]
     assert noise is not None
-    assert (right.rms["translation"] or np.inf) < 1.1 * noise
+    assert (right.rms.translation or np.inf) < 1.1 * noise
     # the paper's model: six-dimensional springs at six joints, without the play
     robot = replace(
         played.fit.robot,

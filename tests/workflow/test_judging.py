@@ -44,13 +44,13 @@ def test_drift_against_a_stored_model(campaign: Path) -> None:
     baseline_of(campaign, 1.3)
     ask(campaign, 'baseline = "baseline.json"\nmax_drift = 0.1')
     document = validate_campaign(campaign)
-    assert document["passed"] is False
-    (line,) = document["failed"]
+    assert document.passed is False
+    (line,) = document.failed
     assert line.startswith("stiffness of A2 is -23.1 % against baseline.json")
     # the verdict is renewed when the baseline is, without fitting or validating anew
     baseline_of(campaign, 1.0)
     said: list[str] = []
-    assert validate_campaign(campaign, RunContext(notify=said.append))["passed"] is True
+    assert validate_campaign(campaign, RunContext(notify=said.append)).passed is True
     assert said == []
     assert open_store(campaign, RunContext()).read_document("validate")["passed"] is True
 
@@ -61,8 +61,8 @@ def test_a_campaign_as_baseline_is_fitted_first(campaign: Path, softer: Path) ->
     said: list[str] = []
     document = validate_campaign(campaign, RunContext(notify=said.append))
     assert [line.split(":")[0] for line in said] == ["ingest first", "identify first"]
-    assert document["passed"] is True
-    assert {check["where"] for check in document["checks"]} == {"A1", "A2", "A3", "A4", "A5", "A6"}
+    assert document.passed is True
+    assert {check.where for check in document.checks} == {"A1", "A2", "A3", "A4", "A5", "A6"}
 
 
 def test_a_baseline_outside_is_only_taken_where_the_user_names_it(campaign: Path, tmp_path: Path) -> None:
@@ -70,13 +70,13 @@ def test_a_baseline_outside_is_only_taken_where_the_user_names_it(campaign: Path
     ask(campaign, 'baseline = "../outside.json"')
     with pytest.raises(InputError, match=r"thresholds\.baseline: .* lies outside the campaign folder; name it"):
         validate_campaign(campaign)
-    assert validate_campaign(campaign, RunContext(reach=(tmp_path,)))["passed"] is False
+    assert validate_campaign(campaign, RunContext(reach=(tmp_path,))).passed is False
     file = tmp_path / "thresholds.toml"
     file.write_text('schema = "stiffcal/thresholds/1"\n[validate]\nbaseline = "outside.json"\n')
     thresholds = load_thresholds(file)
     assert thresholds.baselines() == (Path(outside).resolve(),)
     document = validate_campaign(campaign, RunContext(reach=thresholds.baselines()), thresholds=thresholds)
-    assert document["passed"] is False
+    assert document.passed is False
 
 
 def test_thresholds_of_a_file_go_before_the_manifests_and_are_not_stored(campaign: Path, tmp_path: Path) -> None:
@@ -86,8 +86,8 @@ def test_thresholds_of_a_file_go_before_the_manifests_and_are_not_stored(campaig
         'schema = "stiffcal/thresholds/1"\n[validate]\nmax_rms_m = 1e-9\n[campaigns.small.validate]\nmax_rms_m = 1e-6\n'
     )
     document = validate_campaign(campaign, thresholds=load_thresholds(file))
-    assert document["thresholds"] == {"max_rms_m": 1e-6, "max_relative": 0.5}
-    assert document["failed"][0].endswith("is above max_rms_m = 0.001 mm")
+    assert document.thresholds == {"max_rms_m": 1e-6, "max_relative": 0.5}
+    assert document.failed[0].endswith("is above max_rms_m = 0.001 mm")
     assert open_store(campaign, RunContext()).read_document("validate")["passed"] is True
 
 

@@ -13,6 +13,7 @@ from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import RunContext, ingested, open_store, stored_fit
+from stiffcal.workflow.validate import validated
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS
 
 POSE = ",".join(f"{angle:g}" for angle in POSES_DEG[0])
@@ -86,7 +87,7 @@ def test_load_path_passes_its_corners_and_reaches_the_report(campaign: Path) -> 
     store = data.store
     fit = stored_fit(store)
     assert fit is not None
-    content = report_content(data, fit, store.read_document("validate"), store.read_document("history"))
+    content = report_content(data, fit, validated(data, fit, RunContext()), store.read_document("history"))
     assert content.load_paths[0].pose.endswith("the pose of the test")
 
 

@@ -50,7 +50,7 @@ def test_a_changed_source_is_named_and_everything_after_it_runs_again(campaign: 
     document = validate_campaign(campaign, means_with(said))
     assert said[0].startswith("ingest first: changed: raw/states.csv")
     assert said[1].startswith("identify first: the model or the load states have changed")
-    assert document["fit_id"] == "2"
+    assert document.fit_id == "2"
 
 
 def test_a_changed_model_makes_the_fit_stale_but_not_the_states(campaign: Path) -> None:
@@ -59,7 +59,7 @@ def test_a_changed_model_makes_the_fit_stale_but_not_the_states(campaign: Path) 
     said: list[str] = []
     document = validate_campaign(campaign, means_with(said))
     assert [line.split(":")[0] for line in said] == ["identify first"]
-    assert document["rms"]["translation"] > 1.5 * 16e-6  # joint 6 gives, and the model has no such joint
+    assert (document.rms.translation or 0.0) > 1.5 * 16e-6  # joint 6 gives, and the model has no such joint
 
 
 def test_a_comment_in_the_model_changes_nothing(campaign: Path) -> None:
@@ -76,14 +76,14 @@ def test_changed_thresholds_judge_again_without_fitting(campaign: Path) -> None:
     said: list[str] = []
     document = validate_campaign(campaign, means_with(said))
     assert said == []
-    assert document["passed"] is False
-    assert "max_rms_m" in document["failed"][0]
+    assert document.passed is False
+    assert "max_rms_m" in document.failed[0]
 
 
 def test_min_stiffness_is_held_joint_by_joint(campaign: Path) -> None:
     manifest = campaign / "campaign.toml"
     manifest.write_text(manifest.read_text() + "\n[thresholds]\nmin_stiffness = { A1 = 1e5, A6 = 5e4 }\n")
-    failed = validate_campaign(campaign)["failed"]
+    failed = validate_campaign(campaign).failed
     assert len(failed) == 1
     assert "A6" in failed[0]
 
@@ -128,10 +128,10 @@ def test_another_campaigns_model_is_judged_here(campaign: Path, tmp_path: Path) 
         validate_campaign(campaign, model=other)
     identify_campaign(other)
     document = validate_campaign(campaign, model=other)
-    assert document["scheme"] == "other campaign's model"
-    assert document["rms"]["translation"] < 40e-6
+    assert document.scheme == "other campaign's model"
+    assert (document.rms.translation or 1.0) < 40e-6
     # the verdict on another's model is not this campaign's own
-    assert validate_campaign(campaign)["scheme"] == "leave-one-pose-out"
+    assert validate_campaign(campaign).scheme == "leave-one-pose-out"
 
 
 def test_unknown_loss_is_refused(campaign: Path) -> None:
@@ -142,4 +142,4 @@ def test_unknown_loss_is_refused(campaign: Path) -> None:
 def test_another_loss_is_another_fit(campaign: Path) -> None:
     assert identify_campaign(campaign, loss="huber").fit_id == "2"
     # validate takes the fit that stands, robust or not
-    assert validate_campaign(campaign, RunContext(update=False))["fit_id"] == "2"
+    assert validate_campaign(campaign, RunContext(update=False)).fit_id == "2"

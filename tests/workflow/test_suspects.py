@@ -80,7 +80,7 @@ def test_identify_and_validate_name_the_run_and_fit_it_all_the_same(folder: Path
     without = {entry["name"]: entry["value"] for entry in identified["suspects"][0]["without"]["parameters"]}
     for number, stiffness in enumerate(small_campaign.STIFFNESS[:3], start=1):
         assert 1.0 / without[f"joint-compliance.j{number}.c"] == pytest.approx(stiffness, rel=0.05)
-    assert validate_campaign(folder)["suspects"] == identified["suspects"]
+    assert document_of(validate_campaign(folder))["suspects"] == identified["suspects"]
 
 
 def test_diagnose_answers_without_the_suspect_and_with_it(folder: Path) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
-from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.analysis import ClampedRun, analyse_runs
 from stiffcal.experiments.clamped.chain import ClampedChain, clamped_chain
@@ -34,9 +33,11 @@ from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.document import model_summary
 from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
+from stiffcal.measurements.rms import Rms
 from stiffcal.model.assembly import fixed_parameters
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.validation.results import ErrorSlice
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -131,7 +132,7 @@ def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
         name=CLAMPED,
         scheme="leave one pose out, its own middle and zero free" if heldout else "none",
         rms={"torque": _rms(torque), "motor_angle": _rms(angle)},
-        largest={"torque": _largest(torque), "motor_angle": _largest(angle)},
+        max={"torque": _largest(torque), "motor_angle": _largest(angle)},
         noise=_noise_of(result.runs),
         relative={"torque": None if not zero else (_rms(torque) or 0.0) / zero},
         zero_model={"torque": zero},
@@ -148,17 +149,18 @@ def _noise_of(runs: Sequence[ClampedRun]) -> dict[str, float | None]:
     return {"torque": float(np.sqrt(np.mean(squares)))} if squares else {}
 
 
-def _slice(label: str, runs: Sequence[HeldoutRun]) -> Document:
-    torque, angle = (np.concatenate([getattr(run, key) for run in runs]) for key in ("torque", "angle"))
-    nothing = {"translation": None, "rotation": None}
-    return {
-        "label": label,
-        "low": None,
-        "high": None,
-        "n": int(torque.size),
-        "rms": nothing | {"torque": _rms(torque), "motor_angle": _rms(angle)},
-        "max": nothing | {"torque": _largest(torque), "motor_angle": _largest(angle)},
-    }
+def _slice(label: str, runs: Sequence[HeldoutRun]) -> ErrorSlice:
+    torque = np.concatenate([run.torque for run in runs])
+    angle = np.concatenate([run.angle for run in runs])
+    nothing: dict[str, float | None] = {"translation": None, "rotation": None}
+    return ErrorSlice(
+        label=label,
+        low=None,
+        high=None,
+        n=int(torque.size),
+        rms=Rms.of(nothing | {"torque": _rms(torque), "motor_angle": _rms(angle)}),
+        max=Rms.of(nothing | {"torque": _largest(torque), "motor_angle": _largest(angle)}),
+    )
 
 
 def _rms(values: Floats) -> float | None:

@@ -19,8 +19,10 @@ from stiffcal.experiments.friction.results import (
 from stiffcal.experiments.friction.rows import UnknownKind
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
+from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, Where
 from stiffcal.uncertainty import is_poorly_known
+from stiffcal.validation.results import ErrorSlice
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -247,17 +249,16 @@ def rms_of(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
-def slice_entry(label: str, residual: Floats) -> dict[str, Any]:
-    """Return the error in a part of the readings, (n,) N·m, as the ``validate`` document writes it."""
-    nothing = {"translation": None, "rotation": None}
-    return {
-        "label": label,
-        "low": None,
-        "high": None,
-        "n": int(residual.size),
-        "rms": nothing | {"torque": rms_of(residual)},
-        "max": nothing | {"torque": float(np.abs(residual).max())},
-    }
+def error_slice(label: str, residual: Floats) -> ErrorSlice:
+    """Return the error in a part of the readings, (n,) N·m."""
+    return ErrorSlice(
+        label=label,
+        low=None,
+        high=None,
+        n=int(residual.size),
+        rms=Rms(None, None, torque=rms_of(residual)),
+        max=Rms(None, None, torque=float(np.abs(residual).max())),
+    )
 
 
 def fit_table(data: MeasuredRuns, fit: FrictionFit) -> pa.Table:

@@ -12,6 +12,7 @@ from stiffcal.experiments.friction.curves import FRICTION_FIT
 from stiffcal.experiments.friction.documents import (
     bearing_frictions,
     effects_in_model,
+    error_slice,
     expected_words,
     fit_table,
     friction_warnings,
@@ -21,7 +22,6 @@ from stiffcal.experiments.friction.documents import (
     joint_friction,
     noise_of_fit,
     rms_of,
-    slice_entry,
     unknown_parameters,
 )
 from stiffcal.experiments.friction.reduction import FREE_MOTION, FRICTION
@@ -115,11 +115,11 @@ def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
     size[~held_out] = fit.friction_measured
     names = data.joint_names
     by_joint = [
-        slice_entry(names[joint - 1], residual[judged & (rows.joint == joint)])
+        error_slice(names[joint - 1], residual[judged & (rows.joint == joint)])
         for joint in np.unique(rows.joint[judged])
     ]
     by_run = [
-        slice_entry(str(run), residual[judged & (rows.run == run)]) for run in dict.fromkeys(rows.run[judged].tolist())
+        error_slice(str(run), residual[judged & (rows.run == run)]) for run in dict.fromkeys(rows.run[judged].tolist())
     ]
     rms = rms_of(residual[judged])
     zero = rms_of(size[np.isfinite(size)])
@@ -127,7 +127,7 @@ def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
         name="friction",
         scheme=heldout.scheme,
         rms={"torque": rms},
-        largest={"torque": float(np.abs(residual[judged]).max())},
+        max={"torque": float(np.abs(residual[judged]).max())},
         noise=noise_of_fit(fit),
         relative={"torque": rms / zero if zero else None},
         zero_model={"torque": zero},

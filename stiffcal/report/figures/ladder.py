@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from stiffcal.measurements.rms import Rms
+
 _LABEL_WIDTH = 46
 # Steps that change the error by less than this factor are not worth a number.
 _SIGNIFICANT = 1.05
@@ -35,8 +37,8 @@ class Rung:
 @canvas.styled
 def draw_ladder(
     fits: Sequence[dict[str, Any]],
-    zero_model: dict[str, Any] | None,
-    noise: dict[str, Any] | None,
+    zero_model: Rms | None,
+    noise: Rms | None,
     component: str = "translation",
 ) -> Figure:
     """Draw the error of each fit in unseen poses (filled) and on its own data (hollow), on a logarithmic scale.
@@ -44,7 +46,7 @@ def draw_ladder(
     Parameters
     ----------
     fits : entries of the history document: ``{id, time, model, heldout_rms, fit_rms, noise}``.
-    zero_model : rms with no model, from the validate document; None where not known.
+    zero_model : rms with no model; None where not known.
     noise : the noise floor; None where it cannot be judged.
     component : "translation" or "rotation".
 
@@ -77,7 +79,7 @@ def draw_ladder(
     return figure
 
 
-def ladder_rungs(fits: Sequence[dict[str, Any]], zero_model: dict[str, Any] | None, component: str) -> list[Rung]:
+def ladder_rungs(fits: Sequence[dict[str, Any]], zero_model: Rms | None, component: str) -> list[Rung]:
     """Return the rungs: no model, the first fit with its whole model, then what each fit gained or lost.
 
     Parameters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -15,102 +15,103 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Entries = Sequence[dict[str, Any]]
+    from stiffcal.measurements.rms import Rms
+    from stiffcal.validation.results import ErrorSlice
+
+Slices: TypeAlias = "Sequence[ErrorSlice]"
 _UNITS = {"translation": (1e6, "µm"), "rotation": (1e3, "mrad"), "length": (1e6, "µm")}
 
 
-def _scale(entries: Entries, component: str) -> tuple[float, str]:
+def _scale(parts: Slices, component: str) -> tuple[float, str]:
     """Millimetres instead of micrometres where residuals are large."""
     factor, unit = _UNITS[component]
-    rms = [value for entry in entries if (value := wording.part(entry.get("rms"), component)) is not None]
+    rms = [value for part in parts if (value := wording.part(part.rms, component)) is not None]
     return (1e3, "mm") if unit == "µm" and rms and max(rms) >= 2e-4 else (factor, unit)
 
 
-def _draw_bars(axes: Axes, entries: Entries, component: str, noise: float | None, quantity: tuple[float, str]) -> None:
+def _draw_bars(axes: Axes, parts: Slices, component: str, noise: float | None, quantity: tuple[float, str]) -> None:
     """Draw rms as bars, the largest residual as a mark, the noise as a line."""
     factor, unit = quantity
-    at = np.arange(len(entries))
+    at = np.arange(len(parts))
     rms, largest = (
-        np.array([wording.part(entry.get(key), component) or np.nan for entry in entries]) * factor
-        for key in ("rms", "max")
+        np.array([wording.part(measure, component) or np.nan for measure in measures]) * factor
+        for measures in ([part.rms for part in parts], [part.max for part in parts])
     )
     axes.bar(
         at, rms, width=0.62, color="#c6dbef", edgecolor=canvas.COLOURS[0], hatch="////", linewidth=0.7, label="rms"
     )
-    if any(entry.get("n", 2) > 1 for entry in entries):
+    if any(part.n > 1 for part in parts):
         axes.plot(
             at, largest, linestyle="none", marker="_", markersize=6, color=canvas.INK, label="largest single residual"
         )
     if noise is not None:
         axes.axhline(noise * factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)")
     axes.set_ylim(0, canvas.padded_limits(np.concatenate([rms, largest]))[1])
-    axes.set_xlim(-0.7, len(entries) - 0.3)
+    axes.set_xlim(-0.7, len(parts) - 0.3)
     axes.grid(visible=False, axis="x")
     words = {"translation": "residual", "length": "rods’ residual"}.get(component, f"{component} residual")
     axes.set_ylabel(f"{words} [{unit}]")
 
 
-def _components(entries: Entries) -> list[str]:
-    return [key for key in _UNITS if any(wording.part(entry.get("rms"), key) is not None for entry in entries)] or [
-        "translation"
-    ]
+def _components(parts: Slices) -> list[str]:
+    return [key for key in _UNITS if any(wording.part(part.rms, key) is not None for part in parts)] or ["translation"]
 
 
 @canvas.styled
-def draw_residuals_by_run(entries: Entries, noise: dict[str, Any] | None = None) -> Figure:
+def draw_residuals_by_run(parts: Slices, noise: Rms | None = None) -> Figure:
     """Draw the residual of each run.
 
     Parameters
     ----------
-    entries : ``by_run`` of the validate document: ``{label, n, rms, max}`` each.
-    noise : the document's noise; None where it cannot be judged.
+    parts : the errors run by run.
+    noise : what the instruments scatter; None where it cannot be judged.
 
     Returns
     -------
     Figure; µm or mm, mrad.
     """
-    components = _components(entries)
+    components = _components(parts)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 12 + 38 * len(components))
     panels = figure.subplots(len(components), 1, sharex=True, squeeze=False)[:, 0]
     for panel, component in zip(panels, components, strict=True):
-        _draw_bars(panel, entries, component, wording.part(noise, component), _scale(entries, component))
-    name_runs(panels[-1], [str(entry["label"]) for entry in entries])
+        _draw_bars(panel, parts, component, wording.part(noise, component), _scale(parts, component))
+    name_runs(panels[-1], [part.label for part in parts])
     canvas.share_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure
 
 
 @canvas.styled
-def draw_residuals_by(groups: Sequence[tuple[str, Entries]], noise: dict[str, Any] | None = None) -> Figure:
+def draw_residuals_by(groups: Sequence[tuple[str, Slices]], noise: Rms | None = None) -> Figure:
     """Draw the residual by several ways of sorting the states, one column of panels each.
 
     Parameters
     ----------
-    groups : (what they are sorted by, entries as in the validate document); in words, e.g. "direction of force".
-    noise : the document's noise; None where it cannot be judged.
+    groups : (what the states are sorted by, in words such as "direction of force"; the errors in each part).
+    noise : what the instruments scatter; None where it cannot be judged.
 
     Returns
     -------
     Figure; µm or mm, mrad; one scale for all columns.
     """
-    every = [entry for _, entries in groups for entry in entries]
+    every = [part for _, parts in groups for part in parts]
     components = _components(every)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 20 + 38 * len(components))
-    widths = [max(2.0, len(entries)) for _, entries in groups]
+    widths = [max(2.0, len(parts)) for _, parts in groups]
     panels = figure.subplots(
         len(components), len(groups), sharex="col", sharey="row", squeeze=False, width_ratios=widths
     )  # fmt: skip
     for row, component in enumerate(components):
         quantity = _scale(every, component)
         top = 0.0
-        for column, (title, entries) in enumerate(groups):
+        for column, (title, parts) in enumerate(groups):
             panel = panels[row, column]
-            _draw_bars(panel, entries, component, wording.part(noise, component), quantity)
+            _draw_bars(panel, parts, component, wording.part(noise, component), quantity)
             top = max(top, panel.get_ylim()[1])
             panel.set_ylim(0, top)
             if column:
                 panel.set_ylabel("")
             if row == len(components) - 1:
-                labels = [str(entry["label"]) for entry in entries]
+                labels = [part.label for part in parts]
                 panel.set_xticks(range(len(labels)), labels, rotation=90 if max(map(len, labels), default=0) > 4 else 0)
                 panel.set_xlabel(title)
     canvas.share_legend(figure, panels[0, 0].get_legend_handles_labels()[0])

@@ -8,7 +8,6 @@ from stiffcal.report import wording
 from stiffcal.report.blocks import LeftOut, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.measured_against_predicted import MOST_POINTS, draw_measured_against_predicted
-from stiffcal.report.sections.summary import share_left
 
 ORDER = 60
 _TITLE = "Measured against predicted"
@@ -29,10 +28,10 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     caption = f"Deflection measured against predicted {by}, base axes. On the dashed diagonal both agree."
     validation = content.validate
     if validation is not None:
-        left = share_left(validation)
-        caption += f" Off the diagonal by {wording.both(validation.get('rms'))} rms"
+        left = validation.relative.translation
+        caption += f" Off the diagonal by {wording.both(validation.rms)} rms"
         caption += f", {wording.percent(left)} of the deflection" if left is not None else ""
-        caption += f"; at most {wording.both(validation.get('max'))}."
+        caption += f"; at most {wording.both(validation.max)}."
     n_used = int(states.used.sum())
     if n_used > MOST_POINTS:
         drawn = f"{wording.digits(MOST_POINTS)} of {wording.count(n_used, 'state')}"

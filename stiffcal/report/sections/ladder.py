@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from stiffcal.measurements.rms import Rms
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import Document, ReportContent
@@ -19,10 +20,9 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     fits = list((content.history or {}).get("fits", []))
     if not fits:
         return LeftOut(_TITLE, "the history holds no fit yet")
-    zero = (content.validate or {}).get("zero_model")
-    noise = (content.validate or {}).get("noise") or next(
-        (fit["noise"] for fit in reversed(fits) if fit.get("noise")), None
-    )
+    zero = None if content.validate is None else content.validate.zero_model
+    noise = None if content.validate is None else content.validate.noise
+    noise = noise or next((fit["noise"] for fit in reversed(fits) if fit.get("noise")), None)
     # The present fit is the last rung, also where an earlier model has been restored.
     present = None if content.identify is None else content.identify.fit_id
     drawn_fits = sorted(fits, key=lambda fit: fit["id"] == present)[-_MOST_STEPS:]
@@ -38,7 +38,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     return ReportSection(_TITLE, tuple(blocks))
 
 
-def _caption(fits: list[Document], zero: Document | None, noise: Document | None) -> str:
+def _caption(fits: list[Document], zero: Rms | None, noise: Rms | None) -> str:
     text = "Error in unseen poses, fit by fit, each rung with what the model gained"
     last = next(
         (fit for fit in reversed(fits) if wording.part(fit.get("heldout_rms"), "translation") is not None), None

@@ -60,9 +60,9 @@ def _line_displacement_blocks(content: ReportContent, states: ReportStates) -> l
 
 
 def _run_rms(content: ReportContent) -> dict[str, float]:
-    """Residual of each run in poses left out of the fit, from the validate document."""
-    entries = (content.validate or {}).get("by_run", [])
-    return {str(entry["label"]): wording.part(entry.get("rms"), "translation") or 0.0 for entry in entries}
+    """Residual of each run in poses left out of the fit, m."""
+    parts = [] if content.validate is None else content.validate.by_run
+    return {part.label: part.rms.translation or 0.0 for part in parts}
 
 
 def most_loaded_runs(content: ReportContent, states: ReportStates, candidates: list[int]) -> dict[int, str]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from stiffcal.documents import document_of
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, ReportSection
-from stiffcal.report.content import Document, ReportContent
+from stiffcal.report.content import ReportContent
 from stiffcal.report.sections.sources import FIRST_PAGE_HOLDS, sources_table
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.validate_result import ValidateResult
 
 ORDER = 10
 NOT_YOURS = (
@@ -27,8 +28,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         sentences += _heldout_sentences(content.validate)
     if sentences:
         blocks.append(Paragraph(" ".join(sentences), "key"))
-    warnings = [text for result in (content.ingest, content.identify) if result is not None for text in result.warnings]
-    warnings += (content.validate or {}).get("warnings", [])
+    results = (content.ingest, content.identify, content.validate)
+    warnings = [text for result in results if result is not None for text in result.warnings]
     if warnings:
         blocks.append(Paragraph("To be kept in mind:"))
         blocks.append(Items(tuple(dict.fromkeys(warnings))))
@@ -62,50 +63,41 @@ def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
     )
 
 
-def _heldout_readings(validation: Document) -> list[str]:
-    rms, zero = validation.get("rms"), validation.get("zero_model")
-    left = wording.part(validation.get("relative"), "torque")
-    scheme = str(validation.get("scheme", ""))
-    if wording.part(rms, "torque") is None:
+def _heldout_readings(validation: ValidateResult) -> list[str]:
+    left = wording.part(validation.relative, "torque")
+    if wording.part(validation.rms, "torque") is None:
         return ["There is nothing unseen to judge it by: each joint was driven in one usable pose alone."]
-    sentences = [f"In what the fit had not seen ({scheme}) it leaves {wording.both(rms)} rms"]
-    sentences[0] += f", without a model {wording.both(zero)}"
+    sentences = [f"In what the fit had not seen ({validation.scheme}) it leaves {wording.both(validation.rms)} rms"]
+    sentences[0] += f", without a model {wording.both(validation.zero_model)}"
     sentences[0] += f": {wording.percent(1.0 - left)} of the torque is predicted." if left is not None else "."
-    if validation.get("noise"):
-        sentences.append(f"Repeats alone scatter {wording.both(validation['noise'])} rms.")
+    if validation.noise is not None:
+        sentences.append(f"Repeats alone scatter {wording.both(validation.noise)} rms.")
     else:
         sentences.append("How much of this is noise cannot be judged: too little was repeated.")
     return sentences
 
 
-def _heldout_sentences(validation: Document | None) -> list[str]:
+def _heldout_sentences(validation: ValidateResult | None) -> list[str]:
     """Give the error to expect in new poses, with the deflection itself and the noise."""
     if validation is None:
         return ["What error to expect in new poses has not been tested yet (no validation)."]
-    rms, zero = validation.get("rms"), validation.get("zero_model")
-    sentences = [f"In poses that the fit had not seen it leaves {wording.both(rms)} rms"]
-    left = share_left(validation)
-    if zero:
-        sentences[0] += f" of a deflection of {wording.both(zero)}"
+    error = (
+        f"In poses that the fit had not seen it leaves {wording.both(validation.rms)} rms of a deflection of "
+        f"{wording.both(validation.zero_model)}"
+    )
+    left = validation.relative.translation
     if left is not None:
-        sentences[0] += f": {wording.percent(1.0 - left)} of the deflection is predicted"
-    sentences[0] += "."
-    sentences.append(noise_sentence(validation))
-    if validation.get("passed") is False:
+        error += f": {wording.percent(1.0 - left)} of the deflection is predicted"
+    sentences = [f"{error}.", noise_sentence(validation)]
+    if not validation.passed:
         sentences.append("The campaign's own thresholds do not hold.")
     return sentences
 
 
-def share_left(validation: Document) -> float | None:
-    """Residual over deflection (translation), as the validate document states it."""
-    relative = validation.get("relative")
-    return wording.part(relative, "translation") if isinstance(relative, dict) else relative
-
-
-def noise_sentence(document: Document) -> str:
-    """Say what the instruments scatter, or that this cannot be judged."""
-    if wording.part(document.get("noise"), "translation") is not None:
-        return f"The instruments and the setting of loads alone scatter {wording.both(document['noise'])} rms."
+def noise_sentence(validation: ValidateResult) -> str:
+    """Return what the instruments scatter, or that this cannot be judged."""
+    if wording.part(validation.noise, "translation") is not None:
+        return f"The instruments and the setting of loads alone scatter {wording.both(validation.noise)} rms."
     return (
         "How much of this is noise cannot be judged: no load was repeated, and the manifest states no uncertainty of "
         "the instruments."

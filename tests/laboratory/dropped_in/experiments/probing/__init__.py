@@ -122,7 +122,7 @@ class ProbingKind(ExperimentKind):
             name="probing",
             scheme="each run left out",
             rms={"translation": _rms(left)},
-            largest={"translation": float(np.abs(left).max())},
+            max={"translation": float(np.abs(left).max())},
             noise={},
             relative={},
             zero_model={"translation": _rms(found)},

@@ -1,0 +1,96 @@
+"""What ``validate`` answers: the error in poses that the fit has not seen, and whether the thresholds hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Literal
+
+from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
+from stiffcal.documents import MANY_KEYS, NOT_PROMISED, CommandResult, KeyIf, OrAbsent, Origin
+from stiffcal.experiments.results import HeldoutSection
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import ModelSummary
+from stiffcal.validation.results import ErrorSlice, ThresholdCheck, Verdict, WorstState
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ValidateResult(CommandResult):
+    """Answer of ``validate``."""
+
+    schema: Literal["stiffcal/validate/1"] = "stiffcal/validate/1"
+    scheme: str
+    """How data were left out, in words."""
+    n_states: Annotated[int, NOT_PROMISED]
+    """Load states that were judged."""
+    n_poses: Annotated[int, NOT_PROMISED]
+    """Parts that were left out one after another."""
+    rms: Rms
+    """Of the residual."""
+    max: Rms
+    """The largest residual, in the same measures."""
+    noise: Rms | None
+    """What the instruments scatter, in the same measures; None where it is not known."""
+    relative: Rms
+    """Residual over what was measured, a share in each measure."""
+    zero_model: Rms
+    """What a model without parameters leaves."""
+    by_run: list[ErrorSlice]
+    by_direction: list[ErrorSlice]
+    """By the base axis that the load points along most."""
+    by_load: list[ErrorSlice]
+    """By the size of the load, N."""
+    by_branch: list[ErrorSlice]
+    """By the branch of the load cycle."""
+    by_joint_angle: list[ErrorSlice]
+    """By the angle of each joint, rad."""
+    by_body: OrAbsent[list[ErrorSlice]] = None
+    """By the tracked body, where there are several."""
+    worst: list[WorstState]
+    """The states with the largest residuals, worst first."""
+    by_joint: OrAbsent[list[ErrorSlice]] = None
+    """By the joint, of other experiments."""
+    clamped: OrAbsent[HeldoutSection] = None
+    """Of the clamped robot."""
+    friction: OrAbsent[HeldoutSection] = None
+    """Of the drives' friction."""
+    other_kinds: Annotated[dict[str, HeldoutSection], MANY_KEYS] = field(default_factory=dict)
+    """Sections of further kinds of experiment, by the kind's name."""
+    suspects: OrAbsent[list[Suspect]] = None
+    """Runs and states that disagree with all the others; None where there are no load states."""
+    suspects_not_checked: OrAbsent[RunsNotChecked] = None
+    """What was not compared with the other runs, and why, where there is anything."""
+    fit_id: Annotated[str | None, KeyIf("", null=False), NOT_PROMISED] = None
+    """Number of the fit in the history; None where another campaign's model was judged."""
+    key: Annotated[str | None, KeyIf("", null=False), NOT_PROMISED] = None
+    """A hash of all that went into the result; None where it is not stored."""
+    passed: bool = False
+    """Whether no threshold fails; False before they are judged."""
+    failed: list[str] = field(default_factory=list)
+    """Thresholds that do not hold, in words."""
+    not_judged: list[str] = field(default_factory=list)
+    """Thresholds that cannot be judged, in words."""
+    checks: list[ThresholdCheck] = field(default_factory=list)
+    """Every threshold, judged."""
+    thresholds: Annotated[dict[str, object], NOT_PROMISED] = field(default_factory=dict)
+    """What was asked for, as campaign.toml writes it."""
+    model_of: Annotated[str | None, KeyIf("", null=False), NOT_PROMISED] = None
+    """Folder of the campaign whose model was judged; None where it is the present one."""
+    model: Annotated[ModelSummary | None, KeyIf("", null=False), NOT_PROMISED] = None
+    """That model."""
+    origin: OrAbsent[Origin] = None
+    """From whom the result comes."""
+
+    def section(self, kind: str) -> HeldoutSection | None:
+        """Return the section of a kind of experiment, by the kind's name; None where there is none."""
+        return {"clamped": self.clamped, "friction": self.friction, **self.other_kinds}.get(kind)
+
+    def judged(self, verdict: Verdict) -> ValidateResult:
+        """Return the same errors with what came of the thresholds."""
+        return replace(
+            self,
+            passed=verdict.passed,
+            failed=verdict.failed,
+            not_judged=verdict.not_judged,
+            checks=verdict.checks,
+            thresholds=verdict.thresholds,
+        )
