@@ -17,6 +17,7 @@ from stiffcal.identification.document import (
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import fit_rms
 from stiffcal.identification.measured_links import link_results
+from stiffcal.identification.measured_robots import unusual_stiffness_warnings
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.rms import Rms
 from stiffcal.results.identify_result import IdentifyResult
@@ -32,7 +33,11 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
     """
     links = measured_links(fit)
     return IdentifyResult(
-        warnings=fit_warnings(fit) + [fault.sentence for link in links for fault in link.faults],
+        warnings=[
+            *fit_warnings(fit),
+            *unusual_stiffness_warnings(fit),
+            *(fault.sentence for link in links for fault in link.faults),
+        ],
         model=model_summary(fit.robot),
         parameters=[identified_parameter(parameter) for parameter in fit.parameters],
         n_states=fit.data.n_measured,
