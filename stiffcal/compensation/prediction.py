@@ -146,13 +146,13 @@ def parameter_covariance(
     names = list(covariance)
     columns = np.zeros((len(names), len(angles), 6))
     amplitudes = {
-        placed_effect.parameter_name(spec.symbol): (placed_effect.amplitude(spec.symbol), spec.inverse)
+        placed_effect.parameter_name(spec.symbol): (placed_effect.amplitude(spec.symbol), spec)
         for placed_effect in robot.placed
         for spec in placed_effect.effect.parameters
     }
     rigid = attached_poses(robot.chain, angles, setup.targets[0]) if weight else None
     for place, name in enumerate(names):
-        amplitude, inverse = amplitudes[name]
+        amplitude, spec = amplitudes[name]
         std = float(np.sqrt(covariance[name][name]))
         if std == 0.0:
             continue
@@ -160,7 +160,7 @@ def parameter_covariance(
         step = min(0.1 * std, 0.5 * abs(amplitude)) if amplitude else 0.1 * std
         ends = []
         for shifted in (amplitude + step, amplitude - step):
-            shifted_robot = robot.with_values({name: 1.0 / shifted if inverse else shifted})
+            shifted_robot = robot.with_values({name: spec.value_of(shifted)})
             ends.append(_moved(solve_balance(shifted_robot, angles, wrench, setup, order), rigid))
         columns[place] = (ends[0] - ends[1]) / (2.0 * step)
     matrix = np.array([[covariance[a][b] for b in names] for a in names]).reshape(len(names), len(names))

@@ -55,7 +55,7 @@ def list_candidates(
         for place in places:
             if (effect.name, place) in in_model or _stands_in_the_way(effect, place, robot):
                 continue
-            free = sum(1 for spec in effect.parameters)
+            free = sum(1 for spec in effect.parameters if not spec.scales_load)
             candidates.append(Candidate(effect, place, free))
     return candidates, not_tried
 

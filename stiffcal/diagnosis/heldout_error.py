@@ -86,10 +86,8 @@ def with_values_of(scan: Scan, trial: Trial) -> CompliantRobot:
     for column, step in zip(columns, trial.score.solution, strict=False):
         placed_effect = fit.robot.placed[column.placed]
         amplitude = placed_effect.amplitude(column.symbol) + step
-        inverse = placed_effect.effect.spec(column.symbol).inverse
-        values[placed_effect.parameter_name(column.symbol)] = (
-            (1.0 / amplitude if amplitude > 0.0 else np.inf) if inverse else float(amplitude)
-        )
+        spec = placed_effect.effect.spec(column.symbol)
+        values[placed_effect.parameter_name(column.symbol)] = spec.value_of(float(amplitude))
     from stiffcal.diagnosis.judge import fitted_values
 
     robot = fit.robot.with_values(values)

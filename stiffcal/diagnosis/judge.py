@@ -182,7 +182,8 @@ def possible_values(scan: Scan, trial: Trial) -> bool:
     from scipy.special import chdtri
 
     values, symbols = fitted_values(trial), trial.regressor.symbols
-    amplitudes = {symbol: values[symbol] for symbol in symbols}
+    specs = {symbol: trial.candidate.effect.spec(symbol) for symbol in symbols}
+    amplitudes = {symbol: spec.amplitude_of(values[symbol]) for symbol, spec in specs.items()}
     if symbols and not any(abs(value) > 0.0 for value in amplitudes.values()):
         return False
     if trial.candidate.effect.impossible(values) is None:
@@ -210,8 +211,7 @@ def fitted_values(trial: Trial) -> dict[str, float]:
     for symbol, amplitude in zip(
         trial.regressor.symbols, trial.score.solution[len(trial.score.solution) - count :], strict=True
     ):
-        inverse = trial.candidate.effect.spec(symbol).inverse
-        values[symbol] = (1.0 / amplitude if amplitude > 0.0 else np.inf) if inverse else float(amplitude)
+        values[symbol] = trial.candidate.effect.spec(symbol).value_of(float(amplitude))
     return values
 
 

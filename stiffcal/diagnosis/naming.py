@@ -85,10 +85,11 @@ def times_typical(trial: Trial) -> float:
     if any(spec.role is ParameterRole.NONLINEAR for spec in effect.parameters):
         return 0.0
     for symbol in trial.regressor.symbols:
-        spec, value = effect.spec(symbol), abs(values[symbol])
+        spec = effect.spec(symbol)
+        amplitude, usual = abs(spec.amplitude_of(values[symbol])), abs(spec.amplitude_of(spec.typical))
         comparable = spec.inverse or spec.compliance or spec.role is ParameterRole.SETUP
-        if comparable and spec.typical != 0.0 and value > 0.0:
-            ratios.append(abs(spec.typical) / value if spec.inverse else value / abs(spec.typical))
+        if comparable and usual > 0.0:
+            ratios.append(amplitude / usual)
     return max(ratios)
 
 

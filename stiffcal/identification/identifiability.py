@@ -22,6 +22,11 @@ SAME_REGRESSOR = 1e-3
 # In a direction that the data do not determine, parameters with a share above this take part.
 TAKES_PART = 0.1
 
+REDUNDANT = (
+    "alone it is exactly redundant with all compliances; only a known weight or torque in a law that is not straight "
+    "determines it"
+)
+
 
 @dataclass(frozen=True)
 class Identifiability:
@@ -44,6 +49,7 @@ def check_identifiability(
     yielding: Booleans | None = None,
     needed: Booleans | None = None,
     noise_dominated: Booleans | None = None,
+    redundant: Booleans | None = None,
 ) -> Identifiability:
     """Find what the whitened, triangular observation matrix cannot determine.
 
@@ -57,6 +63,8 @@ def check_identifiability(
     needed : (p,) True for those that should not stand back where another of their set can.
     noise_dominated : (p,) True for those that only the force sensor's noise turns
         (`stiffcal.identification.noise_dominated`).
+    redundant : (p,) True for gains of the whole load that all compliances together make up for
+        (`stiffcal.identification.load_scale`).
     """
     p = len(names)
     gives_way = np.zeros(p, dtype=np.bool_) if yielding is None else yielding
@@ -68,10 +76,12 @@ def check_identifiability(
     left_out = np.zeros(p, dtype=np.bool_)
     ambiguities: list[Ambiguity] = []
     under = np.zeros(p, dtype=np.bool_) if noise_dominated is None else noise_dominated
+    scaling = np.zeros(p, dtype=np.bool_) if redundant is None else redundant
     # One standard uncertainty, all else known, is 1 / length.
-    for i in np.flatnonzero((length * upper < 1.0) | under):
+    for i in np.flatnonzero((length * upper < 1.0) | under | scaling):
         identifiable[i], left_out[i] = False, True
         reason = "what seems to turn it is the force sensor's noise" if under[i] else "no load in these data turns it"
+        reason = REDUNDANT if scaling[i] else reason
         ambiguities.append(Ambiguity((names[i],), "", reason))
     remaining = np.flatnonzero(identifiable)
     condition = np.inf if len(remaining) < p else 1.0
@@ -89,8 +99,12 @@ def check_identifiability(
         for column in sums:
             blind = _made_of_others(unit, left_out, column)
             takes_part = np.abs(blind) > TAKES_PART * np.max(np.abs(blind))
+<<<<<<< HEAD
             # Others that nearly agree among themselves may make it with shares far above its own.
             takes_part[column] = True
+=======
+            takes_part[column] = True  # also where the others have ten times its share
+>>>>>>> fa4d507 (Effects of the force sensor: wrench-origin and wrench-scale; parameters may be neutral at another value than 0)
             members = np.flatnonzero(takes_part)
             identifiable[members] = False
             ambiguities.append(_name_ambiguity(blind[members], length[members], [names[i] for i in members]))

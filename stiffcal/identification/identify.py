@@ -18,6 +18,7 @@ from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Ambiguity, Fit
 from stiffcal.identification.identifiability import Identifiability, check_identifiability
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
+from stiffcal.identification.load_scale import redundant_gains
 from stiffcal.identification.noise import Noise, rms_by_measure, rms_length, stated_noise
 from stiffcal.identification.noise_dominated import noise_dominated_parameters
 from stiffcal.identification.nonlinear_start import lacks_nonlinear_value, start_nonlinear
@@ -80,6 +81,8 @@ class Settings:
     """Take this noise instead of estimating it."""
     noise_dominated: frozenset[str] = field(default_factory=frozenset)
     """Full names of parameters that only the wrench's noise turns: not determined."""
+    redundant: frozenset[str] = field(default_factory=frozenset)
+    """Full names of gains that all compliances together make up for: not determined, they keep their values."""
 
 
 @dataclass(frozen=True)
@@ -176,6 +179,7 @@ def fit_observations(
 ) -> Fit:
     """Identify from prepared observations; see `identify_parameters`."""
     some = _some_runs(problem)
+    settings = replace(settings, redundant=redundant_gains(robot, some.data, settings.fixed))
     progress("first-order pass", 0.1)
     settled = _gauss_newton(some, _first_pass(some, robot, settings), settings, None, progress)
     if some is not problem:
@@ -213,7 +217,7 @@ def _gauss_newton(
             predicted = np.concatenate([block.predicted for block in blocks], axis=1)
             lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
         reduced = reduce_blocks(blocks, data, lowered or weights.whitening)
-        updated, checked = _solve(reduced, robot, columns, amplitude, settings.noise_dominated)
+        updated, checked = _solve(reduced, robot, columns, amplitude, settings)
         # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations; here per parameter.
         n_free = max(1, len(columns) - int(checked.left_at_neutral.sum()))
         change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)) / np.sqrt(n_free))
@@ -248,9 +252,7 @@ def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> 
     # Laws whose shape is not known yet wait for it: their columns at some typical shape would mislead the others.
     known = [c for c in columns if robot.placed[c.placed] not in unshaped]
     reduced = reduce_blocks(evaluate(robot, data, known, rigid=True), data, whitening)
-    start = _with_estimates(
-        robot, known, _solve(reduced, robot, known, amplitudes(robot, known), settings.noise_dominated)[0]
-    )
+    start = _with_estimates(robot, known, _solve(reduced, robot, known, amplitudes(robot, known), settings)[0])
     if not unshaped:
         return start
     blocks = list(evaluate(start, data, (), with_sensitivity=wrench_matters(settings.noise)))
@@ -262,14 +264,17 @@ def _check_identifiability(
     reduced: Reduced,
     robot: CompliantRobot,
     columns: Sequence[ParameterColumn],
-    noise_dominated: frozenset[str],
+    settings: Settings,
     needed: Booleans | None = None,
 ) -> Identifiability:
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     lower, upper = bounds_of(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
-    under = np.array([name in noise_dominated for name in names], dtype=np.bool_)
-    return check_identifiability(reduced.factor, names, widest, _are_nonlinear(columns), needed, under)
+    under, scaling = (
+        np.array([name in chosen for name in names], dtype=np.bool_)
+        for chosen in (settings.noise_dominated, settings.redundant)
+    )
+    return check_identifiability(reduced.factor, names, widest, _are_nonlinear(columns), needed, under, scaling)
 
 
 def _are_nonlinear(columns: Sequence[ParameterColumn]) -> Booleans:
@@ -281,14 +286,14 @@ def _solve(
     robot: CompliantRobot,
     columns: Sequence[ParameterColumn],
     start: Floats,
-    noise_dominated: frozenset[str],
+    settings: Settings,
 ) -> tuple[Floats, Identifiability]:
     """Solve for the new amplitudes; those that cannot be distinguished stay neutral: at zero, shapes where they are.
 
     Where sets overlap, the others can carry what is known only if the right ones stand back, because compliances
     cannot be negative: those are determined by the solution with all of them free.
     """
-    checked = _check_identifiability(reduced, robot, columns, noise_dominated)
+    checked = _check_identifiability(reduced, robot, columns, settings)
     lower, upper = bounds_of(robot, columns)
     shapes = _are_nonlinear(columns)
     # A law bends with its shape: no step beyond a factor of two.
@@ -297,8 +302,15 @@ def _solve(
     # The reduced target is for the step; bounds hold for the sum.
     target = reduced.target + reduced.factor @ start
     system = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)
+<<<<<<< HEAD
     result = _solve_free(system, checked, shapes, start, lower, upper)
     if not checked.left_at_neutral.any():
+=======
+    names = [robot.placed[column.placed].parameter_name(column.symbol) for column in columns]
+    keeps = shapes | np.array([name in settings.redundant for name in names], dtype=np.bool_)
+    result = _solve_free(system, checked, keeps, start, lower, upper)
+    if not checked.held.any():
+>>>>>>> fa4d507 (Effects of the force sensor: wrench-origin and wrench-scale; parameters may be neutral at another value than 0)
         return result, checked
     every, at_bound = system.solve_bounded(lower, upper)
     # Who is pressed against a bound stands back: of all free at once, else of what was left free.
@@ -306,21 +318,27 @@ def _solve(
     for useless in (at_bound, pressed):
         if system.cost(result) <= WORSE_WITHOUT * system.cost(every):
             break
-        without_useless = _check_identifiability(reduced, robot, columns, noise_dominated, ~useless)
-        better = _solve_free(system, without_useless, shapes, start, lower, upper)
+        without_useless = _check_identifiability(reduced, robot, columns, settings, ~useless)
+        better = _solve_free(system, without_useless, keeps, start, lower, upper)
         if system.cost(better) < system.cost(result):
             result, checked = better, without_useless
     return result, checked
 
 
 def _solve_free(
-    system: Reduced, checked: Identifiability, shapes: Booleans, start: Floats, lower: Floats, upper: Floats
+    system: Reduced, checked: Identifiability, keeps: Booleans, start: Floats, lower: Floats, upper: Floats
 ) -> Floats:
+<<<<<<< HEAD
     """Return the best amplitudes with those held that stand back."""
     free = ~checked.left_at_neutral
     result = np.where(free | shapes, start, 0.0)
+=======
+    """Return the best amplitudes with those held that stand back, at zero or (``keeps``) where they are."""
+    free = ~checked.held
+    result = np.where(free | keeps, start, 0.0)
+>>>>>>> fa4d507 (Effects of the force sensor: wrench-origin and wrench-scale; parameters may be neutral at another value than 0)
     if free.any():
-        target = system.target - system.factor[:, ~free & shapes] @ start[~free & shapes]
+        target = system.target - system.factor[:, ~free & keeps] @ start[~free & keeps]
         result[free], _ = Reduced(system.factor[:, free], target, 0.0, 0).solve_bounded(lower[free], upper[free])
     return result
 
@@ -330,9 +348,7 @@ def _with_estimates(robot: CompliantRobot, columns: Sequence[ParameterColumn], a
     for column, a in zip(columns, amplitude, strict=True):
         placed_effect = robot.placed[column.placed]
         spec = placed_effect.effect.spec(column.symbol)
-        values[placed_effect.parameter_name(column.symbol)] = (
-            (1.0 / a if a > 0.0 else np.inf) if spec.inverse else float(a)
-        )
+        values[placed_effect.parameter_name(column.symbol)] = spec.value_of(float(a))
     return robot.with_values(values)
 
 

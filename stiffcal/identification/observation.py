@@ -246,7 +246,8 @@ def _difference_columns(
             continue
         placed_effect = model.placed[column.placed]
         spec = placed_effect.effect.spec(column.symbol)
-        value = placed_effect.values.get(column.symbol, spec.typical if column.role is ParameterRole.NONLINEAR else 0.0)
+        neutral = spec.typical if column.role is ParameterRole.NONLINEAR else spec.neutral
+        value = placed_effect.values.get(column.symbol, neutral)
         step = 1e-4 * max(abs(value), spec.typical)
         shifted = model.with_values({placed_effect.parameter_name(column.symbol): value + step})
         loaded, unloaded = rests(shifted, data)

@@ -13,6 +13,7 @@ from itertools import product
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.identification.load_scale import is_proportional
 from stiffcal.identification.observation import (
     Observations,
     lever_of,
@@ -110,10 +111,13 @@ class Linearised:
         for symbol, column in effect.observation_columns(place, Observed(self.displacement, data.order), shape).items():
             add(symbol, data.layout.of_targets(column))
         for spec in effect.parameters:
+            # A gain of the whole load is no addition to a model: its compliances make it up.
+            if spec.scales_load and is_proportional(self.robot, data):
+                continue
             if spec.role is ParameterRole.SETUP or (
                 spec.role is ParameterRole.AMPLITUDE and spec.symbol not in columns
             ):
-                difference = self._difference(effect, place, shape, spec.symbol, 1e-3 * spec.typical)
+                difference = self._difference(effect, place, shape, spec.symbol, 1e-3 * spec.amplitude_of(spec.typical))
                 if difference is not None:
                     add(spec.symbol, difference)
         # Most effects add nothing without a parameter: one zero stands for all.
@@ -126,7 +130,7 @@ class Linearised:
         self, effect: Effect, place: Place, shape: Mapping[str, float], symbol: str, step: float
     ) -> Floats | None:
         """Return the derivative by a parameter that changes the inputs, by difference of the whole balance."""
-        unit_effect = PlacedEffect(effect, place, {**shape, symbol: step})
+        unit_effect = PlacedEffect(effect, place, {**shape, symbol: effect.spec(symbol).value_of(step)})
         shifted = replace(self.robot, placed=(*self.robot.placed, unit_effect))
         loaded, unloaded = rests(shifted, self.data)
         change = predicted(shifted, self.data, loaded, unloaded) - self.predicted

@@ -14,12 +14,12 @@ from stiffcal.model.effect import ParameterSpec, Place
 
 
 def amplitude_bounds(spec: ParameterSpec) -> tuple[float, float]:
-    """Return the bounds of what the law multiplies with: those of the value, or of its inverse for stiffnesses."""
+    """Return the bounds of what the law multiplies with."""
     if spec.inverse:
         return (1.0 / spec.upper if np.isfinite(spec.upper) else 0.0), (
             1.0 / spec.lower if spec.lower > 0.0 else np.inf
         )
-    return spec.lower, spec.upper
+    return spec.lower - spec.neutral, spec.upper - spec.neutral
 
 
 def amplitudes(robot: CompliantRobot, columns: Sequence[ParameterColumn]) -> Floats:
@@ -61,7 +61,7 @@ def reported_parameters(
         for spec in placed_effect.effect.parameters:
             name = placed_effect.parameter_name(spec.symbol)
             if name in fixed:
-                value = placed_effect.values.get(spec.symbol, 0.0)
+                value = placed_effect.values.get(spec.symbol, spec.neutral)
                 parameters.append(
                     Parameter(
                         name, placed_effect.effect.name, placed_effect.place, spec, value, None, None, True, True, False
@@ -122,8 +122,9 @@ def _estimated(
     tiny = 1e-9 * max(std, 1e-300)
     at_bound = bool(amplitude <= low + tiny or amplitude >= high - tiny)
     interval = (max(low, amplitude - quantile * std), min(high, amplitude + quantile * std))
+    value = spec.value_of(amplitude)
     if not spec.inverse:
-        return Parameter(name, effect, place, spec, amplitude, std, interval, False, True, at_bound)
-    value = 1.0 / amplitude if amplitude > 0.0 else np.inf
+        shifted = (interval[0] + spec.neutral, interval[1] + spec.neutral)
+        return Parameter(name, effect, place, spec, value, std, shifted, False, True, at_bound)
     bounds = (1.0 / interval[1], 1.0 / interval[0] if interval[0] > 0.0 else np.inf)
     return Parameter(name, effect, place, spec, value, std * value**2, bounds, False, True, at_bound)

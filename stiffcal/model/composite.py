@@ -25,16 +25,16 @@ class PlacedEffect:
         return f"{self.effect.name}.{self.place.label}.{symbol}"
 
     def amplitude(self, symbol: str) -> float:
-        """What the law multiplies with: the value, or its inverse for stiffnesses; 0 where no value is set.
+        """What the law multiplies with: the value, of stiffnesses its inverse, of gains what they differ from 1 by.
 
-        A term without a symbol has no free parameter and counts as it is.
+        Where no value is set it is 0. A term without a symbol has no free parameter and counts as it is.
         """
         if not symbol:
             return 1.0
         value = self.values.get(symbol)
         if value is None:
             return 0.0
-        return 1.0 / value if self.effect.spec(symbol).inverse else value
+        return self.effect.spec(symbol).amplitude_of(value)
 
     def shape(self) -> dict[str, float]:
         """Symbol to value of the shape parameters; typical sizes where none is set."""

@@ -83,10 +83,26 @@ class ParameterSpec:
     """True where only some values make sense (an order, the number of a state): such a parameter is tried value by
     value (`Effect.nonlinear_grid`), never by a derivative.
     """
+    neutral: float = 0.0
+    """The value that changes nothing: 0, of a gain 1. The amplitude is counted from there."""
+    scales_load: bool = False
+    """True where it multiplies the whole load, as all compliances together would: it is known only where a known
+    weight or torque acts in a law that is not straight.
+    """
     along: int | None = None
     """The component of the node (`TX` to `RZ`) whose own compliance it is: displacement over load along the same axis,
     all of it, at any load; None elsewhere. Joints that are measured by themselves are compared with these.
     """
+
+    def amplitude_of(self, value: float) -> float:
+        """Return what the law multiplies with at a value of the parameter."""
+        return 1.0 / value if self.inverse else value - self.neutral
+
+    def value_of(self, amplitude: float) -> float:
+        """Return the parameter's value at an amplitude; infinite where a stiffness has none left."""
+        if self.inverse:
+            return 1.0 / amplitude if amplitude > 0.0 else np.inf
+        return float(self.neutral + amplitude)
 
 
 @dataclass(frozen=True)

@@ -108,8 +108,10 @@ def _wrong_parameters(declared: Any) -> str:
         sizes = (spec.lower, spec.typical, spec.upper)
         if not all(_is_real(size) for size in sizes) or not np.isfinite(spec.typical) or not spec.lower < spec.upper:
             return f"the parameter {spec.symbol} has no lower < upper with a typical size: {_shown(sizes)}"
+        if not _is_real(spec.neutral):
+            return f"the neutral value of the parameter {spec.symbol} is no number: {_shown(spec.neutral)}"
         if not isinstance(spec.role, ParameterRole) or not all(
-            isinstance(flag, bool) for flag in (spec.inverse, spec.compliance, spec.discrete)
+            isinstance(flag, bool) for flag in (spec.inverse, spec.compliance, spec.discrete, spec.scales_load)
         ):
             return f"sort, inverse, compliance or discrete of the parameter {spec.symbol} is none"
     return ""

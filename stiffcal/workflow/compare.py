@@ -96,7 +96,7 @@ def _amplitude(parameter: IdentifiedParameter) -> float:
         return math.nan
     effect = find_effects().get(parameter.effect)
     symbol = parameter.name.rsplit(".", 1)[1]
-    return 1.0 / parameter.value if effect is not None and effect.spec(symbol).inverse else parameter.value
+    return parameter.value if effect is None else effect.spec(symbol).amplitude_of(parameter.value)
 
 
 def _warnings(fits: list[IdentifyResult], before: Path, after: Path) -> list[str]:

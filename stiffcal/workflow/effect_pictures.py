@@ -342,7 +342,7 @@ def _scaled(effect: Effect, place: Place, usual: dict[str, float], factor: float
     values = dict(usual)
     for spec in effect.parameters:
         if spec.role is not ParameterRole.NONLINEAR:
-            values[spec.symbol] = usual[spec.symbol] / factor if spec.inverse else usual[spec.symbol] * factor
+            values[spec.symbol] = spec.value_of(spec.amplitude_of(usual[spec.symbol]) * factor)
     return PlacedEffect(effect, place, values)
 
 

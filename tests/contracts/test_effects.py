@@ -31,7 +31,7 @@ NAMES = {
     "base-compliance", "tool-compliance", "cubic-stiffness", "two-slope", "asymmetric-stiffness", "backlash",
     "friction-hysteresis", "periodic-stiffness", "gravity-compensator", "servo-deflection", "creep", "thermal-drift",
     "seat-shift", "tracker-frame", "wrench-frame", "target-offset", "load-point-offset", "wrench-bias", "clock-offset",
-    "joint-friction",
+    "joint-friction", "wrench-origin", "wrench-scale",
 }  # fmt: skip
 # Physics, section 2: the symbols are fixed.
 SYMBOLS = {
@@ -44,6 +44,7 @@ SYMBOLS = {
     "wrench-frame": "rx ry rz", "target-offset": "x y z", "load-point-offset": "x y z",
     "wrench-bias": "fx fy fz mx my mz mass", "clock-offset": "offset",
     "joint-friction": "coulomb stribeck velocity exponent viscous",
+    "wrench-origin": "x y z", "wrench-scale": "moment force",
 }  # fmt: skip
 # First-order columns leave out that a law's own share moves the load point, and that the drives give under the torques
 # so changed: force × lever × compliance of the softest joint, 400 N × 1 m × 6e-5 rad/(N·m) at the wrist = 2.4 %.
@@ -157,7 +158,7 @@ def test_numbers_have_units_bounds_and_sources(effect: Effect) -> None:
         assert spec.lower <= spec.typical <= spec.upper, spec.symbol
         assert spec.typical != 0.0, spec.symbol
         if spec.role is ParameterRole.SETUP:
-            assert spec.lower <= 0.0 <= spec.upper, spec.symbol
+            assert spec.lower <= spec.neutral <= spec.upper, spec.symbol
         if spec.inverse:
             assert spec.lower > 0.0, spec.symbol
 
@@ -198,7 +199,9 @@ def test_neutral_parameters_change_no_observation(effect: Effect) -> None:
     data = observations(measures_moments(effect))
     place = effect.places(chain())[0]
     neutral = {
-        spec.symbol: 0.0 for spec in effect.parameters if spec.role is not ParameterRole.NONLINEAR and not spec.inverse
+        spec.symbol: spec.neutral
+        for spec in effect.parameters
+        if spec.role is not ParameterRole.NONLINEAR and not spec.inverse
     }
     seen = Observed(np.random.default_rng(1).normal(size=(1, 6, data.n_states)), data.order)
     shift = effect.observation_shift(place, seen, neutral)

@@ -93,13 +93,14 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--count", type=int, default=0, help="per class; 0: 150 with nothing hidden, 50 of each other")
     parser.add_argument("--classes", default="", help="comma-separated; all where empty")
     parser.add_argument("--effect", default="", help="hide only this effect in the classes of one")
+    parser.add_argument("--without", default="", help="comma-separated effects to leave out of the catalogue")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--verbose", action="store_true", help="a line per campaign that did not go well")
     parser.add_argument("--json", type=Path, help="write every verdict to this file")
     chosen = parser.parse_args(arguments)
     kinds = [kind.strip() for kind in chosen.classes.split(",") if kind.strip()] or list(CLASSES)
     jobs = [
-        (chosen.seed, kind, number, chosen.effect)
+        (chosen.seed, kind, number, chosen.effect, tuple(chosen.without.split(",")))
         for kind in kinds
         for number in range(chosen.count or (150 if kind == "none" else 50))
     ]

@@ -19,7 +19,15 @@ Values = dict[str, float]
 Draw = Callable[[np.random.Generator, PlacedEffect, Linearised], Values | None]
 
 # The issue sizes them at 0.5 to 1.5 times the noise, as they are in life.
-FAINT = ("thermal-drift", "tracker-frame", "wrench-frame", "target-offset", "load-point-offset")
+FAINT = (
+    "thermal-drift",
+    "tracker-frame",
+    "wrench-frame",
+    "target-offset",
+    "load-point-offset",
+    "wrench-scale",
+    "wrench-origin",
+)
 
 
 def _signed(rng: np.random.Generator) -> float:
@@ -127,6 +135,14 @@ def _load_point(rng: np.random.Generator, one: PlacedEffect, state: Linearised) 
     return _drift(rng, one, state) if not state.data.setup.moments_measured else None
 
 
+def _sensor_point(rng: np.random.Generator, one: PlacedEffect, state: Linearised) -> Values | None:
+    return _drift(rng, one, state) if state.data.setup.moments_measured else None
+
+
+def _gain(rng: np.random.Generator, one: PlacedEffect, state: Linearised) -> Values | None:
+    return {"moment": 1.0 + 0.05 * _signed(rng)} if state.data.setup.moments_measured else None
+
+
 def _compensator(rng: np.random.Generator, one: PlacedEffect, state: Linearised) -> Values | None:
     return {"rate": 1.0}
 
@@ -159,6 +175,8 @@ INSIDE: Mapping[str, Draw] = {
     "gravity-compensator": _compensator,
 }
 SEAT: Mapping[str, Draw] = {"seat-shift": _seat}
+# Drawn by name only: the classes keep the draws that earlier rates were taken with.
+SENSOR: Mapping[str, Draw] = {"wrench-origin": _sensor_point, "wrench-scale": _gain}
 
 # Laws of the whole torque, or of where it starts: who does not know the weights does not know it.
 OF_TOTAL_TORQUE = ("cubic-stiffness", "two-slope", "asymmetric-stiffness", "backlash", "friction-hysteresis")
@@ -178,7 +196,7 @@ def draw_inside(
                 raise NoBalanceError(f"{only} has no place on this robot")
             continue
         place = places[int(rng.integers(len(places)))]
-        values = names[name](rng, PlacedEffect(catalogue[name], place), state)
+        values = {**names, **SENSOR}[name](rng, PlacedEffect(catalogue[name], place), state)
         if values is not None:
             return PlacedEffect(catalogue[name], place, values)
 
@@ -209,7 +227,7 @@ def scaled(one: PlacedEffect, factor: float) -> PlacedEffect:
         if spec.role is ParameterRole.NONLINEAR:
             values[symbol] = value
         else:
-            values[symbol] = value / factor if spec.inverse else value * factor
+            values[symbol] = spec.value_of(factor * spec.amplitude_of(value))
     return PlacedEffect(one.effect, one.place, values)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Container
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,10 +54,11 @@ def name_of(one: PlacedEffect) -> str:
     return f"{one.effect.name} {one.place.label}"
 
 
-def judge_campaign(campaign: Hidden) -> Verdict:
-    """Search a campaign and compare with its truth."""
+def judge_campaign(campaign: Hidden, without: Container[str] = ()) -> Verdict:
+    """Search a campaign, some effects of the catalogue left out, and compare with its truth."""
     start = time.perf_counter()
-    search = search_missing(campaign.states, campaign.model, built_in_effects())
+    catalogue = {name: effect for name, effect in built_in_effects().items() if name not in without}
+    search = search_missing(campaign.states, campaign.model, catalogue)
     seconds = time.perf_counter() - start
     outcome, good = _outcome_of(campaign, search)
     before = search.before.ratio if search.before else np.nan

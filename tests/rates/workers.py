@@ -20,11 +20,11 @@ def one_thread_each(workers: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
 
 
-def one_campaign(job: tuple[int, str, int, str]) -> Verdict | str:
+def one_campaign(job: tuple[int, str, int, str, tuple[str, ...]]) -> Verdict | str:
     """Draw and judge one campaign; a crash comes back as its traceback."""
-    seed, kind, number, only = job
+    seed, kind, number, only, without = job
     rng = np.random.default_rng([seed, CLASSES.index(kind), number])
     try:
-        return judge_campaign(simulate_runs(kind, rng, only))
+        return judge_campaign(simulate_runs(kind, rng, only), without)
     except Exception:
         return f"{kind} {number}: {traceback.format_exc()}"

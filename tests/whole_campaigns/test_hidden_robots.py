@@ -51,6 +51,13 @@ xyz_m = [0.0, 0.0, 0.06]
 rpy_deg = [0.6, -0.5, 37.0]
 """
 _TURN = (Rotation.from_euler("Z", -35.0, True) * Rotation.from_euler("xyz", [0.6, -0.5, 37.0], True)).as_rotvec()
+# The sensor's data sheet names another origin than its calibration.
+SHIFTED_SENSOR = """
+[frames.ft_sensor]
+xyz_m = [0.018, -0.012, 0.085]
+rpy_deg = [0.0, 0.0, 35.0]
+"""
+_SHIFT = Rotation.from_euler("Z", -35.0, True).apply([0.018, -0.012, 0.025])
 
 EXACT = {
     "foundation": Robot(
@@ -74,6 +81,12 @@ MUJOCO = {
         (Hidden("axis-coupling", Place("pairs", (5, 6)), {"c": _WRIST[0, 1]}),),
         drives=np.concatenate([DRIVES[:4], 1.0 / np.diag(_WRIST)]),
         cables=(Cable(_TENDON, {5: 1.0, 6: -1.0}),),
+    ),
+    "sensor's origin elsewhere": Robot(
+        27,
+        (Hidden("wrench-origin", Place("setup"), dict(zip("xyz", _SHIFT, strict=True)), in_model=False),),
+        settings=SHIFTED_SENSOR,
+        full_pose=True,
     ),
     "spring and damper": Robot(
         7,
