@@ -99,12 +99,8 @@ def check_identifiability(
         for column in sums:
             blind = _made_of_others(unit, left_out, column)
             takes_part = np.abs(blind) > TAKES_PART * np.max(np.abs(blind))
-<<<<<<< HEAD
             # Others that nearly agree among themselves may make it with shares far above its own.
             takes_part[column] = True
-=======
-            takes_part[column] = True  # also where the others have ten times its share
->>>>>>> fa4d507 (Effects of the force sensor: wrench-origin and wrench-scale; parameters may be neutral at another value than 0)
             members = np.flatnonzero(takes_part)
             identifiable[members] = False
             ambiguities.append(_name_ambiguity(blind[members], length[members], [names[i] for i in members]))

@@ -302,15 +302,10 @@ def _solve(
     # The reduced target is for the step; bounds hold for the sum.
     target = reduced.target + reduced.factor @ start
     system = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)
-<<<<<<< HEAD
-    result = _solve_free(system, checked, shapes, start, lower, upper)
-    if not checked.left_at_neutral.any():
-=======
     names = [robot.placed[column.placed].parameter_name(column.symbol) for column in columns]
     keeps = shapes | np.array([name in settings.redundant for name in names], dtype=np.bool_)
     result = _solve_free(system, checked, keeps, start, lower, upper)
-    if not checked.held.any():
->>>>>>> fa4d507 (Effects of the force sensor: wrench-origin and wrench-scale; parameters may be neutral at another value than 0)
+    if not checked.left_at_neutral.any():
         return result, checked
     every, at_bound = system.solve_bounded(lower, upper)
     # Who is pressed against a bound stands back: of all free at once, else of what was left free.
@@ -328,15 +323,9 @@ def _solve(
 def _solve_free(
     system: Reduced, checked: Identifiability, keeps: Booleans, start: Floats, lower: Floats, upper: Floats
 ) -> Floats:
-<<<<<<< HEAD
-    """Return the best amplitudes with those held that stand back."""
-    free = ~checked.left_at_neutral
-    result = np.where(free | shapes, start, 0.0)
-=======
     """Return the best amplitudes with those held that stand back, at zero or (``keeps``) where they are."""
-    free = ~checked.held
+    free = ~checked.left_at_neutral
     result = np.where(free | keeps, start, 0.0)
->>>>>>> fa4d507 (Effects of the force sensor: wrench-origin and wrench-scale; parameters may be neutral at another value than 0)
     if free.any():
         target = system.target - system.factor[:, ~free & keeps] @ start[~free & keeps]
         result[free], _ = Reduced(system.factor[:, free], target, 0.0, 0).solve_bounded(lower[free], upper[free])
