@@ -16,11 +16,12 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.reduction.motion import mean_measured, motion_of
+from stiffcal.uncertainty import is_poorly_known
 
 # A torque below this share of the largest joint's is none that matters.
 NO_TORQUE = 1e-3
-# Above this relative uncertainty a stiffness is an order of magnitude, above the second it is nothing.
-POORLY_KNOWN, NOT_KNOWN = 0.3, 1.0
+# A standard uncertainty above this share of the value leaves open whether the joint gives at all.
+NOT_KNOWN = 1.0
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ def _verdict(name: str, torque: float, relative: float, sees: bool) -> JointExci
     if relative > NOT_KNOWN:
         words = "its stiffness cannot be distinguished from the others': add poses or load directions that turn it more"
         return JointExcitation(name, torque, relative, False, words)
-    if relative > POORLY_KNOWN:
+    if is_poorly_known(1.0, relative):
         words = f"poorly known, to about {100.0 * relative:.0f} %: more load about its axis would help"
         return JointExcitation(name, torque, relative, True, words)
     return JointExcitation(name, torque, relative, True, f"known to about {100.0 * relative:.2g} %")

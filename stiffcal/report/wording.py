@@ -5,20 +5,34 @@ Everything comes in SI units; what is not known is a dash, never a zero.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
-if TYPE_CHECKING:
-    from stiffcal.measurements.rms import Rms
-    from stiffcal.model.summary import Where
-
+from stiffcal import wording
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
+from stiffcal.wording import DASH, count, listing, place, unit_words
+from stiffcal.wording import grouped as digits
 
-DASH = "–"
-_NARROW_SPACE = "\u202f"
-MOST_WRITTEN_OUT = 15  # digits before the point; a double holds no more
+__all__ = [
+    "DASH",
+    "Placed",
+    "angle",
+    "both",
+    "count",
+    "digits",
+    "effect_at",
+    "effect_text",
+    "in_sheets",
+    "length",
+    "listing",
+    "model_change",
+    "model_words",
+    "part",
+    "percent",
+    "place",
+    "unit_words",
+]
 
 
 class Placed(Protocol):
@@ -33,109 +47,38 @@ class Placed(Protocol):
         """Its place."""
 
 
-def digits(value: float | None, significant: int = 3) -> str:
-    """Write a number with so many significant digits, thousands apart by a narrow space.
-
-    Examples
-    --------
-    >>> digits(0.0417), digits(1.2249), digits(-0.5), digits(0.0)
-    ('0.0417', '1.22', '−0.500', '0')
-    >>> digits(731820.0).replace(chr(0x202F), " ")
-    '732 000'
-    >>> digits(5e-324), digits(-2.5e300)
-    ('4.94·10⁻³²⁴', '−2.50·10³⁰⁰')
-    """
-    if value is None or not math.isfinite(value):
-        return DASH
-    if value == 0:
-        return "0"
-    # Rounded first: 9.996 is of the next decade. By its text: powers of ten below 1e-308 are no numbers.
-    mantissa, _, power = f"{value:.{significant - 1}e}".partition("e")
-    size = int(power)
-    if not -6 < size < MOST_WRITTEN_OUT:
-        return f"{mantissa.replace('-', '−')}·10{_superscript(size)}"
-    rounded = round(value, significant - 1 - size)
-    decimals = max(0, significant - 1 - size)
-    return f"{rounded:,.{decimals}f}".replace(",", _NARROW_SPACE).replace("-", "−")
-
-
-def _superscript(power: int) -> str:
-    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-
-
 def length(metres: float | None) -> str:
-    """Write a length: mm, and µm below a tenth of a millimetre.
-
-    Examples
-    --------
-    >>> length(0.0012249), length(4.17e-5), length(None)
-    ('1.22 mm', '41.7 µm', '–')
-    """
-    if metres is None or not math.isfinite(metres):
-        return DASH
-    return f"{digits(metres * 1e3)} mm" if abs(metres) >= 1e-4 or metres == 0 else f"{digits(metres * 1e6)} µm"
+    """Return a length in mm, in µm below a tenth of a millimetre."""
+    return wording.length(metres, digits)
 
 
 def angle(radians: float | None) -> str:
-    """Write a small angle in mrad.
+    """Return a small angle in mrad, in µrad below a tenth of one."""
+    return wording.angle(radians, digits)
 
-    Examples
-    --------
-    >>> angle(7.79e-5)
-    '0.0779 mrad'
-    """
-    return DASH if radians is None or not math.isfinite(radians) else f"{digits(radians * 1e3)} mrad"
+
+def percent(share: float | None) -> str:
+    """Return a share as a percentage."""
+    return wording.share(share, digits)
 
 
 def both(measure: Rms | Mapping[str, Any] | None) -> str:
-    """Write an error ``{translation, rotation, …}`` in one phrase.
+    """Return an error ``{translation, rotation, …}`` in one phrase.
 
     Examples
     --------
     >>> both({"translation": 4.17e-5, "rotation": 7.79e-5})
-    '41.7 µm and 0.0779 mrad'
+    '41.7 µm and 77.9 µrad'
     >>> both({"translation": 4.17e-5, "rotation": None}), both(None)
     ('41.7 µm', '–')
     """
-    known = {} if not measure else {name: value for name, value in measure.items() if value is not None}
-    parts = [length(known["translation"])] if "translation" in known else []
-    if "rotation" in known:
-        parts.append(angle(known["rotation"]))
-    if "length" in known:
-        parts.append(f"{length(known['length'])} at the rods")
-    if "motor_angle" in known:
-        parts.append(f"{angle(known['motor_angle'])} of the motors")
-    if "torque" in known:
-        parts.append(f"{digits(float(known['torque']))} N·m")
-    return " and ".join(parts) or DASH
+    return " and ".join(wording.measures(measure, digits, " of the motors")) or DASH
 
 
 def part(measure: Rms | Mapping[str, Any] | None, key: str) -> float | None:
     """Take one entry of ``{translation, rotation, …}``, None where it is missing or null."""
     value = dict(measure.items()).get(key) if measure else None
     return None if value is None else float(value)
-
-
-def percent(share: float | None) -> str:
-    """Write a share as a percentage.
-
-    Examples
-    --------
-    >>> percent(0.0341), percent(None)
-    ('3.41 %', '–')
-    """
-    return DASH if share is None or not math.isfinite(share) else f"{digits(share * 100)} %"
-
-
-def count(number: int, singular: str, many: str = "") -> str:
-    """Write how many, with the noun in its right form.
-
-    Examples
-    --------
-    >>> count(1, "run"), count(12, "run"), count(2, "pose")
-    ('1 run', '12 runs', '2 poses')
-    """
-    return f"{number:,} {singular if number == 1 else many or singular + 's'}".replace(",", _NARROW_SPACE)
 
 
 def in_sheets(members: Sequence[int], most: int, multiple: int = 1) -> list[Sequence[int]]:
@@ -154,64 +97,9 @@ def in_sheets(members: Sequence[int], most: int, multiple: int = 1) -> list[Sequ
     return [members[start : start + size] for start in range(0, len(members), size)]
 
 
-def listing(names: Iterable[str], limit: int = 12) -> str:
-    """Write names as a list in a sentence, shortened where there are many.
-
-    Examples
-    --------
-    >>> listing(["a", "b", "c"]), listing(["a", "b", "c"], limit=2)
-    ('a, b and c', 'a, b and 1 more')
-    """
-    words = list(names)
-    if len(words) > limit:
-        return f"{', '.join(words[:limit])} and {len(words) - limit} more"
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else DASH
-
-
-def place(where: Where | Mapping[str, Sequence[Any]]) -> str:
-    """Write a ``where`` in words.
-
-    Examples
-    --------
-    >>> place({"joints": [4]}), place({"pairs": [[5, 6]]}), place({}), place({"joints": [1, 2, 3, 5]})
-    ('joint 4', 'joints 5–6', 'set-up', 'joints 1–3, 5')
-    """
-    words = []
-    for key, members in where.items():
-        if key == "pairs":
-            words.append("joints " + ", ".join("–".join(str(joint) for joint in pair) for pair in members))
-        elif members:
-            noun = key[:-1] if len(members) == 1 and key.endswith("s") else key
-            words.append(f"{noun} {_ranges(members)}")
-    return "; ".join(words) or "set-up"
-
-
 def effect_at(effect: Placed) -> str:
     """Write an effect with its place."""
     return f"{effect.effect} ({place(effect.where)})"
-
-
-def _ranges(members: Sequence[Any]) -> str:
-    """Write numbers with runs of three and more drawn together: 1–6, 8."""
-    parts: list[list[Any]] = []
-    for member in members:
-        if parts and isinstance(member, int) and parts[-1][-1] == member - 1:
-            parts[-1].append(member)
-        else:
-            parts.append([member])
-    words = [f"{stretch[0]}–{stretch[-1]}" if len(stretch) > 2 else ", ".join(map(str, stretch)) for stretch in parts]
-    return ", ".join(words)
-
-
-def unit_words(unit: str) -> str:
-    """Write a unit of a JSON document as it is printed.
-
-    Examples
-    --------
-    >>> unit_words("rad/(N*m)"), unit_words("N*m^2")
-    ('rad/(N·m)', 'N·m²')
-    """
-    return unit.replace("*", "·").replace("^2", "²").replace("^3", "³").replace("degC", "°C")
 
 
 def effect_text(entry: Any) -> str:

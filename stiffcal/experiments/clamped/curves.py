@@ -12,6 +12,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments.clamped.results import ClampedRunResult, ClampedSection, JointResult
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.store import values_of
+from stiffcal.uncertainty import NORMAL_95
 
 BRANCHES = "clamped_branches"
 _POINTS = 201
@@ -131,7 +132,7 @@ def _pose(run: ClampedRunResult, columns: dict[str, NDArray[Any]]) -> ClampedPos
         up=up,
         fitted=columns["law_Nm"],
         play=run.play,
-        doubt=max(run.resolution or 0.0, 1.96 * (run.play_between_cycles or 0.0)),
+        doubt=max(run.resolution or 0.0, NORMAL_95 * (run.play_between_cycles or 0.0)),
         motion=run.motion,
         low=law.middle - half if half else None,
         high=law.middle + half if half else None,

@@ -23,10 +23,10 @@ from stiffcal.experiments.presentation import (
     Words,
 )
 from stiffcal.fault_codes import FaultCode
+from stiffcal.uncertainty import NORMAL_95
 
 _PER_PICTURE = 6
 _DEGREE = 180.0 / math.pi
-_NORMAL_95 = 1.96
 _TEXT = False
 
 
@@ -42,7 +42,7 @@ def clamped_overview(section: ClampedSection) -> Overview:
     )
     rows: list[tuple[Words, ...]] = []
     for joint in section.joints:
-        half = _degrees(_NORMAL_95 * joint.play_std, 2)
+        half = _degrees(NORMAL_95 * joint.play_std, 2)
         low, high = joint.curve.torque
         rows.append(
             (
@@ -144,12 +144,12 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     for curve, joint in known:
         friction: Words = ("none found",)
         if joint.friction is not None and joint.friction_std is not None:
-            friction = (Digits(joint.friction), " ± ", Digits(_NORMAL_95 * joint.friction_std, 2))
+            friction = (Digits(joint.friction), " ± ", Digits(NORMAL_95 * joint.friction_std, 2))
         rows.append(
             (
                 (curve.joint,),
                 (_degrees(joint.play),) if joint.play_found else ("none found",),
-                (_degrees(_NORMAL_95 * joint.play_std, 2),),
+                (_degrees(NORMAL_95 * joint.play_std, 2),),
                 (Digits(joint.play_band, 2),),
                 (_degrees(joint.spread_between_poses, 2),),
                 (_degrees(joint.resolution, 2),),
@@ -177,7 +177,7 @@ def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
         cells: list[Words] = []
         for power, coefficient in enumerate((shape.p1, shape.p2, shape.p3), start=1):
             scale = 1.0 / _DEGREE**power
-            half = _NORMAL_95 * math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0)) * scale
+            half = NORMAL_95 * math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0)) * scale
             cells.append((Digits(coefficient * scale), " ± ", Digits(half, 2)))
         reach: Words = (_degrees(shape.reach[0]), " … ", _degrees(shape.reach[1]))
         torque: Words = (Digits(shape.torque[0]), " … ", Digits(shape.torque[1]))

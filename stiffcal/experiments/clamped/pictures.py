@@ -6,8 +6,8 @@ import numpy as np
 
 from stiffcal.experiments.clamped.curves import ClampedCurve, ClampedPose
 from stiffcal.experiments.presentation import Band, Line, Marks, Names, Panel, Picture, Series, Span
+from stiffcal.uncertainty import NORMAL_95
 
-NORMAL_95 = 1.96
 _ROW_MM = 52.0
 
 

@@ -14,6 +14,7 @@ from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.presentation import UnusedReadings
 from stiffcal.measurements.friction_readings import SteadyReadings
 from stiffcal.store import values_of
+from stiffcal.uncertainty import NORMAL_95
 
 FRICTION_FIT = "friction_fit"
 
@@ -77,7 +78,7 @@ def friction_curves(data: MeasuredRuns, section: FrictionSection, identified: Do
                     (
                         p["name"].rsplit(".", 1)[-1],
                         p["value"],
-                        None if p["std"] is None else 1.96 * p["std"],
+                        None if p["std"] is None else NORMAL_95 * p["std"],
                         p["unit"],
                     )
                     for p in parameters

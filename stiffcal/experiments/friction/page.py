@@ -24,11 +24,11 @@ from stiffcal.experiments.presentation import (
     Words,
 )
 from stiffcal.fault_codes import FaultCode
+from stiffcal.uncertainty import NORMAL_95
 
 _TITLE = "Friction of the drives"
 _PER_PICTURE = 3
 _SYMBOLS = ("coulomb", "viscous", "stribeck", "velocity", "exponent")
-_NORMAL_95 = 1.96
 
 
 def friction_overview(section: FrictionSection, identified: Document) -> Overview:
@@ -92,7 +92,7 @@ def _cell(parameter: Document | None) -> Words:
 def _bearing_sentence(bearing: BearingFriction) -> Sentence:
     terms = []
     for value, std in ((bearing.coulomb, bearing.coulomb_std), (bearing.viscous, bearing.viscous_std)):
-        half = _NORMAL_95 * std
+        half = NORMAL_95 * std
         terms.append(Interval(value, value - half, value + half))
     words: Words = (
         f"joint {bearing.joint}: its drive's shaft turns with other joints too; the joint's own bearing adds ",

@@ -7,11 +7,11 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.experiments.friction.curves import FrictionCurve
 from stiffcal.experiments.presentation import Band, Digits, Line, Marks, Names, Panel, Picture, Series
+from stiffcal.uncertainty import NORMAL_95
 
 # The slow range is drawn apart where readings lie below this share of the fastest: 004 measured 1 to 5 %, then 10 to
 # 100 %.
 SLOW = 0.08
-NORMAL_95 = 1.96
 _ROW_MM = 46.0
 
 

@@ -1,0 +1,231 @@
+"""Numbers, places and lists as people read them, for every medium; what is not known is a dash, never a zero.
+
+Values come in SI units. A terminal writes numbers with `significant`, a page with `grouped`; `stiffcal.cli.wording` and
+`stiffcal.report.wording` bind one of them to the functions of this module.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    from stiffcal.measurements.rms import Rms
+    from stiffcal.model.summary import Where
+
+DASH = "–"
+MOST_WRITTEN_OUT = 15
+"""Digits before the point that `grouped` writes; a double holds no more."""
+_NARROW_SPACE = "\u202f"
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+NumberText: TypeAlias = Callable[[float], str]
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """Return a number with so many significant digits, a power of ten outside 10⁻⁴ … 10⁴.
+
+    Examples
+    --------
+    >>> [significant(x) for x in (0.0123456, 1.0, 999.6, 2.7196e6, 0.0, None)]
+    ['0.0123', '1.00', '1000', '2.72·10⁶', '0', '–']
+    >>> significant(5e-324), significant(1.7e308)
+    ('4.94·10⁻³²⁴', '1.70·10³⁰⁸')
+    """
+    if value is None or not math.isfinite(value):
+        return DASH
+    if value == 0:
+        return "0"
+    mantissa, exponent, rounded = _rounded(value, digits)
+    if -4 <= exponent < 4:
+        return f"{rounded:.{max(digits - 1 - exponent, 0)}f}"
+    return f"{mantissa}·10{superscript(exponent)}"
+
+
+def grouped(value: float | None, digits: int = 3) -> str:
+    """Return a number with so many significant digits, thousands apart by a narrow space, a true minus sign.
+
+    Examples
+    --------
+    >>> grouped(0.0417), grouped(1.2249), grouped(-0.5), grouped(0.0)
+    ('0.0417', '1.22', '−0.500', '0')
+    >>> grouped(731820.0).replace(chr(0x202F), " ")
+    '732 000'
+    >>> grouped(5e-324), grouped(-2.5e300)
+    ('4.94·10⁻³²⁴', '−2.50·10³⁰⁰')
+    """
+    if value is None or not math.isfinite(value):
+        return DASH
+    if value == 0:
+        return "0"
+    mantissa, exponent, rounded = _rounded(value, digits)
+    if not -6 < exponent < MOST_WRITTEN_OUT:
+        return f"{mantissa.replace('-', '−')}·10{superscript(exponent)}"
+    return f"{rounded:,.{max(0, digits - 1 - exponent)}f}".replace(",", _NARROW_SPACE).replace("-", "−")
+
+
+def _rounded(value: float, digits: int) -> tuple[str, int, float]:
+    """Return mantissa, power of ten and value, rounded: 9.996 is of the next decade.
+
+    By its text: powers of ten below 1e-308 are no numbers.
+    """
+    text = f"{value:.{digits - 1}e}"
+    mantissa, _, power = text.partition("e")
+    return mantissa, int(power), float(text)
+
+
+def superscript(power: int) -> str:
+    """Return an exponent.
+
+    Examples
+    --------
+    >>> superscript(-12)
+    '⁻¹²'
+    """
+    return str(power).translate(_SUPERSCRIPT)
+
+
+def length(metres: float | None, number: NumberText) -> str:
+    """Return a length in mm, in µm below 0.1 mm; below a nanometre it is some computation's rounding.
+
+    Examples
+    --------
+    >>> length(0.0017254, significant), length(1.234e-5, grouped), length(2e-13, grouped), length(None, grouped)
+    ('1.73 mm', '12.3 µm', 'below 1 nm', '–')
+    """
+    return _small(metres, number, "m")
+
+
+def angle(radians: float | None, number: NumberText) -> str:
+    """Return an angle in mrad, in µrad below 0.1 mrad; below a nanoradian it is some computation's rounding.
+
+    Examples
+    --------
+    >>> angle(0.00123, significant), angle(7.79e-5, grouped), angle(3e-14, significant)
+    ('1.23 mrad', '77.9 µrad', 'below 1 nrad')
+    """
+    return _small(radians, number, "rad")
+
+
+def _small(value: float | None, number: NumberText, unit: str) -> str:
+    if value is None or not math.isfinite(value):
+        return DASH
+    if 0 < abs(value) < 1e-9:
+        return f"below 1 n{unit}"
+    if 0 < abs(value) < 1e-4:
+        return f"{number(value * 1e6)} µ{unit}"
+    return f"{number(value * 1e3)} m{unit}"
+
+
+def share(fraction: float | None, number: NumberText) -> str:
+    """Return a fraction in per cent.
+
+    Examples
+    --------
+    >>> share(0.2156, significant), share(None, grouped)
+    ('21.6 %', '–')
+    """
+    return DASH if fraction is None or not math.isfinite(fraction) else f"{number(100 * fraction)} %"
+
+
+def measures(rms: Rms | Mapping[str, float | None] | None, number: NumberText, of_motors: str = "") -> list[str]:
+    """Return the known measures of an error ``{translation, rotation, …}``, each with its unit.
+
+    Parameters
+    ----------
+    rms : the error. number : how a number is written. of_motors : added to the angle of motors.
+
+    Examples
+    --------
+    >>> measures({"translation": 0.0003721, "rotation": None, "length": 1.2e-6}, significant)
+    ['0.372 mm', '1.20 µm at the rods']
+    """
+    texts = []
+    for name, value in rms.items() if rms else ():
+        if value is None:
+            continue
+        if name == "torque":
+            texts.append(f"{number(value)} N·m")
+        elif name == "length":
+            texts.append(f"{length(value, number)} at the rods")
+        elif name == "motor_angle":
+            texts.append(f"{angle(value, number)}{of_motors}")
+        else:
+            texts.append((angle if name == "rotation" else length)(value, number))
+    return texts
+
+
+def ranges(numbers: Sequence[int]) -> str:
+    """Return numbers in order, three and more in a row as a range.
+
+    Examples
+    --------
+    >>> ranges([1, 2, 3, 5, 6])
+    '1–3, 5, 6'
+    """
+    rows: list[list[int]] = []
+    for number in sorted(numbers):
+        if rows and rows[-1][-1] == number - 1:
+            rows[-1].append(number)
+        else:
+            rows.append([number])
+    return ", ".join(f"{row[0]}–{row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows)
+
+
+def place(where: Where | Mapping[str, Sequence[Any]]) -> str:
+    """Return a ``where`` in words.
+
+    Examples
+    --------
+    >>> place({"joints": [1, 2, 3, 4, 6]}), place({"links": ["boom"]})
+    ('joints 1–4, 6', 'link boom')
+    >>> place({"pairs": [[5, 6]]}), place({})
+    ('pairs 5-6', 'set-up')
+    """
+    words = []
+    for kind, members in where.items():
+        if not members:
+            continue
+        if kind == "pairs":
+            names = ", ".join("-".join(str(joint) for joint in pair) for pair in members)
+        else:
+            names = ranges(members) if kind == "joints" else ", ".join(map(str, members))
+        words.append(f"{kind[:-1] if len(members) == 1 and kind != 'pairs' else kind} {names}")
+    return "; ".join(words) or "set-up"
+
+
+def count(number: int, singular: str, many: str = "") -> str:
+    """Return how many, with the noun in its right form.
+
+    Examples
+    --------
+    >>> count(1, "run"), count(12, "run"), count(2, "pose")
+    ('1 run', '12 runs', '2 poses')
+    """
+    return f"{number:,} {singular if number == 1 else many or singular + 's'}".replace(",", _NARROW_SPACE)
+
+
+def listing(names: Iterable[str], limit: int = 12) -> str:
+    """Return names as a list in a sentence, shortened where there are many.
+
+    Examples
+    --------
+    >>> listing(["a", "b", "c"]), listing(["a", "b", "c"], limit=2)
+    ('a, b and c', 'a, b and 1 more')
+    """
+    words = list(names)
+    if len(words) > limit:
+        return f"{', '.join(words[:limit])} and {len(words) - limit} more"
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else DASH
+
+
+def unit_words(unit: str) -> str:
+    """Return a unit of a JSON document as it is printed.
+
+    Examples
+    --------
+    >>> unit_words("rad/(N*m)"), unit_words("N*m^2")
+    ('rad/(N·m)', 'N·m²')
+    """
+    return unit.replace("*", "·").replace("^2", "²").replace("^3", "³").replace("degC", "°C")
