@@ -39,6 +39,10 @@ def author_choices(
 
 
 def _row_filters(manifest: Manifest) -> Iterator[AuthorChoice]:
+    for source, settings in manifest.sources.items():
+        if settings.rows:
+            place = f"sources.{source}.rows"
+            yield {"kind": "row filter", "place": place, "text": f"only rows with {settings.rows}"}
     for source, name, signal in manifest.signals():
         rows = getattr(signal, "rows", None)
         if rows:

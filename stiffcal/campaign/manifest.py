@@ -13,7 +13,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, mod
 from stiffcal.campaign.experiment_kinds import kind_names
 from stiffcal.campaign.file_formats import format_names, format_of, log_format
 from stiffcal.campaign.registered import OneOf
-from stiffcal.campaign.row_filter import ExcludedRows, check_excluded, count_of_rows
+from stiffcal.campaign.row_filter import ExcludedRows, RowCondition, check_excluded, count_of_rows, parse_rows
+from stiffcal.campaign.signal import Rows
 from stiffcal.campaign.signals import (
     DeadWeight,
     Deflection,
@@ -138,6 +139,7 @@ class SourceFiles(TomlTable):
     files: dict[str, Name] = Field(default_factory=dict)
     run: RunOfRows | None = None
     time: TimeAxis | None = None
+    rows: Rows | None = None
 
 
 class Source(SourceFiles):
@@ -150,6 +152,7 @@ class Source(SourceFiles):
     file : one file for all runs; of a database its table or query. files : signal name to file, where the columns
         lie in several files of equal length.
     run : which run each row belongs to. time : optional for states.
+    rows : keeps only the rows for which this holds, for all of the source's signals, e.g. ``X > -100``.
     """
 
     joints: JointSignals | None = None
@@ -184,6 +187,22 @@ class Source(SourceFiles):
         poses = {self.pose.body or "target": self.pose} if self.pose is not None else {}
         return poses | {pose.body or name: pose for name, pose in self.poses.items()}
 
+    @model_validator(mode="after")
+    def _rows_in_one_file(self) -> Source:
+        if self.rows is not None and self.files:
+            raise WrongValueError(
+                "rows at the source needs a source of one file, and this one has several",
+                "write rows at the signal whose file holds the column",
+            )
+        return self
+
+    @property
+    def row_conditions(self) -> tuple[RowCondition, ...]:
+        """Return every condition on rows, of the source and of its signals; a row has to meet all of them."""
+        own = parse_rows(self.rows) if self.rows is not None else ()
+        signals = (condition for signal in self.signals().values() for condition in signal.row_conditions)
+        return tuple(dict.fromkeys((*own, *signals)))
+
     @property
     def is_states(self) -> bool:
         """True where each row is one averaged load state."""
@@ -207,8 +226,9 @@ class Source(SourceFiles):
         """Return every column that is read, each once: run, time, then the signals'."""
         names = [self.run.column] if self.run is not None else []
         names += [self.time.column] if self.time is not None else []
+        names += [condition.column for condition in self.row_conditions]
         for signal in self.signals().values():
-            names += [*(condition.column for condition in signal.row_conditions), *signal.column_names()]
+            names += signal.column_names()
         return tuple(dict.fromkeys(name for name in names if name is not None))
 
 

@@ -71,7 +71,7 @@ def show_fit(console: Console, result: IdentifyResult) -> None:
     if result.links:
         show_links(console, result.links)
     if result.rejected:
-        console.print(f"{len(result.rejected)} states set aside before the fit (bumped or excluded)")
+        console.print(f"{len(result.rejected)} states set aside before the fit (excluded, bumped or not measured)")
     show_suspects(console, result.suspects, result.suspects_not_checked)
     for group in result.not_identifiable:
         if elsewhere and set(group.parameters) <= elsewhere:

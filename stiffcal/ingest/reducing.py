@@ -24,6 +24,7 @@ from stiffcal.ingest.results import IngestResult
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.blocks import BlockAverager, Blocks
+from stiffcal.reduction.excluded_rows import RowExclusions
 from stiffcal.reduction.holds import Holds, given_holds
 from stiffcal.reduction.logs import is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
@@ -254,19 +255,18 @@ def _read_log(
     ((_, file),) = log_files(campaign, run, [name])
     averager = BlockAverager()
     stream: TableStream | None = None
-    out = np.array([
-        row for exclusion in campaign.manifest.exclude
-        if exclusion.source == name and exclusion.run in (None, run.id) for row in exclusion.rows
-    ], dtype=np.int64)  # fmt: skip
+    exclusions = RowExclusions.of(campaign.manifest, name, run.id)
     path = campaign.folder / file
     size, rows_reported = path.stat().st_size if path.exists() else 0, 0.0  # a database's table is no file
     progress(f"reading {file}", 0.0)
     motors = MotorSide(source, campaign.chain, name)
-    for everything in read_rows(campaign.folder, name, source, campaign.manifest.files_of(name, run)):
+    files = campaign.manifest.files_of(name, run)
+    for everything in read_rows(campaign.folder, name, source, files, exclusions=exclusions):
         rows = motors.joint_side(rows_of_run(source, run, everything))
         if len(rows) == 0:
             continue
-        kept = rows if out.size == 0 else rows.chosen(~np.isin(rows.number, out))
+        excluded = exclusions.mask(rows.number, rows.run)
+        kept = rows.chosen(~excluded) if excluded.any() else rows
         quality.update(name, file, kept, run.id)
         if ingest_options.writing is not None:
             if stream is None:

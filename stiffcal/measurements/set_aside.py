@@ -19,6 +19,8 @@ class SetAsideCode(StrEnum):
     """It is used."""
     EXCLUDED = "excluded"
     """The manifest excludes the row."""
+    NOT_MEASURED = "not-measured"
+    """Nothing that moves under load was read: the target was hidden or lost."""
     BUMPED = "bumped"
     """The reading contradicts its neighbours and repeats; the load was as written."""
     HELD_BRIEFLY = "held-briefly"
@@ -41,6 +43,7 @@ class SetAsideCode(StrEnum):
 _SHORT_TEXTS = {
     SetAsideCode.NONE: "",
     SetAsideCode.EXCLUDED: "excluded in the manifest",
+    SetAsideCode.NOT_MEASURED: "the target was not measured",
     SetAsideCode.BUMPED: "bumped: off from its neighbours and repeats",
     SetAsideCode.HELD_BRIEFLY: "held too briefly to be read",
     SetAsideCode.COMMANDS_NOT_LOGGED: "no log of what the controller corrected",

@@ -424,7 +424,7 @@ def batch_of_columns(
             texts[name] = words
     bad = first_not_finite(numbers, wanted, first_row)
     if bad is not None:
-        mend = "give the reading, or delete the row in a copy of the file"
+        mend = "give the reading, or leave the row out with [[exclude]]"
         place = f"row {bad[0]}, column {bad[1]}"
         raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, f"{bad[2]} is not a finite number", mend)
     return Batch(first_row, numbers, texts)

@@ -193,7 +193,7 @@ def _batch(records: pa.RecordBatch, wanted: WantedColumns, first_row: int, displ
             texts[name] = _words(column, name, display_name)
     bad = first_not_finite(numbers, wanted, first_row)
     if bad is not None:
-        mend = "give the reading, or delete the row in a copy of the file"
+        mend = "give the reading, or leave the row out with [[exclude]]"
         raise InputError.at(
             FaultCode.NUMBER_INVALID,
             display_name,

@@ -10,27 +10,21 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.manifest import Source
-from stiffcal.campaign.row_filter import RowCondition
 from stiffcal.campaign.signals import Deflection, Displacement, JointSignals, Pose, Wrench
-from stiffcal.campaign.toml_reading import LARGEST, SMALLEST
+from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector
 from stiffcal.quantities import unit
 from stiffcal.quaternions import quaternion_from_rotation
 from stiffcal.readers import Batch, DatabaseReader, WantedColumns, find_reader
+from stiffcal.reduction.excluded_rows import RowExclusions
+from stiffcal.reduction.kept_rows import KeptRows, check_sizes, columns_with_gaps, first_missing, gaps_read, kept_rows
 from stiffcal.reduction.log_names import in_file_words, in_manifest_words, names_in_file, with_run_names_checked
 
-_CONDITIONS: dict[str, Callable[[Floats, float], NDArray[np.bool_]]] = {
-    "<": np.less,
-    "<=": np.less_equal,
-    ">": np.greater,
-    ">=": np.greater_equal,
-    "==": np.equal,
-    "!=": np.not_equal,
-}
+NOTHING_EXCLUDED = RowExclusions()
 
 
 @dataclass(frozen=True)
@@ -61,16 +55,22 @@ class Rows:
 
 
 def read_rows(
-    folder: Path, name: str, source: Source, files: Mapping[str, str], observer: Callable[[Rows], None] | None = None
+    folder: Path,
+    name: str,
+    source: Source,
+    files: Mapping[str, str],
+    observer: Callable[[Rows], None] | None = None,
+    exclusions: RowExclusions = NOTHING_EXCLUDED,
 ) -> Iterator[Rows]:
-    """Yield the rows of a source, streamed.
+    """Yield the rows of a source, streamed; rows that are left out come too, and may hold anything.
 
     Parameters
     ----------
     folder : the campaign folder.
     name : the source's name, for messages.
     files : signal name to file; ``""`` for a file that holds all signals.
-    observer : called with all rows as they come; it may raise.
+    observer : called with the rows that are not left out, as they come; it may raise.
+    exclusions : the rows that are left out: they are not checked, and what is no number there is NaN.
 
     Raises
     ------
@@ -81,49 +81,42 @@ def read_rows(
         raise InputError.at(
             FaultCode.KEY_MISSING, "campaign.toml", f"[sources.{name}]", "no file is named", 'add file = "raw/….csv"'
         )
-    for batch in _batches(folder, source, files):
-        _check_sizes(batch, files)
-        rows = rows_of(source, batch, name)
+    optional = columns_with_gaps(source)
+    for batch in _batches(folder, source, files, gaps_read(source, exclusions)):
+        kept = kept_rows(source, batch)
+        excluded = exclusions.mask(kept.number, kept.run)
+        judged = kept.chosen(~excluded) if excluded.any() else kept
+        missing = first_missing(judged, optional)
+        if missing is not None:
+            raise _missing_reading(folder, name, source, files, *missing)
+        check_sizes(judged, files)
+        rows = _as_rows(kept, source, name, excluded)
         if observer is not None:
-            observer(rows)
+            observer(rows.chosen(~excluded) if excluded.any() else rows)
         yield rows
 
 
-def _check_sizes(batch: Batch, files: Mapping[str, str]) -> None:
-    """Raise where numbers are larger or all smaller than anything that is measured: their squares are no numbers."""
-    for column, values in batch.numbers.items():
-        sizes = np.where(np.isnan(values), 0.0, np.abs(values))
-        largest = float(sizes.max(initial=0.0))
-        if not (largest > LARGEST or 0.0 < largest < SMALLEST):  # a few tiny ones are what a filter leaves
-            continue
-        row = int(np.argmax(sizes))
-        place = f"row {batch.first_row + row}, column {column}"
-        display_name = ", ".join(dict.fromkeys(files.values()))
-        if largest > LARGEST:
-            reason, mend = f"{values[row]:g} is larger than anything that is measured", "correct it, or exclude its row"
-        else:
-            reason = f"{values[row]:g}, the column's largest number here, is smaller than anything that is measured"
-            mend = "correct its unit in the log, or write 0"
-        raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, reason, mend)
+def _as_rows(kept: KeptRows, source: Source, name: str, excluded: Booleans) -> Rows:
+    """Return the rows in SI; what is left out and no number of any use is NaN."""
+    numbers = kept.numbers
+    if excluded.any():
+        numbers = {
+            column: np.where(excluded & ~(np.abs(values) <= LARGEST), np.nan, values)
+            for column, values in numbers.items()
+        }
+    readings = instrument_readings(source, numbers, name)
+    return Rows(kept.number, _time(source, numbers, kept.number), kept.run, readings)
 
 
-def rows_of(source: Source, batch: Batch, name: str = "") -> Rows:
-    """Turn a batch as read into rows in SI, the manifest's ``rows`` conditions applied; ``name`` is the source's."""
-    n = len(batch)
-    number = np.arange(batch.first_row, batch.first_row + n, dtype=np.int64)
-    keep = np.ones(n, dtype=np.bool_)
-    for condition in _conditions(source):
-        if isinstance(condition.value, str):
-            same = np.array([word == condition.value for word in batch.texts[condition.column]], dtype=np.bool_)
-            keep &= same if condition.operator == "==" else ~same
-        else:
-            keep &= _CONDITIONS[condition.operator](batch.numbers[condition.column], condition.value)
-    numbers, words = batch.numbers, batch.texts.get(source.run.column or "", []) if source.run else []
-    if not keep.all():
-        numbers = {name: values[keep] for name, values in numbers.items()}
-        words = [words[k] for k in np.flatnonzero(keep)] if words else []
-        number = number[keep]
-    return Rows(number, _time(source, numbers, number), words, instrument_readings(source, numbers, name))
+def _missing_reading(
+    folder: Path, name: str, source: Source, files: Mapping[str, str], row: int, column: str
+) -> InputError:
+    place = place_of_row(folder, source, files[""], row) if "" in files else f"data row {row}"
+    mend = f'give the reading, or leave the row out: [[exclude]] with source = "{name}", rows = [{row}], why = "…"'
+    display_name = ", ".join(dict.fromkeys(files.values()))
+    return InputError.at(
+        FaultCode.CELL_EMPTY, display_name, f"{place}, column {column}", "the reading is missing (empty or NaN)", mend
+    )
 
 
 def columns_of_signals(source: Source, name: str = "") -> dict[str, tuple[str, ...]]:
@@ -270,23 +263,17 @@ def _time(source: Source, numbers: Mapping[str, Floats], number: Integers) -> Fl
     return np.asarray(numbers[axis.column or ""] * factor)
 
 
-def _conditions(source: Source) -> list[RowCondition]:
-    """Return every condition on rows; where signals differ, a row has to meet all."""
-    conditions = [condition for signal in source.signals().values() for condition in signal.row_conditions]
-    return list(dict.fromkeys(conditions))
-
-
 def reader_options(source: Source, log_format: str, file: str = "") -> dict[str, object]:
     """Return the manifest's options of a format, as the reader wants it; with the table or query that is no file."""
     options = source.options_of(log_format)
     return options if source.in_files else options | {"from": file}
 
 
-def _batches(folder: Path, source: Source, files: Mapping[str, str]) -> Iterator[Batch]:
+def _batches(folder: Path, source: Source, files: Mapping[str, str], gaps: frozenset[str]) -> Iterator[Batch]:
     if set(files) == {""}:
-        yield from read_batches(folder, source, files[""], wanted_columns(source, None))
+        yield from read_batches(folder, source, files[""], wanted_columns(source, None, gaps))
         return
-    yield _side_by_side(folder, source, files)
+    yield _side_by_side(folder, source, files, gaps)
 
 
 def read_batches(folder: Path, source: Source, file: str, wanted: WantedColumns) -> Iterator[Batch]:
@@ -328,37 +315,45 @@ def place_of_row(folder: Path, source: Source, file: str, row: int) -> str:
     return str(reader.place_of_row(folder / file, reader_options(source, reader.name, file), row))
 
 
-def wanted_columns(source: Source, signals: tuple[str, ...] | None) -> WantedColumns:
-    """Return the columns to read of a file: all of the source, or those of some of its signals."""
+def wanted_columns(
+    source: Source, signals: tuple[str, ...] | None, gaps: frozenset[str] = frozenset()
+) -> WantedColumns:
+    """Return the columns to read of a file: all of the source, or those of some of its signals.
+
+    Parameters
+    ----------
+    source : the source.
+    signals : the signals' names; None: all.
+    gaps : columns in which a cell without a number is read as NaN.
+    """
     texts: list[str] = []
     times: list[str] = []
     numbers: list[str] = []
-    gaps: set[str] = set()
     if source.run is not None and source.run.column is not None and signals is None:
         texts.append(source.run.column)
     if source.time is not None and source.time.column is not None and signals is None:
         (times if source.time.unit == "iso8601" else numbers).append(source.time.column)
-    for name, signal in source.signals().items():
-        if signals is not None and name not in signals:
-            continue
-        for condition in signal.row_conditions:
-            (texts if isinstance(condition.value, str) else numbers).append(condition.column)
-        numbers += signal.column_names()
-        if isinstance(signal, Pose) and signal.markers:
-            gaps |= {column for marker in signal.markers.values() for column in marker.columns}
+    chosen = [signal for name, signal in source.signals().items() if signals is None or name in signals]
+    conditions = source.row_conditions if signals is None else [c for signal in chosen for c in signal.row_conditions]
+    for condition in conditions:
+        (texts if isinstance(condition.value, str) else numbers).append(condition.column)
+    numbers += [column for signal in chosen for column in signal.column_names()]
     return WantedColumns(
-        tuple(dict.fromkeys(numbers)), tuple(dict.fromkeys(texts)), tuple(dict.fromkeys(times)), frozenset(gaps)
+        tuple(dict.fromkeys(numbers)),
+        tuple(dict.fromkeys(texts)),
+        tuple(dict.fromkeys(times)),
+        gaps.intersection(numbers),
     )
 
 
-def _side_by_side(folder: Path, source: Source, files: Mapping[str, str]) -> Batch:
+def _side_by_side(folder: Path, source: Source, files: Mapping[str, str], gaps: frozenset[str]) -> Batch:
     """Return the columns of several files of equal length as one batch (tables of states: they fit into memory)."""
     numbers: dict[str, Floats] = {}
     texts: dict[str, list[str]] = {}
     lengths: dict[str, int] = {}
     extra = {"run": source.run.column if source.run else None, "time": source.time.column if source.time else None}
     for signal, file in files.items():
-        wanted = wanted_columns(source, (signal,))
+        wanted = wanted_columns(source, (signal,), gaps)
         if signal in extra and extra[signal] is not None:
             column = str(extra[signal])
             wanted = WantedColumns((), (column,)) if signal == "run" else WantedColumns((column,))

@@ -16,6 +16,7 @@ from stiffcal.arrays import Floats
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import members_of
+from stiffcal.reduction.coarse_clock import coarse_clock
 from stiffcal.reduction.frozen import FrozenChannels
 
 # Twice around is more than any industrial joint turns, cable hoses allow ±400° at most; 90 rad are 14 turns.
@@ -116,6 +117,10 @@ class LogQuality:
             if self._is_hour(step[k]):
                 words, mend = "runs backwards by an hour", _WALL
             reason = f"time {words}: {time[k]:.10g} s after {before[k]:.10g} s"
+            ticks = coarse_clock(time) if step[k] == 0.0 else None
+            if ticks is not None:
+                reason = f"time ticks every {1e3 * ticks.tick_s:.3g} ms, over {ticks.rows_per_tick:.3g} rows each"
+                mend = f"if rows come evenly, write time = {{ rate_hz = {ticks.rate_hz:.6g} }} for this source"
             raise InputError.at(FaultCode.TIME_ORDER, self.file, self.place_of_row(int(number[k])), reason, mend)
         ahead = np.flatnonzero(self._is_hour(step))
         if ahead.size:
@@ -360,7 +365,8 @@ def check_displacements(run_names: list[str], run: NDArray[np.int64], position: 
                     file,
                     f"run {name}",
                     f"the target moved by {largest:.3g} m under load",
-                    'millimetres read as metres? write units = { position = "mm" }; or two poses in one run',
+                    'millimetres read as metres? write units = { position = "mm" }; or two poses in one run; rows of a '
+                    'lost target (0, −9999): [[exclude]], or rows = "X > -1000" under the source',
                 )
             )
     return faults

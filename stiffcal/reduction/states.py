@@ -19,6 +19,7 @@ from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunI
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode, set_aside_columns
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quaternions import rotation_from_quaternion
+from stiffcal.reduction.excluded_rows import RowExclusions
 from stiffcal.reduction.logs import Rows, place_of_row, read_rows
 from stiffcal.reduction.markers import fitted_poses
 from stiffcal.reduction.references import reference_states
@@ -75,12 +76,13 @@ def tabled_states(
         for run, files in _files(manifest, name):
             display_name = next(iter(files.values()), "")
             observe = None if observer is None else partial(observer, name, display_name)
-            rows = _joined(list(read_rows(folder, name, source, files, observe)))
+            exclusions = RowExclusions.of(manifest, name, None if run is None else run.id)
+            rows = _joined(list(read_rows(folder, name, source, files, observe, exclusions)))
             tables.append(_labelled(manifest, name, run, rows, display_name))
             _check_order(tables[-1], display_name, partial(_place, folder, source, files))
         table = _concatenated(tables)
         gathered = table if gathered is None else _joined_side_by_side(gathered, table, name)
-    return gathered
+    return None if gathered is None else _without_unreadable(gathered)
 
 
 def _files(manifest: Manifest, source: str) -> list[tuple[Run | None, dict[str, str]]]:
@@ -138,6 +140,16 @@ def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, displa
         {}, np.ones(n, dtype=np.int64), reasons,
     )  # fmt: skip
     return _by_run(gathered)
+
+
+def _without_unreadable(gathered: RawStates) -> RawStates:
+    """Drop the rows that the manifest leaves out and that hold no angles or loads: there is no state to set aside."""
+    excluded = np.array([reason.code is SetAsideCode.EXCLUDED for reason in gathered.set_aside], dtype=np.bool_)
+    unreadable = np.zeros_like(excluded)
+    for name in ("joints", "wrench", "mass"):
+        if name in gathered.signals:
+            unreadable |= ~np.isfinite(gathered.signals[name]).all(axis=1)
+    return pick(gathered, ~(excluded & unreadable)) if (excluded & unreadable).any() else gathered
 
 
 def _by_run(gathered: RawStates) -> RawStates:
@@ -258,8 +270,14 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
         )  # fmt: skip
     run = np.array([names.index(name) for name in gathered.run], dtype=np.int64)
     position, rotation, markers_measured = _poses(gathered, manifest, setup)
-    codes, texts = set_aside_columns(gathered.set_aside)
     deflection = _deflections(gathered, manifest, setup)
+    lengths = _side_by_side(gathered, [f"lengths.{rod}" for rod in setup.rod_names])
+    displacement = _side_by_side(gathered, [f"displacement.{gauge.name}" for gauge in setup.gauges])
+    measured = np.concatenate(
+        [values.reshape(n, -1) for values in (position, rotation, deflection, lengths, displacement)], axis=1
+    )
+    set_aside = _with_not_measured(gathered.set_aside, np.isfinite(measured).any(axis=1), run)
+    codes, texts = set_aside_columns(set_aside)
     states = LoadStates(
         runs=tuple(_run_info(name, written.get(name)) for name in names),
         run=run,
@@ -278,8 +296,8 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
         position_scatter=_scatter(gathered, setup),
         set_aside=texts,
         setup=setup,
-        lengths=_side_by_side(gathered, [f"lengths.{rod}" for rod in setup.rod_names]),
-        displacement=_side_by_side(gathered, [f"displacement.{gauge.name}" for gauge in setup.gauges]),
+        lengths=lengths,
+        displacement=displacement,
         markers_measured=markers_measured,
         set_aside_code=codes,
     )
@@ -287,6 +305,22 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
         return states
     chosen = {name: entry.reference for name, entry in written.items()}
     return replace(states, reference=reference_states(run, names, chosen, states.used))
+
+
+def _with_not_measured(set_aside: Sequence[SetAside], measured: Booleans, run: Integers) -> list[SetAside]:
+    """Set aside the states in which nothing that moves was read, where the same campaign reads it in others of the run.
+
+    Parameters
+    ----------
+    set_aside : why each state is not used so far.
+    measured : (n,) True where anything that moves was read.
+    run : (n,) the number of each state's run.
+    """
+    in_run = np.bincount(run, weights=measured, minlength=int(run.max(initial=-1)) + 1) > 0.0
+    single = np.bincount(run) == 1 if run.size else np.zeros(0, dtype=np.bool_)
+    missing = ~measured & (in_run[run] | (single[run] & measured.any()))
+    reason = SetAside(SetAsideCode.NOT_MEASURED, SetAsideCode.NOT_MEASURED.short_text)
+    return [reason if missing[k] and not entry.code else entry for k, entry in enumerate(set_aside)]
 
 
 def _run_info(name: str, run: Run | None) -> RunInfo:

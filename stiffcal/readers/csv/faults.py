@@ -131,7 +131,7 @@ def _number_fault(cell: str, name: str, layout: LogLayout) -> tuple[str, str] | 
             return None
         return f"{cell!r} is too large for a number", "log again, or delete the line in a copy of the file"
     if not cell:
-        return "the cell is empty", "give the reading, or delete the line in a copy of the file"
+        return "the cell is empty", "give the reading, or leave the row out with [[exclude]]"
     other_mark = "," if layout.decimal == "." else "."
     if re.fullmatch(r"[+-]?\d*" + re.escape(other_mark) + r"\d+([eE][+-]?\d+)?", cell):
         return f"{cell!r} has another decimal mark than {layout.decimal!r}", f'set csv.decimal = "{other_mark}"'
@@ -140,7 +140,7 @@ def _number_fault(cell: str, name: str, layout: LogLayout) -> tuple[str, str] | 
     if cell == name:
         return f"the header stands here again ({cell!r})", "the log was started twice: make it two files"
     if cell.lower().lstrip("+-") in ("nan", "inf", "infinity") or cell in GAP_WORDS:
-        return f"{cell!r} is not a finite number", "give the reading, or delete the line in a copy of the file"
+        return f"{cell!r} is not a finite number", "give the reading, or leave the row out with [[exclude]]"
     return f"{cell!r} is not a number", "correct the cell in a copy of the file, or name another column"
 
 

@@ -1,0 +1,55 @@
+"""The rows of a source that the manifest leaves out: known before their readings are judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Booleans, Integers
+from stiffcal.campaign.manifest import Manifest
+
+
+@dataclass(frozen=True)
+class RowExclusions:
+    """What ``[[exclude]]`` says of a source's file."""
+
+    entries: tuple[tuple[Integers, str | None], ...] = ()
+    """Data rows from 1, and the run that is meant; None: every run."""
+    run: str | None = None
+    """The run whose file is read; None where a column names the runs."""
+
+    @classmethod
+    def of(cls, manifest: Manifest, source: str, run: str | None = None) -> RowExclusions:
+        """Return what the manifest leaves out of a source.
+
+        Parameters
+        ----------
+        manifest : of the campaign.
+        source : the source's name.
+        run : the run whose own file is read; None where one file serves all runs.
+        """
+        entries = tuple(
+            (np.array(exclusion.rows, dtype=np.int64), exclusion.run)
+            for exclusion in manifest.exclude
+            if exclusion.source == source
+        )
+        return cls(entries, run)
+
+    def mask(self, number: Integers, run_names: list[str]) -> Booleans:
+        """Return (n,) True for the rows that are left out.
+
+        Parameters
+        ----------
+        number : (n,) data rows, from 1.
+        run_names : the n names of the run column, or empty.
+        """
+        excluded = np.zeros(number.shape, dtype=np.bool_)
+        for rows, run in self.entries:
+            chosen = np.isin(number, rows)
+            if run is not None and run_names:
+                chosen &= np.array([name == run for name in run_names], dtype=np.bool_)
+            elif run not in (None, self.run):
+                continue
+            excluded |= chosen
+        return excluded

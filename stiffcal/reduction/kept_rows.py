@@ -1,0 +1,112 @@
+"""The rows of a log that the manifest's conditions keep, judged before they become signals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.toml_reading import LARGEST, SMALLEST
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.readers import Batch
+from stiffcal.reduction.excluded_rows import RowExclusions
+
+_CONDITIONS: dict[str, Callable[[Floats, float], NDArray[np.bool_]]] = {
+    "<": np.less,
+    "<=": np.less_equal,
+    ">": np.greater,
+    ">=": np.greater_equal,
+    "==": np.equal,
+    "!=": np.not_equal,
+}
+
+
+@dataclass(frozen=True)
+class KeptRows:
+    """The rows of a batch that meet the conditions of ``rows``, in the log's own units."""
+
+    number: Integers
+    """(n,) data rows, from 1."""
+    numbers: Mapping[str, Floats]
+    """Column to (n,)."""
+    run: list[str]
+    """The n names of the run column, or empty."""
+
+    def chosen(self, keep: NDArray[np.bool_]) -> KeptRows:
+        """Return the rows of a mask (n,)."""
+        numbers = {name: values[keep] for name, values in self.numbers.items()}
+        return KeptRows(self.number[keep], numbers, [self.run[k] for k in np.flatnonzero(keep)] if self.run else [])
+
+
+def kept_rows(source: Source, batch: Batch) -> KeptRows:
+    """Return the rows of a batch that meet the conditions of ``rows``."""
+    n = len(batch)
+    number = np.arange(batch.first_row, batch.first_row + n, dtype=np.int64)
+    keep = np.ones(n, dtype=np.bool_)
+    for condition in source.row_conditions:
+        if isinstance(condition.value, str):
+            same = np.array([word == condition.value for word in batch.texts[condition.column]], dtype=np.bool_)
+            keep &= same if condition.operator == "==" else ~same
+        else:
+            keep &= _CONDITIONS[condition.operator](batch.numbers[condition.column], condition.value)
+    words = batch.texts.get(source.run.column or "", []) if source.run else []
+    rows = KeptRows(number, batch.numbers, words)
+    return rows if keep.all() else rows.chosen(keep)
+
+
+def columns_with_gaps(source: Source) -> frozenset[str]:
+    """Return the columns in which a reading may be missing: points that were hidden, targets of tables of states."""
+    columns: set[str] = set()
+    for pose in source.body_poses().values():
+        columns |= {column for marker in pose.markers.values() for column in marker.columns}
+        if source.is_states:
+            columns |= set(pose.column_names())
+    if source.is_states and source.deflection is not None:
+        columns |= set(source.deflection.column_names())
+    if source.is_states and source.displacement is not None:
+        columns |= set(source.displacement.column_names())
+    return frozenset(columns)
+
+
+def gaps_read(source: Source, exclusions: RowExclusions) -> frozenset[str]:
+    """Return the columns that a reader may not judge: rows that are left out are known only behind it."""
+    if not exclusions.entries and not source.row_conditions:
+        return columns_with_gaps(source)
+    time = source.time.column if source.time is not None else None
+    names = {name for signal in source.signals().values() for name in signal.column_names()}
+    return frozenset(names | {condition.column for condition in source.row_conditions} | ({time} if time else set()))
+
+
+def first_missing(rows: KeptRows, optional: frozenset[str]) -> tuple[int, str] | None:
+    """Return row and column of the first reading that is missing where it may not be."""
+    worst: tuple[int, str] | None = None
+    for column, values in rows.numbers.items():
+        if column in optional or not np.isnan(values.sum()):
+            continue
+        bad = np.isnan(values)
+        if bad.any() and (worst is None or rows.number[bad.argmax()] < worst[0]):
+            worst = (int(rows.number[bad.argmax()]), column)
+    return worst
+
+
+def check_sizes(rows: KeptRows, files: Mapping[str, str]) -> None:
+    """Raise where numbers are larger or all smaller than anything that is measured: their squares are no numbers."""
+    for column, values in rows.numbers.items():
+        sizes = np.where(np.isnan(values), 0.0, np.abs(values))
+        largest = float(sizes.max(initial=0.0))
+        if not (largest > LARGEST or 0.0 < largest < SMALLEST):  # a few tiny ones are what a filter leaves
+            continue
+        row = int(np.argmax(sizes))
+        place = f"row {rows.number[row]}, column {column}"
+        display_name = ", ".join(dict.fromkeys(files.values()))
+        if largest > LARGEST:
+            reason, mend = f"{values[row]:g} is larger than anything that is measured", "correct it, or exclude its row"
+        else:
+            reason = f"{values[row]:g}, the column's largest number here, is smaller than anything that is measured"
+            mend = "correct its unit in the log, or write 0"
+        raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, reason, mend)
