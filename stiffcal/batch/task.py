@@ -37,10 +37,11 @@ from stiffcal.workflow.steps import (
     ingested,
     key_of,
     key_of_table,
-    stored_document,
     stored_fit,
+    stored_result,
     stored_validation,
 )
+from stiffcal.workflow.stored_types import StoredReport
 from stiffcal.workflow.validate import current_validation, validate_now, with_present_verdict
 
 REPORT = "report"
@@ -180,14 +181,13 @@ def _report(data: Ingested, task: Document, context: RunContext, run: _Run) -> s
     key = _report_key(data)
     # A stranger can compute the key too, and deliver a PDF of their own with it.
     foreign = data.store.origin_of(REPORT) == FOREIGN
-    then = {} if foreign else stored_document(data.store, REPORT) or {}
-    if then.get("key") == key and then.get("sha256") == _digest(file):
+    then = None if foreign else stored_result(data.store, REPORT, StoredReport)
+    if then is not None and then.key == key and then.sha256 == _digest(file):
         return str(file)
     run.starting("report", "there is no report yet" if not file.exists() else "the report was of something else")
     file.parent.mkdir(parents=True, exist_ok=True)
     report_campaign(folder, RunContext(store=context.store, reach=context.reach), output=file)
-    written = {"schema": "stiffcal/report-made/1", "key": key, "sha256": _digest(file)}
-    data.commit({}, {REPORT: written}, command="batch")
+    data.commit({}, {REPORT: document_of(StoredReport(key=key, sha256=_digest(file)))}, command="batch")
     return str(file)
 
 

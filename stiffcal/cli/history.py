@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.model.summary import ModelSummary
-    from stiffcal.workflow.history_results import HistoryResult, StoredFit
+    from stiffcal.results.history_results import HistoryResult, StoredFit
 
 
 def history(

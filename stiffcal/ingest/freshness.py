@@ -86,14 +86,12 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
 
 def _provenance_of(snapshot: Snapshot) -> Provenance:
     from stiffcal.store import Provenance
+    from stiffcal.store.document_shape import result_from
 
     document = snapshot.read_document(PROVENANCE)
     if snapshot.origin_of(PROVENANCE) != OWN:
-        from stiffcal.store.document_shape import StoredProvenance, result_from
-
         check_version(document.get("schema"), "stiffcal/provenance/1", snapshot.display_name, PROVENANCE)
-        result_from(StoredProvenance, document, snapshot.display_name, PROVENANCE)
-    return Provenance.from_document(document)
+    return result_from(Provenance, document, snapshot.display_name, PROVENANCE)
 
 
 def _remember_settled(campaign: Campaign, digest: str, known: str, files: list[str]) -> None:

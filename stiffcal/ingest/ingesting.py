@@ -62,7 +62,7 @@ def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progre
                 "wait until nothing writes them",
             )
         provenance = Provenance.now("ingest", (*hashes.result(), *outside), settings)
-        writing.write_document(PROVENANCE, provenance.as_document())
+        writing.write_document(PROVENANCE, document_of(provenance))
         writing.sources_state = hashes.state
         _keep_what_others_wrote(writing, target.tables, target.documents)
         writing.commit()

@@ -21,6 +21,7 @@ from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
 from stiffcal.model.summary import EffectAt
+from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 
@@ -290,8 +291,8 @@ class ReportContent:
     """The present fit; None where nothing is fitted."""
     validate: ValidateResult | None = None
     """Its validation; None where there is none."""
-    history: Document | None = None
-    """The JSON document of `history`; None where not made."""
+    history: HistoryResult | None = None
+    """Every fit of the campaign; None where that is not known."""
     fit_changes: tuple[FitChange, ...] = ()
     """Fits of the history that follow each other with another model of the same load states, oldest first."""
     ingest: IngestResult | None = None

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from stiffcal import wording
 from stiffcal.measurements.rms import Rms
-from stiffcal.model.summary import Where
+from stiffcal.model.summary import EffectInModel, ModelSummary, Where
 from stiffcal.wording import DASH, count, listing, place, unit_words
 from stiffcal.wording import grouped as digits
 
@@ -102,33 +102,26 @@ def effect_at(effect: Placed) -> str:
     return f"{effect.effect} ({place(effect.where)})"
 
 
-def effect_text(entry: Any) -> str:
-    """Write one entry of a model's list of effects: a name, or its table from model.toml.
+def effect_text(entry: EffectInModel) -> str:
+    """Write one entry of a model's list of effects.
 
     Examples
     --------
-    >>> effect_text("backlash 4"), effect_text({"type": "backlash", "joints": [4]})
-    ('backlash 4', 'backlash, joint 4')
-    >>> effect_text({"type": "joint-compliance", "joints": "all"})
-    'joint-compliance, all joints'
+    >>> effect_text(EffectInModel("backlash", joints=[4])), effect_text(EffectInModel("base-offset"))
+    ('backlash, joint 4', 'base-offset')
     """
-    if isinstance(entry, str):
-        return entry
-    name = str(entry.get("type") or entry.get("effect") or "effect")
-    where = entry.get("where") or {key: entry[key] for key in ("joints", "links", "pairs") if entry.get(key)}
-    if not where:
-        return name
-    every = [f"all {key}" for key, members in where.items() if members == "all"]
-    return f"{name}, {every[0] if every else place(where)}"
+    where = dict(entry.where.items())
+    return f"{entry.type}, {place(where)}" if where else entry.type
 
 
-def model_change(before: Any, after: Any) -> str:
+def model_change(before: ModelSummary, after: ModelSummary) -> str:
     """Write what a model gained (+) and lost (−) against the one before, "" where it is the same.
 
     Examples
     --------
-    >>> one = {"effects": [{"type": "joint-compliance", "joints": [1, 2]}]}
-    >>> two = {"effects": [*one["effects"], {"type": "backlash", "joints": [4]}]}
+    >>> springs = EffectInModel("joint-compliance", joints=[1, 2])
+    >>> one = ModelSummary("deformed", [springs])
+    >>> two = ModelSummary("deformed", [springs, EffectInModel("backlash", joints=[4])])
     >>> model_change(one, two), model_change(two, one), model_change(one, one)
     ('+ backlash, joint 4', '− backlash, joint 4', '')
     """
@@ -138,29 +131,25 @@ def model_change(before: Any, after: Any) -> str:
     return "; ".join([*gained, *lost])
 
 
-def _single_places(model: Any) -> list[str]:
+def _single_places(model: ModelSummary) -> list[str]:
     """List a model's effects place by place."""
-    effects = model.get("effects", []) if isinstance(model, dict) else model
     texts: list[str] = []
-    for entry in [effects] if isinstance(effects, str) else effects or []:
-        single: list[Any] = [entry]
-        if isinstance(entry, dict):
-            kinds = [kind for kind in ("joints", "links", "pairs") if isinstance(entry.get(kind), list)]
-            parts = [{"type": entry["type"], kind: [member]} for kind in kinds for member in entry[kind]]
-            single = parts or single
-        texts += [effect_text(effect) for effect in single]
+    for entry in model.effects:
+        single = [
+            *(EffectInModel(entry.type, joints=[joint]) for joint in entry.joints or []),
+            *(EffectInModel(entry.type, links=[link]) for link in entry.links or []),
+            *(EffectInModel(entry.type, pairs=[pair]) for pair in entry.pairs or []),
+        ]
+        texts += [effect_text(effect) for effect in single or [entry]]
     return texts
 
 
-def model_words(model: Any) -> str:
-    """Write a model (list of effects, or a table with ``effects``) as one phrase.
+def model_words(model: ModelSummary) -> str:
+    """Write a model as one phrase.
 
     Examples
     --------
-    >>> model_words({"balance": "deformed", "effects": [{"type": "joint-compliance", "joints": [1, 2]}]})
+    >>> model_words(ModelSummary("deformed", [EffectInModel("joint-compliance", joints=[1, 2])]))
     'joint-compliance, joints 1, 2'
     """
-    effects = model.get("effects", []) if isinstance(model, dict) else model
-    if isinstance(effects, str):
-        return effects
-    return "; ".join(effect_text(entry) for entry in effects or []) or "no effect"
+    return "; ".join(effect_text(entry) for entry in model.effects) or "no effect"

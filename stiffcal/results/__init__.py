@@ -1,1 +1,1 @@
-"""Whole answers that pages draw and that join what several rooms found: of ``identify`` and ``validate``."""
+"""Answers that pages draw: of ``identify`` and ``validate``, which join what several rooms found, and ``history``."""

@@ -14,6 +14,7 @@ from stiffcal.compensation.predict_result import PredictResult
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.documents import schema_of
 from stiffcal.ingest.results import IngestResult
+from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.validation.compare_result import CompareResult
@@ -28,7 +29,6 @@ from stiffcal.workflow.command_results import (
     SimulateResult,
 )
 from stiffcal.workflow.documents import Error
-from stiffcal.workflow.history_results import HistoryResult
 from stiffcal.workflow.improve_results import ImproveResult
 from stiffcal.workflow.run_result import RunResult
 from stiffcal.workflow.trust_results import TrustResult

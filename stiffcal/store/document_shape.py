@@ -1,35 +1,13 @@
-"""Whether a stored document has the shape that its type gives; and the type of the one that the store itself writes."""
+"""Whether a stored document has the shape that its type gives."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, Literal
-
-from typing_extensions import TypedDict
+from typing import Any
 
 from stiffcal.documents import Result, result_of
 from stiffcal.store.origin import damaged
-
-
-class StoredSource(TypedDict):
-    """A log as it was when it was read."""
-
-    file: str
-    bytes: int
-    modified_ns: int
-    sha256: str
-
-
-class StoredProvenance(TypedDict):
-    """What the states were made from."""
-
-    schema: Literal["stiffcal/provenance/1"]
-    created: str
-    command: str
-    sources: list[StoredSource]
-    settings: dict[str, Any]
-    versions: dict[str, str]
 
 
 def has_shape(kind: Any, document: Mapping[str, Any]) -> bool:

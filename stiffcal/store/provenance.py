@@ -10,16 +10,15 @@ import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 
-SCHEMA = "stiffcal/provenance/1"
 CHUNK = 1 << 20
 PACKAGES = ("numpy", "scipy", "pyarrow", "h5py", "pandas", "pydantic")
 # A file changed within this time of being hashed may carry the same time of change: clocks of file systems are coarse.
@@ -40,10 +39,13 @@ class SourceFile:
     """Hexadecimal."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Provenance:
-    """What a generation was made from."""
+    """What a generation was made from; the store's document ``provenance``."""
 
+    schema: Literal["stiffcal/provenance/1"] = "stiffcal/provenance/1"
+    warnings: list[str] = field(default_factory=list)
+    """None: there is nothing to warn of."""
     created: str
     """UTC, ISO 8601."""
     command: str
@@ -58,22 +60,12 @@ class Provenance:
     @classmethod
     def now(cls, command: str, sources: Sequence[SourceFile], settings: Mapping[str, Any]) -> Provenance:
         """Return a record of this moment and these versions."""
-        created = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-        return cls(created, command, tuple(sources), dict(settings), versions())
-
-    def as_document(self) -> dict[str, Any]:
-        """Return the record as the store's document ``provenance``."""
-        return {"schema": SCHEMA, "warnings": [], **asdict(self), "sources": [asdict(file) for file in self.sources]}
-
-    @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> Provenance:
-        """Return the record that `as_document` made."""
         return cls(
-            created=str(document["created"]),
-            command=str(document["command"]),
-            sources=tuple(SourceFile(**source) for source in document["sources"]),
-            settings=dict(document["settings"]),
-            versions=dict(document["versions"]),
+            created=time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+            command=command,
+            sources=tuple(sources),
+            settings=dict(settings),
+            versions=versions(),
         )
 
 
@@ -259,7 +251,7 @@ def changed_settings(provenance: Provenance, settings: Mapping[str, Any]) -> tup
 
     Examples
     --------
-    >>> then = Provenance("2026-11-21T08:00:00Z", "ingest", (), {"robot": {"a": 1, "b": [2]}}, {})
+    >>> then = Provenance.now("ingest", (), {"robot": {"a": 1, "b": [2]}})
     >>> changed_settings(then, {"robot": {"a": 1, "b": [3]}, "name": "x"})
     ('robot.b', 'name')
     """

@@ -12,9 +12,9 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
 from stiffcal.model.summary import EffectInModel, ModelSummary
+from stiffcal.results.history_results import HistoryEntry, HistoryResult, StoredFit
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
-from stiffcal.workflow.history_results import HistoryEntry, HistoryResult, StoredFit
 from stiffcal.workflow.identify import NO_HISTORY
 from stiffcal.workflow.steps import HISTORY, IDENTIFY, RunContext, open_store, stored_document
 

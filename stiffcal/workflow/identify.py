@@ -12,9 +12,9 @@ from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.results.history_results import StoredFit
 from stiffcal.results.identify_result import IdentifyResult, Loss
 from stiffcal.store.index import FOREIGN, OWN
-from stiffcal.workflow.history_results import StoredFit
 from stiffcal.workflow.steps import (
     FIT_STATES,
     HISTORY,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from stiffcal.documents import document_of
 from stiffcal.workflow.command_results import ReportResult
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import fitted
@@ -42,6 +41,6 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
     file = output or data.campaign.folder / "report.pdf"
     context.progress("gathering the results", None)
     identified = replace(identified, origin=data.store.origin_of(IDENTIFY))
-    content = report_content(data, identified, validation, document_of(read_history(folder, context)))
+    content = report_content(data, identified, validation, read_history(folder, context))
     build_report(content, file, context.progress)
     return ReportResult(warnings=[], file=str(file), origin=identified.origin)

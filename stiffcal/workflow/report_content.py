@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ from stiffcal.experiments import all_kinds
 from stiffcal.files import read_regular
 from stiffcal.identification.state_loads import branch_words, force_since_reference, torques_about_joints
 from stiffcal.identification.state_tables import component_block, gauge_block
+from stiffcal.ingest.parts import PROVENANCE
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.set_aside import SetAsideCode
@@ -39,9 +41,11 @@ from stiffcal.report.content import (
     ResidualCovariate,
     SetAsideRows,
 )
+from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
-from stiffcal.store import values_of
+from stiffcal.store import Provenance, SourceFile, values_of
+from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_bodies import joint_pictures
@@ -86,14 +90,14 @@ MEASURES = {
 
 
 def report_content(
-    data: Ingested, identified: IdentifyResult, validation: ValidateResult, history: Document
+    data: Ingested, identified: IdentifyResult, validation: ValidateResult, history: HistoryResult
 ) -> ReportContent:
     """Gather everything that a report shows.
 
     Parameters
     ----------
     data : the campaign with its states.
-    identified : the present fit. validation : of it. history : its document.
+    identified : the present fit. validation : of it. history : every fit.
     """
     states, chain = data.states, data.campaign.chain
     report_states = report_states_of(data) if len(states) else None
@@ -230,20 +234,20 @@ def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
     return tuple(rows)
 
 
-def _provenance(data: Ingested, identified: IdentifyResult, history: Document) -> ReportProvenance:
-    stored = data.store.read_document("provenance")
-    campaign = data.campaign
-    versions = dict(stored["versions"])
+def _provenance(data: Ingested, identified: IdentifyResult, history: HistoryResult) -> ReportProvenance:
+    document = data.store.read_document(PROVENANCE)
+    stored = result_from(Provenance, document, data.store.display_name, PROVENANCE)
+    campaign, versions = data.campaign, dict(stored.versions)
     ours = ("stiffcal", versions.pop("stiffcal"))
-    time = next((fit["time"] for fit in history["fits"] if fit["id"] == identified.fit_id), stored["created"])
+    time = next((fit.time for fit in history.fits if fit.id == identified.fit_id), stored.created)
     loss = {"linear": "least squares", "huber": "Huber loss"}[identified.loss]
     scaled = identified.std_scaled_by_reduced_chi2
     return ReportProvenance(
         campaign=campaign.name,
         robot=campaign.robot.name or campaign.chain.name or "robot",
-        date=str(time)[:10],
+        date=time[:10],
         versions=(ours, *sorted(versions.items())),
-        sources=_sources(data, stored["sources"]),
+        sources=_sources(data, stored.sources),
         settings=(
             ("balance", "on the deformed robot" if campaign.model.balance == "deformed" else "first order"),
             ("loss", loss),
@@ -254,9 +258,9 @@ def _provenance(data: Ingested, identified: IdentifyResult, history: Document) -
     )
 
 
-def _sources(data: Ingested, read: list[Document]) -> tuple[ReportSource, ...]:
+def _sources(data: Ingested, read: Sequence[SourceFile]) -> tuple[ReportSource, ...]:
     """Return the logs as they were read, and the campaign's own files and the user's effects as they stand."""
-    named = {entry["file"] for entry in read}
+    named = {source.file for source in read}
     folder = data.campaign.folder
     manifest = data.campaign.manifest
     own = [MANIFEST_FILE, manifest.robot, MODEL_FILE, *manifest.plugins]
@@ -265,7 +269,7 @@ def _sources(data: Ingested, read: list[Document]) -> tuple[ReportSource, ...]:
         if name not in named and (folder / name).is_file():
             content = read_regular(folder / name, name)
             entries.append(ReportSource(name, hashlib.sha256(content).hexdigest(), len(content)))
-    return (*entries, *(ReportSource(entry["file"], entry["sha256"], int(entry["bytes"])) for entry in read))
+    return (*entries, *(ReportSource(source.file, source.sha256, source.bytes) for source in read))
 
 
 def _instruments(data: Ingested) -> list[Instrument]:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 
-from stiffcal.documents import document_of
 from stiffcal.identification.before_after import values_before_and_after
 from stiffcal.report import wording
 from stiffcal.report.content import FitChange
+from stiffcal.results.history_results import StoredFit
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
-from stiffcal.workflow.history_results import StoredFit
 from stiffcal.workflow.steps import HISTORY, Ingested, key_of_table, stored_document
 
 
@@ -34,7 +33,7 @@ def _change(before: StoredFit, after: StoredFit) -> FitChange | None:
     """Return what changed from one fit to the next; None where the models are the same."""
     if before.model.same_as(after.model):
         return None
-    words = wording.model_change(document_of(before.model), document_of(after.model))
+    words = wording.model_change(before.model, after.model)
     if before.model.balance != after.model.balance:
         balance = f"balance {before.model.balance} → {after.model.balance}"
         words = f"{words}; {balance}" if words else balance

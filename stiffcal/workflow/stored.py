@@ -11,7 +11,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.documents import Result
-from stiffcal.store.document_shape import StoredProvenance, has_shape, result_from
+from stiffcal.store.document_shape import has_shape, result_from
 from stiffcal.store.index import OWN, check_version
 from stiffcal.store.origin import ENTRY_LISTS, damaged
 
@@ -91,15 +91,16 @@ def _document_types() -> dict[str, tuple[Any, str]]:
     from stiffcal.ingest.results import IngestResult
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.results.validate_result import ValidateResult
-    from stiffcal.workflow import stored_types as types
+    from stiffcal.store import Provenance
+    from stiffcal.workflow.stored_types import StoredReport
 
     return {
         "identify": (IdentifyResult, "stiffcal/identify/1"),
         "validate": (ValidateResult, "stiffcal/validate/1"),
         "diagnose": (DiagnoseResult, "stiffcal/diagnose/1"),
         "ingest": (IngestResult, "stiffcal/ingest/1"),
-        "provenance": (StoredProvenance, "stiffcal/provenance/1"),
-        "report": (types.ReportMade, "stiffcal/report-made/1"),
+        "provenance": (Provenance, "stiffcal/provenance/1"),
+        "report": (StoredReport, "stiffcal/report-made/1"),
     }
 
 
@@ -107,6 +108,6 @@ def _document_types() -> dict[str, tuple[Any, str]]:
 def _entry_types() -> dict[str, Any]:
     from stiffcal.compensation.predict_result import LoadPath
     from stiffcal.diagnosis.results import EarlierDiagnosis
-    from stiffcal.workflow.history_results import StoredFit
+    from stiffcal.results.history_results import StoredFit
 
     return {"history": StoredFit, "load_paths": LoadPath, "diagnoses": EarlierDiagnosis}

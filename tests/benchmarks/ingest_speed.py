@@ -150,6 +150,7 @@ def run_peer(log: Path, folder: Path, own_encoding: bool) -> None:
 
 def run_reader_and_store(log: Path, folder: Path) -> None:
     """Stream the log into a store with reader, checks, hashing and provenance."""
+    from stiffcal.documents import document_of
     from stiffcal.readers import WantedColumns, find_reader
     from stiffcal.store import Provenance, Store, hash_sources
 
@@ -158,7 +159,7 @@ def run_reader_and_store(log: Path, folder: Path) -> None:
         for batch in find_reader(log).read_batches(log, {}, WantedColumns(COLUMNS)):
             table.append({name: values * 1.0 for name, values in batch.numbers.items()})
         table.close()
-        writing.write_document("provenance", Provenance.now("benchmark", hashes.result(), {}).as_document())
+        writing.write_document("provenance", document_of(Provenance.now("benchmark", hashes.result(), {})))
         writing.commit()
 
 

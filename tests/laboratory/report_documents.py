@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.documents import result_of
 from stiffcal.report.content import ReportStates
+from stiffcal.results.history_results import HistoryResult
 from tests.laboratory.fits import fit_of, validation_of
 
 
@@ -102,16 +105,20 @@ def history_document(
     noise: dict[str, float] | None,
 ) -> dict[str, Any]:
     """Three fits: two of a growing model, one that is not validated."""
+    joints = ([2, 3], [1, 2, 3, 4, 5, 6])
+    springs = [{"type": "joint-compliance", "joints": numbers} for numbers in joints]
+    backlash = {"type": "backlash", "joints": [4]}
     return {
         "schema": "stiffcal/history/1", "warnings": [],
         "fits": [
-            {"id": "1", "time": "2026-11-21T10:02:11Z", "model": ["joint-compliance 2,3"],
+            {"id": "1", "time": "2026-11-21T10:02:11Z", "model": {"balance": "deformed", "effects": springs[:1]},
              "heldout_rms": {k: (0.4 * v if v else None) for k, v in zero.items()},
              "fit_rms": {k: (0.38 * v if v else None) for k, v in zero.items()}, "noise": noise},
-            {"id": "2", "time": "2026-11-21T10:09:40Z", "model": ["joint-compliance 1-6"],
+            {"id": "2", "time": "2026-11-21T10:09:40Z", "model": {"balance": "deformed", "effects": springs[1:]},
              "heldout_rms": unseen, "fit_rms": fit, "noise": noise},
-            {"id": "3", "time": "2026-11-21T10:12:02Z", "model": ["joint-compliance 1-6", "backlash 4"],
-             "heldout_rms": None, "fit_rms": None, "noise": noise},
+            {"id": "3", "time": "2026-11-21T10:12:02Z",
+             "model": {"balance": "deformed", "effects": [springs[1], backlash]},
+             "heldout_rms": None, "fit_rms": fit, "noise": noise},
         ],
     }  # fmt: skip
 
@@ -143,5 +150,10 @@ def documents(
     return {
         "identify": fit,
         "validate": validation_of(**validate_document(states, names, run_names, noise)),
-        "history": history_document(measures(states.measured[used]), fit_rms, measures(states.residual[used]), noise),
+        "history": result_of(
+            HistoryResult,
+            json.dumps(
+                history_document(measures(states.measured[used]), fit_rms, measures(states.residual[used]), noise)
+            ),
+        ),
     }

@@ -22,7 +22,7 @@ from stiffcal.diagnosis.results import (
 )
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
-from stiffcal.model.summary import EffectAt, Where
+from stiffcal.model.summary import EffectAt, EffectInModel, ModelSummary, Where
 from stiffcal.report import wording
 from stiffcal.report.blocks import Items, LeftOut, Paragraph, PictureBlock, ReportSection, TableBlock
 from stiffcal.report.content import EffectPicture, EvidenceFigure, ReportContent
@@ -30,6 +30,7 @@ from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.figures.evidence import draw_evidence
 from stiffcal.report.figures.ladder import ladder_rungs
 from stiffcal.report.sections import diagnosis, evidence, next_measurement, ranking
+from stiffcal.results.history_results import HistoryEntry
 from tests.laboratory.report_content import made_up_content
 
 BACKLASH = EffectAt(effect="backlash", where=Where(joints=[4]))
@@ -186,14 +187,21 @@ def test_evidence_is_drawn_the_same_every_time(tmp_path: Path, change: dict[str,
 
 
 def test_rungs_say_what_the_model_gained() -> None:
-    springs = {"type": "joint-compliance", "joints": [1, 2, 3]}
-    fits: list[dict[str, Any]] = [
-        {"id": "1", "model": {"effects": [springs]}, "heldout_rms": {"translation": 1e-4}, "fit_rms": None},
-        {"id": "2", "model": {"effects": [springs, {"type": "backlash", "joints": [2]}]}, "heldout_rms": None},
-        {"id": "3", "model": {"effects": [springs]}, "heldout_rms": {"translation": 1e-4}, "fit_rms": None},
+    springs, error = EffectInModel("joint-compliance", joints=[1, 2, 3]), Rms(1e-4, None)
+    models = [[springs], [springs, EffectInModel("backlash", joints=[2])], [springs]]
+    fits = [
+        HistoryEntry(
+            id=str(number),
+            time="2026-11-21T10:02:11Z",
+            model=ModelSummary("deformed", effects),
+            heldout_rms=None if number == 2 else error,
+            fit_rms=error,
+            noise=None,
+        )
+        for number, effects in enumerate(models, 1)
     ]
     labels = [rung.label for rung in ladder_rungs(fits, Rms(1e-3, None), "translation")]
     assert labels == [
         "no model", "fit 1: joint-compliance, joints 1–3", "fit 2: + backlash, joint 2", "fit 3: − backlash, joint 2",
     ]  # fmt: skip
-    assert wording.model_change(fits[0]["model"], fits[0]["model"]) == ""
+    assert wording.model_change(fits[0].model, fits[0].model) == ""

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 CONTENT = made_up_content(rotation=True)
 STATES = made_up_states(rotation=True)
-VALIDATION, FITS = CONTENT.validate or validation_of(), (CONTENT.history or {})["fits"]
+VALIDATION, FITS = CONTENT.validate or validation_of(), () if CONTENT.history is None else CONTENT.history.fits
 NAMES = [run.name for run in CONTENT.runs]
 # The path of paper 002's Fig. 2 on a robot whose z deflection follows Fx.
 RAMP = np.linspace(0, 1, 9)

@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.store import Provenance, Store, changed_sources, hash_sources, versions
+from stiffcal.store.document_shape import result_from
 
 
 @pytest.fixture
@@ -33,8 +35,8 @@ def test_hashes_and_versions_come_back_from_the_store(folder: Path) -> None:
     provenance = record(folder)
     assert provenance.sources[0].sha256 == hashlib.sha256(b"a\n1.5\n").hexdigest()
     store = Store(folder / "store")
-    store.commit(documents={"provenance": provenance.as_document()})
-    assert Provenance.from_document(store.read_document("provenance")) == provenance
+    store.commit(documents={"provenance": document_of(provenance)})
+    assert result_from(Provenance, store.read_document("provenance"), "store", "provenance") == provenance
     assert {"stiffcal", "numpy", "scipy", "pyarrow", "python"} <= set(versions())
 
 

@@ -13,7 +13,6 @@ import pandas as pd
 import pytest
 
 from stiffcal.cli.app import main
-from stiffcal.documents import document_of
 from stiffcal.effects.joint_friction import JointFriction
 from stiffcal.experiments.presentation import Table
 from stiffcal.report.building import lay_out
@@ -127,9 +126,7 @@ def test_pages_on_friction(made: Path) -> None:
     means = RunContext()
     data = ingested(made, means)
     identified = fitted(data, means)
-    content = report_content(
-        data, identified, validated(data, identified, means), document_of(read_history(made, means))
-    )
+    content = report_content(data, identified, validated(data, identified, means), read_history(made, means))
     (page,) = content.pages
     (table,) = (block for block in page.blocks if isinstance(block, Table))
     assert [row[0] for row in table.rows] == [("A1",), ("A2",)]

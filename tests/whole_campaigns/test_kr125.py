@@ -91,9 +91,7 @@ def joint_of(document: dict[str, Any], joint: int) -> dict[str, Any]:
 def content_of(folder: Path) -> ReportContent:
     data = ingested(folder, RunContext())
     told = fitted(data, RunContext())
-    return report_content(
-        data, told, validated(data, told, RunContext()), document_of(read_history(folder, RunContext()))
-    )
+    return report_content(data, told, validated(data, told, RunContext()), read_history(folder, RunContext()))
 
 
 def values(document: dict[str, Any]) -> dict[str, dict[str, Any]]:

@@ -10,6 +10,7 @@ import pytest
 from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
 from stiffcal.mechanics.kinematics import jacobians
+from stiffcal.workflow.history import read_history
 from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import RunContext, ingested, open_store, stored_fit
@@ -87,7 +88,7 @@ def test_load_path_passes_its_corners_and_reaches_the_report(campaign: Path) -> 
     store = data.store
     fit = stored_fit(store)
     assert fit is not None
-    content = report_content(data, fit, validated(data, fit, RunContext()), store.read_document("history"))
+    content = report_content(data, fit, validated(data, fit, RunContext()), read_history(campaign, RunContext()))
     assert content.load_paths[0].pose.endswith("the pose of the test")
 
 

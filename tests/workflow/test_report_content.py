@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.documents import document_of
 from stiffcal.report.blocks import Items
 from stiffcal.report.building import lay_out
 from stiffcal.workflow.history import read_history
@@ -23,7 +22,7 @@ def test_a_campaign_without_a_diagnosis_lays_out(name: str, tmp_path: Path) -> N
     folder, context = copied(name, tmp_path), RunContext()
     data = ingested(folder, context)
     identified = fitted(data, context)
-    history = document_of(read_history(folder, context))
+    history = read_history(folder, context)
     content = report_content(data, identified, validated(data, identified, context), history)
     titles = [section.title for section in lay_out(content)]
     assert titles[:2] == ["In short", "From no model to the noise: the ladder of fits"]

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.documents import document_of
 from stiffcal.store import values_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
@@ -26,9 +25,7 @@ def test_not_made_made_and_stale(campaign: Path) -> None:
     edit_model(campaign, "add", "bearing-tilt", where={"joints": "2"})
     diagnose_campaign(campaign)
     data, identified = ingested(campaign, RunContext()), identify_campaign(campaign)
-    content = report_content(
-        data, identified, validated(data, identified, RunContext()), document_of(read_history(campaign))
-    )
+    content = report_content(data, identified, validated(data, identified, RunContext()), read_history(campaign))
     assert content.diagnose is not None
     tilt = next(figure for figure in content.evidence if figure.evidence.effect == "bearing-tilt")
     assert not tilt.missing

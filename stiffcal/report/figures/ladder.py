@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stiffcal.measurements.rms import Rms
+    from stiffcal.model.summary import ModelSummary
+    from stiffcal.results.history_results import HistoryEntry
 
 _LABEL_WIDTH = 46
 # Steps that change the error by less than this factor are not worth a number.
@@ -36,7 +38,7 @@ class Rung:
 
 @canvas.styled
 def draw_ladder(
-    fits: Sequence[dict[str, Any]],
+    fits: Sequence[HistoryEntry],
     zero_model: Rms | None,
     noise: Rms | None,
     component: str = "translation",
@@ -45,7 +47,7 @@ def draw_ladder(
 
     Parameters
     ----------
-    fits : entries of the history document: ``{id, time, model, heldout_rms, fit_rms, noise}``.
+    fits : in the order in which they are drawn.
     zero_model : rms with no model; None where not known.
     noise : the noise floor; None where it cannot be judged.
     component : "translation" or "rotation".
@@ -79,7 +81,7 @@ def draw_ladder(
     return figure
 
 
-def ladder_rungs(fits: Sequence[dict[str, Any]], zero_model: Rms | None, component: str) -> list[Rung]:
+def ladder_rungs(fits: Sequence[HistoryEntry], zero_model: Rms | None, component: str) -> list[Rung]:
     """Return the rungs: no model, the first fit with its whole model, then what each fit gained or lost.
 
     Parameters
@@ -89,13 +91,12 @@ def ladder_rungs(fits: Sequence[dict[str, Any]], zero_model: Rms | None, compone
     rungs = []
     if wording.part(zero_model, component) is not None:
         rungs.append(Rung("no model", wording.part(zero_model, component), None))
-    before: Any = None
+    before: ModelSummary | None = None
     for fit in fits:
-        model = fit.get("model")
-        words = wording.model_words(model) if before is None else wording.model_change(before, model)
-        label = f"fit {fit['id']}: {_shortened(words or 'the same model')}"
-        rungs.append(Rung(label, *(wording.part(fit.get(key), component) for key in ("heldout_rms", "fit_rms"))))
-        before = model
+        words = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
+        label = f"fit {fit.id}: {_shortened(words or 'the same model')}"
+        rungs.append(Rung(label, wording.part(fit.heldout_rms, component), wording.part(fit.fit_rms, component)))
+        before = fit.model
     return rungs
 
 

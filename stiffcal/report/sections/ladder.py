@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 from stiffcal.measurements.rms import Rms
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, PictureBlock, ReportSection, TableBlock, TableColumn
-from stiffcal.report.content import Document, ReportContent
+from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.ladder import draw_ladder
+from stiffcal.results.history_results import HistoryEntry
 
 ORDER = 15
 _TITLE = "From no model to the noise: the ladder of fits"
@@ -17,19 +19,19 @@ _MOST_STEPS = 25
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out every fit with its error in unseen poses, next to the noise."""
-    fits = list((content.history or {}).get("fits", []))
+    fits = [] if content.history is None else content.history.fits
     if not fits:
         return LeftOut(_TITLE, "the history holds no fit yet")
     zero = None if content.validate is None else content.validate.zero_model
     noise = None if content.validate is None else content.validate.noise
-    noise = noise or next((fit["noise"] for fit in reversed(fits) if fit.get("noise")), None)
+    noise = noise or next((fit.noise for fit in reversed(fits) if fit.noise is not None), None)
     # The present fit is the last rung, also where an earlier model has been restored.
     present = None if content.identify is None else content.identify.fit_id
-    drawn_fits = sorted(fits, key=lambda fit: fit["id"] == present)[-_MOST_STEPS:]
+    drawn_fits = sorted(fits, key=lambda fit: fit.id == present)[-_MOST_STEPS:]
     blocks: list[Block] = []
-    if any(wording.part(fit.get("fit_rms"), "translation") is not None for fit in drawn_fits):
+    if any(wording.part(fit.fit_rms, "translation") is not None for fit in drawn_fits):
         blocks.append(PictureBlock(partial(draw_ladder, drawn_fits, zero, noise), _caption(drawn_fits, zero, noise)))
-    if any(wording.part(fit.get("heldout_rms"), "rotation") is not None for fit in drawn_fits):
+    if any(wording.part(fit.heldout_rms, "rotation") is not None for fit in drawn_fits):
         text = "The same ladder for the measured rotations."
         blocks.append(PictureBlock(partial(draw_ladder, drawn_fits, zero, noise, "rotation"), text))
     if not blocks and len(fits) == 1:
@@ -38,22 +40,20 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     return ReportSection(_TITLE, tuple(blocks))
 
 
-def _caption(fits: list[Document], zero: Rms | None, noise: Rms | None) -> str:
+def _caption(fits: Sequence[HistoryEntry], zero: Rms | None, noise: Rms | None) -> str:
     text = "Error in unseen poses, fit by fit, each rung with what the model gained"
-    last = next(
-        (fit for fit in reversed(fits) if wording.part(fit.get("heldout_rms"), "translation") is not None), None
-    )
+    last = next((fit for fit in reversed(fits) if wording.part(fit.heldout_rms, "translation") is not None), None)
     floor, start = wording.part(noise, "translation"), wording.part(zero, "translation")
     if last is not None:
-        reached = wording.part(last["heldout_rms"], "translation")
+        reached = wording.part(last.heldout_rms, "translation")
         origin = f"from {wording.length(start)} with no model " if start else ""
-        text += f": {origin}down to {wording.length(reached)} with fit {last['id']}"
+        text += f": {origin}down to {wording.length(reached)} with fit {last.id}"
         if floor and reached:
             text += f", {wording.digits(reached / floor)} times the noise of {wording.length(floor)}"
     return text + ("." if floor else ". No noise floor is drawn: noise cannot be judged.")
 
 
-def _table(fits: list[Document]) -> TableBlock:
+def _table(fits: Sequence[HistoryEntry]) -> TableBlock:
     columns = (
         TableColumn("fit", align="left"),
         TableColumn("time", align="left"),
@@ -65,10 +65,9 @@ def _table(fits: list[Document]) -> TableBlock:
     return TableBlock(columns, rows, "All fits of this campaign, oldest first (times in UTC).")
 
 
-def _row(fit: Document) -> tuple[str, ...]:
-    time = str(fit.get("time", "")).replace("T", " ").removesuffix("Z")
-    fitted = wording.both(fit["fit_rms"]) if fit.get("fit_rms") else "not fitted yet"
-    model = wording.model_words(fit.get("model"))
-    if fit.get("origin") == "foreign":
+def _row(fit: HistoryEntry) -> tuple[str, ...]:
+    time = fit.time.replace("T", " ").removesuffix("Z")
+    model = wording.model_words(fit.model)
+    if fit.origin == "foreign":
         model += " (not computed by you)"
-    return str(fit["id"]), time, model, wording.both(fit.get("heldout_rms")), fitted
+    return fit.id, time, model, wording.both(fit.heldout_rms), wording.both(fit.fit_rms)

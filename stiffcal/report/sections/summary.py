@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from stiffcal.documents import document_of
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, ReportSection
 from stiffcal.report.content import ReportContent
@@ -46,7 +45,7 @@ def _fit_sentences(content: ReportContent) -> list[str]:
     if content.readings_alone:
         return [_readings_sentence(content, fit)]
     text = (
-        f"The model ({wording.model_words(document_of(fit.model))}) was fitted to "
+        f"The model ({wording.model_words(fit.model)}) was fitted to "
         f"{wording.count(fit.n_states, 'load state')} in {wording.count(fit.n_runs, 'run')} of the "
         f"{content.provenance.robot}"
     )
@@ -54,7 +53,7 @@ def _fit_sentences(content: ReportContent) -> list[str]:
 
 
 def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
-    model = f"The model ({wording.model_words(document_of(fit.model))})"
+    model = f"The model ({wording.model_words(fit.model)})"
     fitted_model = (content.readings_alone[0].fitted if len(content.readings_alone) == 1 else "") or model
     readings = wording.count(fit.n_readings or 0, "reading")
     return (
