@@ -10,7 +10,7 @@ answers every wrench with five flexibilities, and the wrench gives how much of t
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -84,19 +84,6 @@ class LinkCompliance:
     def predict(self, wrench: Floats) -> Floats:
         """Return (n, 6) displacement of the end under (n, 6) wrenches; what is not known counts as none."""
         return np.asarray(wrench @ np.nan_to_num(self.matrix).T)
-
-    def predict_std(self, wrench: Floats) -> Floats:
-        """Return (n, 6) standard uncertainty of `predict`, without what is not known."""
-        slopes = self.slopes.reshape(6, 6, -1)
-        by_wrench = np.einsum("nj,ijp->nip", wrench, slopes)
-        return np.asarray(np.sqrt(np.einsum("nip,pq,niq->ni", by_wrench, self.covariance, by_wrench)))
-
-    def with_twist(self, torsional_rigidity: float, length: float) -> LinkCompliance:
-        """Return the compliance with the twist that the rods do not measure, L/GJ, taken from elsewhere."""
-        matrix, std = self.matrix.copy(), self.std.copy()
-        matrix[3], matrix[:, 3], std[3], std[:, 3] = 0.0, 0.0, 0.0, 0.0
-        matrix[3, 3] = length / torsional_rigidity
-        return replace(self, matrix=matrix, std=std)
 
 
 def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | None = None) -> LinkCompliance:

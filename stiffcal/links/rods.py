@@ -355,13 +355,3 @@ def bounded_by_load(torsion: Torsion, moment: Floats, bending: Floats) -> Torsio
     if torsion.bound is not None and torsion.bound <= bound:
         return torsion
     return Torsion(False, bound, torsion.cause, "load")
-
-
-def describe_design(design: RodDesign) -> tuple[str, ...]:
-    """Return in words what the rods carry, what they take as absent, and what they do not measure."""
-    sentences = [f"{len(design.matrix)} rods carry {', '.join(design.names) or 'nothing'}"]
-    if design.left_out:
-        sentences.append(f"taken as absent: {', '.join(UNKNOWNS[u] for u in design.left_out)}")
-    if design.blind:
-        sentences.append(f"not seen by any rod: {', '.join(UNKNOWNS[u] for u in design.blind)}")
-    return tuple(sentences)

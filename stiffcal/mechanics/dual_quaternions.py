@@ -19,12 +19,8 @@ from stiffcal.quaternions import (
     conjugate,
     quaternion_from_rotation,
     quaternion_product,
-    rotation_from_quaternion,
     vector_from_quaternion,
 )
-
-# Below this angle (rad) the series of the coefficients of exponential and logarithm are exact to rounding.
-_SERIES_BELOW = 1e-2
 
 
 def dual_product(a: Floats, b: Floats) -> Floats:
@@ -34,7 +30,7 @@ def dual_product(a: Floats, b: Floats) -> Floats:
     --------
     >>> import numpy as np
     >>> lift = dual_from_pose(np.array([0.0, 0.0, 1.0]), np.eye(3))
-    >>> pose_from_dual(dual_product(lift, lift))[0].tolist()
+    >>> position_of_dual(dual_product(lift, lift)).tolist()
     [0.0, 0.0, 2.0]
     """
     real = quaternion_product(a[..., :4], b[..., :4])
@@ -45,16 +41,6 @@ def dual_product(a: Floats, b: Floats) -> Floats:
 def dual_conjugate(a: Floats) -> Floats:
     """Return (…, 8) both parts conjugated: the inverse of a unit dual quaternion."""
     return np.asarray(a * np.array([1.0, -1.0, -1.0, -1.0, 1.0, -1.0, -1.0, -1.0]))
-
-
-def unit_dual(a: Floats) -> Floats:
-    """Return the unit dual quaternion next to ``a`` (…, 8): real part of length one, dual part across it.
-
-    Products drift off unit length by rounding; sums of dual quaternions (003, eq. 45) leave it in second order.
-    """
-    length = np.sqrt(np.sum(a[..., :4] ** 2, axis=-1, keepdims=True))
-    real, dual = a[..., :4] / length, a[..., 4:] / length
-    return np.concatenate([real, dual - real * np.sum(real * dual, axis=-1, keepdims=True)], axis=-1)
 
 
 def dual_from_pose(position: Floats, rotation: Floats) -> Floats:
@@ -75,11 +61,6 @@ def dual_from_pose(position: Floats, rotation: Floats) -> Floats:
 def dual_from_quaternion(position: Floats, quaternion: Floats) -> Floats:
     """Return unit dual quaternions (…, 8) of positions (…, 3), m, and unit quaternions (…, 4), scalar first."""
     return np.concatenate([quaternion, 0.5 * quaternion_product(_pure(position), quaternion)], axis=-1)
-
-
-def pose_from_dual(dual: Floats) -> tuple[Floats, Floats]:
-    """Return positions (…, 3), m, and rotations (…, 3, 3) of unit dual quaternions (…, 8)."""
-    return position_of_dual(dual), rotation_from_quaternion(dual[..., :4])
 
 
 def position_of_dual(dual: Floats) -> Floats:
@@ -117,71 +98,6 @@ def displacement_of_duals(after: Floats, before: Floats) -> Floats:
     """
     turn = pose_error(after, before)[..., :4]
     return np.concatenate([position_of_dual(after) - position_of_dual(before), vector_from_quaternion(turn)], axis=-1)
-
-
-def error_norms(calibrated: Floats, nominal: Floats) -> tuple[Floats, Floats]:
-    """Return position error (…), m, and orientation error (…), rad (003, eq. 51 and 52).
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from stiffcal.mechanics.rotations import rotation_from_vector
-    >>> still = dual_from_pose(np.zeros(3), np.eye(3))
-    >>> moved = dual_from_pose(np.array([3e-3, 0.0, 4e-3]), rotation_from_vector(np.array([0.0, 2e-3, 0.0])))
-    >>> [round(float(one), 12) for one in error_norms(moved, still)]
-    [0.005, 0.002]
-    """
-    error = displacement_of_duals(calibrated, nominal)
-    return (
-        np.asarray(np.sqrt(np.sum(error[..., :3] ** 2, axis=-1))),
-        np.asarray(np.sqrt(np.sum(error[..., 3:] ** 2, axis=-1))),
-    )
-
-
-def dual_from_screw(screw: Floats) -> Floats:
-    """Return the unit dual quaternions (…, 8) of screws (…, 6): exp of (v, ω), v that of the base origin.
-
-    Parameters
-    ----------
-    screw : (…, 6) m and rad.
-    """
-    move, turn = screw[..., :3], screw[..., 3:]
-    angle = np.sqrt(np.sum(turn * turn, axis=-1, keepdims=True))
-    half = 0.5 * angle
-    small = angle < _SERIES_BELOW
-    safe = np.where(small, 1.0, angle)
-    # sin(x/2)/x, and the derivative of it by x over x
-    share = np.where(small, 0.5 - angle**2 / 48.0 + angle**4 / 3840.0, np.sin(half) / safe)
-    closed = (0.5 * np.cos(half) - np.sin(half) / safe) / safe**2
-    slope = np.where(small, -1.0 / 24.0 + angle**2 / 960.0 - angle**4 / 107520.0, closed)
-    along = np.sum(turn * move, axis=-1, keepdims=True)
-    real = np.concatenate([np.cos(half), share * turn], axis=-1)
-    dual = np.concatenate([-0.5 * share * along, share * move + slope * along * turn], axis=-1)
-    return np.concatenate([real, dual], axis=-1)
-
-
-def screw_from_dual(dual: Floats) -> Floats:
-    """Return the screws (…, 6) whose exponential the unit dual quaternions (…, 8) are, |ω| ≤ π."""
-    dual = np.where(dual[..., :1] < 0.0, -dual, dual)
-    turn, position = vector_from_quaternion(dual[..., :4]), position_of_dual(dual)
-    angle = np.sqrt(np.sum(turn * turn, axis=-1, keepdims=True))
-    small = angle < _SERIES_BELOW
-    safe = np.where(small, 1.0, angle)
-    series = 1.0 / 12.0 + angle**2 / 720.0 + angle**4 / 30240.0
-    tangent = np.tan(0.5 * safe)
-    share = np.where(small, series, (1.0 - 0.5 * safe / np.where(tangent == 0.0, 1.0, tangent)) / safe**2)
-    across = np.cross(turn, position)
-    return np.concatenate([position - 0.5 * across + share * np.cross(turn, across), turn], axis=-1)
-
-
-def left_matrix(a: Floats) -> Floats:
-    """Return (…, 8, 8) [a⁺] with ``[a⁺] @ b = a ∘ b`` (003, eq. 39, 40 and 42)."""
-    return _blocks(_left(a[..., :4]), _left(a[..., 4:]))
-
-
-def right_matrix(a: Floats) -> Floats:
-    """Return (…, 8, 8) [a⁻] with ``[a⁻] @ b = b ∘ a`` (003, eq. 39, 41 and 43)."""
-    return _blocks(_right(a[..., :4]), _right(a[..., 4:]))
 
 
 def displacement_map(dual: Floats) -> Floats:
@@ -302,9 +218,3 @@ def _right(a: Floats) -> Floats:
     w, x, y, z = (a[..., k] for k in range(4))
     rows = ((w, -x, -y, -z), (x, w, z, -y), (y, -z, w, x), (z, y, -x, w))
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
-def _blocks(real: Floats, dual: Floats) -> Floats:
-    """Return (…, 8, 8) [[real, 0], [dual, real]]."""
-    above = np.concatenate([real, np.zeros_like(real)], axis=-1)
-    return np.concatenate([above, np.concatenate([dual, real], axis=-1)], axis=-2)

@@ -38,11 +38,6 @@ def monotonic_range(curve: tuple[float, float, float]) -> tuple[float, float]:
     return float(below.max(initial=-np.inf)), float(above.min(initial=np.inf))
 
 
-def torque_of_angle(angle: Floats, curve: tuple[float, float, float]) -> Floats:
-    """Return (n,) N·m of angles counted from the flank, rad; along the tangent beyond the monotonic range."""
-    return _between(angle, curve, *monotonic_range(curve))
-
-
 def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats:
     """Return (n,) rad: the spring's angle under torques, N·m: from a table, then Newton's method on the curve.
 

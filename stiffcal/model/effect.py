@@ -123,14 +123,6 @@ class Place:
             return self.link
         return "-".join(f"j{number}" for number in self.joints) or "setup"
 
-    def as_where(self) -> dict[str, list[object]]:
-        """The place as the JSON interface writes it."""
-        if self.kind == "joints":
-            return {"joints": list(self.joints)}
-        if self.kind == "pairs":
-            return {"pairs": [list(self.joints)]}
-        return {"links": [self.link]} if self.kind == "links" else {}
-
 
 @dataclass(frozen=True)
 class Term:

@@ -148,11 +148,6 @@ class Snapshot:
                     reasons[name] = error.faults[0].reason
         return reasons
 
-    def path_of_table(self, name: str) -> Path:
-        """Return the Parquet file of a table, compared with its hash."""
-        with self._verified(name, ".parquet", self.index.tables[name]):
-            return self.folder / file_of(name, ".parquet")
-
     @contextmanager
     def _verified(self, name: str, ending: str, entry: Entry) -> Iterator[IO[bytes]]:
         path = self.folder / file_of(name, ending)

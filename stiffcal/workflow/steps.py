@@ -356,9 +356,4 @@ def model_text(campaign: Campaign) -> str:
     return read_regular(path, MODEL_FILE, limit=TOML).decode("utf-8") if path.exists() else ""
 
 
-def without_update(context: RunContext) -> RunContext:
-    """Return the same means, refusing to run earlier steps."""
-    return replace(context, update=False)
-
-
 __getattr__ = old_names(__name__, {"Means": "RunContext"})

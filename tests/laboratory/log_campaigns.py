@@ -15,6 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.model.effect import Place
+from stiffcal.model.summary import Where
 from tests.laboratory.mujoco_robot import Cable, Spring
 from tests.laboratory.robots import SIX_STIFFNESS, six_axis_joints
 from tests.laboratory.small_campaign import MODEL, robot_text
@@ -125,7 +126,7 @@ class Hidden:
     @property
     def proposal(self) -> dict[str, Any]:
         """As ``missing`` names it."""
-        return {"effect": self.effect, "where": self.place.as_where()}
+        return {"effect": self.effect, "where": dict(Where.of(self.place).items())}
 
     @property
     def parameters(self) -> dict[str, float]:

@@ -76,7 +76,6 @@ def test_five_rods_along_the_fibre_leave_the_twist_open() -> None:
     assert "twist" in found.not_identifiable[0]
     low, high = found.interval
     assert np.mean(((low <= truth) & (truth <= high))[told]) > 0.85
-    assert found.with_twist(2.2e6, SHAPE.length).matrix[3, 3] == pytest.approx(truth[3, 3])
 
 
 def test_predicts_unseen_loads_as_well_as_the_rods() -> None:
@@ -86,7 +85,9 @@ def test_predicts_unseen_loads_as_well_as_the_rods() -> None:
     by_rods = measured(seven_rods(NOISE), SHAPE, unseen, 10).displacement
     error, rods_error = np.std(found.predict(unseen) - truth, axis=0), np.std(by_rods - truth, axis=0)
     assert np.all(error < rods_error)
-    pull = (found.predict(unseen) - truth) / found.predict_std(unseen)
+    slopes = np.einsum("nj,ijp->nip", unseen, found.slopes.reshape(6, 6, -1))
+    std = np.sqrt(np.einsum("nip,pq,niq->ni", slopes, found.covariance, slopes))
+    pull = (found.predict(unseen) - truth) / std
     assert 0.5 < np.sqrt(np.mean(pull**2)) < 1.6
 
 
