@@ -89,12 +89,12 @@ def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple
             free[first] = False
             continue
         x = aim
-        rest = target - unit @ x
-        squares = float(rest @ rest)
+        residual = target - unit @ x
+        squares = float(residual @ residual)
         if squares < smallest * (1.0 - LEAST_GAIN):
             smallest = squares
             barred[:] = False
-        pull = unit.T @ rest
+        pull = unit.T @ residual
         wanted = np.where(free | barred, 0.0, np.where(x <= lower, pull, 0.0) - np.where(x >= upper, pull, 0.0))
         entering = int(np.argmax(wanted))
         if wanted[entering] <= least:
@@ -111,8 +111,8 @@ def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple
 def _step_to(x: Floats, aim: Floats, lower: Floats, upper: Floats) -> Floats:
     """Return the share of the way from x to its aim at which each parameter meets its bound."""
     bound = np.where(aim < lower, lower, upper)
-    way = np.where(aim == x, 1.0, aim - x)
-    return np.asarray(np.clip((np.where(np.isfinite(bound), bound, x + way) - x) / way, 0.0, 1.0))
+    distance = np.where(aim == x, 1.0, aim - x)
+    return np.asarray(np.clip((np.where(np.isfinite(bound), bound, x + distance) - x) / distance, 0.0, 1.0))
 
 
 def column_scale(factor: Floats) -> Floats:

@@ -66,14 +66,14 @@ def with_old_field(old: str, new: str) -> Callable[[type[Kind]], type[Kind]]:
     """Let a dataclass be made and read with the old name of a field, too."""
 
     def decorated(kind: type[Kind]) -> type[Kind]:
-        made = kind.__init__
+        original_init = kind.__init__
 
-        @functools.wraps(made)
+        @functools.wraps(original_init)
         def make(self: Kind, *given: Any, **named: Any) -> None:
             if old in named:
                 warn(f"the field {old} of {kind.__name__} is called {new}")
                 named[new] = named.pop(old)
-            made(self, *given, **named)
+            original_init(self, *given, **named)
 
         def read(self: Kind) -> Any:
             warn(f"the field {old} of {kind.__name__} is called {new}")

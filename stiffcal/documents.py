@@ -201,8 +201,8 @@ def json_value(value: Any) -> Any:
     if kind in _PLAIN:
         return value
     if isinstance(value, np.ndarray):
-        known = value.dtype.kind in "biuUS" or bool(np.isfinite(value).all())
-        return value.tolist() if known else json_value(value.tolist())
+        finite = value.dtype.kind in "biuUS" or bool(np.isfinite(value).all())
+        return value.tolist() if finite else json_value(value.tolist())
     if isinstance(value, list | tuple):
         return [json_value(item) for item in value]
     if isinstance(value, Mapping):

@@ -67,7 +67,7 @@ class Fault:
             object.__setattr__(self, name, one_line(mask(text)))
 
     def __str__(self) -> str:
-        where = ": ".join(words for words in (self.file, self.place) if words)
+        where = ": ".join(part_text for part_text in (self.file, self.place) if part_text)
         text = f"{self.reason}; {self.mend} [{self.code}]"
         return f"{where}: {text}" if where else text
 

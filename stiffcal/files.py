@@ -268,9 +268,9 @@ def replacing(goal: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(goal)
     except OSError as error:
-        words = error.strerror or (str(error).splitlines() or [type(error).__name__])[0]
+        text = error.strerror or (str(error).splitlines() or [type(error).__name__])[0]
         mend = MENDS.get(error.errno or 0, "choose a place that can be written")
-        raise InputError.at(FaultCode.FILE_UNWRITABLE, str(goal), "", f"cannot be written ({words})", mend) from error
+        raise InputError.at(FaultCode.FILE_UNWRITABLE, str(goal), "", f"cannot be written ({text})", mend) from error
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)

@@ -39,12 +39,12 @@ def leave_out_current_folder(started_by_name: bool = False) -> None:
     ----------
     started_by_name : True where this is ``python -m stiffcal``, for which Python puts it first.
     """
-    named = os.environ.get("PYTHONPATH", "")
+    python_path = os.environ.get("PYTHONPATH", "")
     first = started_by_name and not sys.flags.safe_path
-    empty = bool(named) and "" in named.split(os.pathsep) and not sys.flags.ignore_environment
+    empty = bool(python_path) and "" in python_path.split(os.pathsep) and not sys.flags.ignore_environment
     current_folder = _current()
     if (first or empty) and current_folder not in (_PACKAGES, ""):
-        chosen = {os.path.realpath(entry) for entry in named.split(os.pathsep) if entry}
+        chosen = {os.path.realpath(entry) for entry in python_path.split(os.pathsep) if entry}
         if current_folder not in chosen:
             sys.path[:] = [entry for entry in sys.path if entry and os.path.realpath(entry) != current_folder]
     sys.path[:] = without_current_folder(sys.path)
@@ -53,8 +53,8 @@ def leave_out_current_folder(started_by_name: bool = False) -> None:
 def child_environment() -> dict[str, str]:
     """Return the environment for a child process of Python: nothing in it adds the current folder to its path."""
     environment = {**os.environ, "PYTHONSAFEPATH": "1"}
-    named = environment.pop("PYTHONPATH", "")
-    kept = [entry for entry in named.split(os.pathsep) if entry]
+    python_path = environment.pop("PYTHONPATH", "")
+    kept = [entry for entry in python_path.split(os.pathsep) if entry]
     return {**environment, "PYTHONPATH": os.pathsep.join(kept)} if kept else environment
 
 

@@ -185,11 +185,11 @@ def _canonical(name: str, table: dict[str, float]) -> str:
 
 def _advice(name: str, quantity: str) -> str:
     known = unit_names(quantity)
-    near = get_close_matches(name.lower(), [text.lower() for text in known], n=1)
+    suggestions = get_close_matches(name.lower(), [text.lower() for text in known], n=1)
     for other_quantity, table in _TABLES.items():
         if table is not _TABLES[quantity] and _canonical(name, table) in table:
             return f"that is a unit of {other_quantity}; use one of " + ", ".join(known)
-    if near:
-        guess = next(text for text in known if text.lower() == near[0])
+    if suggestions:
+        guess = next(text for text in known if text.lower() == suggestions[0])
         return f'did you mean "{guess}"? Known are ' + ", ".join(known)
     return "use one of " + ", ".join(known)

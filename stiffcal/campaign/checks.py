@@ -121,11 +121,11 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
     faults: list[Fault] = []
     absent: dict[str, list[tuple[str, str]]] = {}
     named_files = {file for _, file, _ in _paths(manifest)}
-    named = {"runs": [{"id": run.id} for run in manifest.runs]}
+    run_tables = {"runs": [{"id": run.id} for run in manifest.runs]}
     for location, file, fetched in _paths(manifest):
         if len(faults) >= MOST_FAULTS:
             break
-        place = key_path(location, named)
+        place = key_path(location, run_tables)
         if wrong := odd_character(file):
             faults.append(_fault(FaultCode.NAME_INVALID, place, *wrong))
         elif any(len(os.fsencode(name)) > MOST_NAME for name in PurePosixPath(file).parts):
@@ -179,8 +179,8 @@ def _file_advice(folder: Path, file: str, named_files: set[str]) -> str:
     names = sorted(path.name for path in wanted.parent.iterdir() if path not in named_paths)
     if any(unicodedata.normalize("NFC", name) == unicodedata.normalize("NFC", wanted.name) for name in names):
         return "the file there composes the letters of its name in another way (NFD, as macOS does): rename it"
-    near = get_close_matches(wanted.name, names[:MOST_COMPARED], n=1)
-    return f'did you mean "{near[0]}"?' if near else "put it there, or correct the name"
+    suggestions = get_close_matches(wanted.name, names[:MOST_COMPARED], n=1)
+    return f'did you mean "{suggestions[0]}"?' if suggestions else "put it there, or correct the name"
 
 
 def _paths(manifest: Manifest) -> Iterator[tuple[tuple[int | str, ...], str, bool]]:

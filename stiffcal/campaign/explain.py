@@ -149,15 +149,15 @@ def _nearest(location: Path, model: type[BaseModel]) -> str | None:
     table = _table_at(location[:-1], model)
     if table is not None and issubclass(table, TomlTable) and wrong in table.look_alikes:
         return table.look_alikes[wrong]
-    near = get_close_matches(wrong, _keys(table), n=1, cutoff=0.5)
-    return near[0] if near else None
+    suggestions = get_close_matches(wrong, _keys(table), n=1, cutoff=0.5)
+    return suggestions[0] if suggestions else None
 
 
 def _missing_mend(location: Path, model: type[BaseModel]) -> str:
     table = _table_at(location[:-1], model)
     if table is not None and str(location[-1]) == "schema":
-        own = [field for name, field in table.model_fields.items() if "schema" in (name, field.alias)]
-        choices = get_args(own[0].annotation)
+        schema_fields = [field for name, field in table.model_fields.items() if "schema" in (name, field.alias)]
+        choices = get_args(schema_fields[0].annotation)
         return f'write schema = "{choices[0]}" as the first line' if choices else "add it"
     return "add it"
 

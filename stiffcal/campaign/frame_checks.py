@@ -22,11 +22,15 @@ def frame_fault(manifest: Manifest, links: tuple[str, ...] | None, frame: str, p
     ----------
     links : the robot's link names; None where the robot could not be read: a name might then be a link.
     """
-    known = (*manifest.frames, *BUILT_IN, *(links or ()))
-    if frame in known or links is None:
+    frame_names = (*manifest.frames, *BUILT_IN, *(links or ()))
+    if frame in frame_names or links is None:
         return None
-    near = get_close_matches(frame, known, n=1)
-    mend = f'did you mean "{near[0]}"?' if near else f"add [frames.{frame}], or use one of " + ", ".join(known)
+    suggestions = get_close_matches(frame, frame_names, n=1)
+    mend = (
+        f'did you mean "{suggestions[0]}"?'
+        if suggestions
+        else f"add [frames.{frame}], or use one of " + ", ".join(frame_names)
+    )
     return Fault(FaultCode.FRAME_UNKNOWN, _MANIFEST, place, f'there is no frame "{frame}"', mend, (frame,))
 
 

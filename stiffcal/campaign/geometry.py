@@ -71,7 +71,7 @@ def chain_of(robot: RobotFile, folder: Path) -> Chain:
     bearing = np.array([entry.bearing_m for entry in entries])
     link_names = name_links([entry.link.name or name for entry, name in zip(entries, skeleton.link_names, strict=True)])
     mass, com = _masses(skeleton)
-    known = bool(np.isfinite(mass).all())
+    masses_known = bool(np.isfinite(mass).all())
     return Chain(
         name=robot.name or "robot",
         joint_names=tuple(entry.name for entry in entries),
@@ -87,7 +87,7 @@ def chain_of(robot: RobotFile, folder: Path) -> Chain:
         link_names=link_names,
         link_mass=np.where(np.isfinite(mass), mass, 0.0),
         link_com=com,
-        masses_known=known,
+        masses_known=masses_known,
         gravity=np.array(robot.gravity_mps2),
         beams=link_beams(robot, skeleton.fixed, bearing, link_names),
         compensator=None if robot.gravity_compensator is None else robot.gravity_compensator.model_dump(),
@@ -171,19 +171,19 @@ def _lumped(urdf: UrdfRobot, joint: UrdfJoint) -> tuple[float, Floats]:
     What branches off the chain counts at its zero position. Mass is NaN where no link of it has an inertial.
     """
     on_path = {joint.name for joint in urdf.turning}
-    total, moment, known = 0.0, np.zeros(3), False
+    total, moment, has_mass = 0.0, np.zeros(3), False
     waiting = [(joint.child, rotation_taking_z_to(joint.axis).T)]
     while waiting:
         name, place = waiting.pop()
         link = urdf.links.get(name)
         if link is not None and link.mass is not None:
-            known = True
+            has_mass = True
             total += link.mass
             moment = moment + link.mass * (place @ np.array([*link.com, 1.0]))[:3]
         waiting += [
             (below.child, place @ _origin(below)) for below in urdf.children.get(name, ()) if below.name not in on_path
         ]
-    if not known:
+    if not has_mass:
         return np.nan, np.zeros(3)
     return total, moment / total if total > 0 else np.zeros(3)
 

@@ -46,9 +46,9 @@ def with_sections(chain: Chain, robot: RobotFile, links: Iterable[str], robot_fi
         joint = beams[name].joint
         entries = [(key, entry) for key, entry in robot.links.items() if key in (name, chain.link_names[joint - 1])]
         for key, entry in entries:
-            drawn = _solved(key, entry, robot_file)
-            if drawn is not None:
-                beams[name] = replace(beams[name], section=drawn)
+            solved = _solved(key, entry, robot_file)
+            if solved is not None:
+                beams[name] = replace(beams[name], section=solved)
     return replace(chain, beams=beams)
 
 

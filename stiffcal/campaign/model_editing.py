@@ -88,14 +88,14 @@ def set_starts(folder: Path, effect: str, names: Sequence[str], n_joints: int) -
         if entry.get("type") != effect:
             continue
         places = _entry_places(entry, n_joints)
-        mine = [name for name in names if name.split(".")[1] in places and name not in entry.get("parameters", {})]
-        if mine and "parameters" not in entry:
+        new_names = [name for name in names if name.split(".")[1] in places and name not in entry.get("parameters", {})]
+        if new_names and "parameters" not in entry:
             entry["parameters"] = tomlkit.table()
-        for name in mine:
+        for name in new_names:
             start = tomlkit.inline_table()
             start["value"] = 0.0
             entry["parameters"][name] = start
-        new += mine
+        new += new_names
     if new:
         _save(folder, document)
     return tuple(new)
@@ -189,8 +189,8 @@ def _places(joints: Sequence[int], links: Sequence[str], pairs: Sequence[tuple[i
 
 def _only(places: Places, names: Sequence[str]) -> Places:
     """Keep the places that are in `names`."""
-    kept = {key: [value for value in values if _name(key, value) in names] for key, values in places.items()}
-    return {key: values for key, values in kept.items() if values}
+    selected = {key: [value for value in values if _name(key, value) in names] for key, values in places.items()}
+    return {key: values for key, values in selected.items() if values}
 
 
 def _name(key: str, value: Any) -> str:

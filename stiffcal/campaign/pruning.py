@@ -39,23 +39,23 @@ def validate_without_wrong_keys(document: dict[str, Any], model: type[Model]) ->
     >>> list(left.frames), doubtful
     (['tool'], ('frames.tool',))
     """
-    left = copy.deepcopy(document)
+    pruned = copy.deepcopy(document)
     doubtful: list[str] = []
     for _ in range(_ROUNDS):
         try:
-            return model.model_validate(left), tuple(dict.fromkeys(doubtful))
+            return model.model_validate(pruned), tuple(dict.fromkeys(doubtful))
         except ValidationError as error:
             details = error.errors(include_url=False)
         for detail in sorted(details, key=lambda detail: len(detail["loc"]), reverse=True):
             location = tuple(detail["loc"])
             if location == ("schema",):
-                left["schema"] = get_args(model.model_fields["schema_id"].annotation)[0]
+                pruned["schema"] = get_args(model.model_fields["schema_id"].annotation)[0]
             elif not location:
                 return None, ()
             elif detail["type"] == "missing" and len(location) > 1:
-                doubtful.append(key_path(_cut(left, location[:-1]), document))
+                doubtful.append(key_path(_cut(pruned, location[:-1]), document))
             else:
-                cut = _cut(left, location)
+                cut = _cut(pruned, location)
                 doubtful.append(key_path(cut[:-1] or cut, document))
     return None, ()
 

@@ -43,10 +43,10 @@ def leads_outside(folder: Path, file: str) -> Path | None:
         It leads outside, and ``STIFFCAL_ALLOW`` holds what cannot be allowed.
     """
     try:
-        goal, own = (folder / file).resolve(), folder.resolve()
+        goal, own_folder = (folder / file).resolve(), folder.resolve()
     except (OSError, ValueError, RuntimeError):  # links in a circle, a NUL: no such file, which is reported elsewhere
         return None
-    inside = goal.is_relative_to(own) or any(goal.is_relative_to(place) for place in _allowed_places(folder))
+    inside = goal.is_relative_to(own_folder) or any(goal.is_relative_to(place) for place in _allowed_places(folder))
     return None if inside else goal
 
 

@@ -19,12 +19,12 @@ MOST_COMPARED = 300  # names that a misspelt one is compared with: each comparis
 def run_faults(manifest: Manifest) -> Iterator[Fault]:
     """Check the runs' names, the sources they name, and that each log belongs to one run."""
     counts = Counter(run.id for run in manifest.runs)
-    known: set[str] = set()
+    earlier: set[str] = set()
     logs = _Logs(manifest)
     no_source_has_a_file = not any(source.file is not None or source.files for source in manifest.sources.values())
     for number, run in enumerate(manifest.runs):
         place = f"runs[{number + 1}] ({run.id})"
-        if run.id in known:
+        if run.id in earlier:
             yield _fault(
                 FaultCode.NAME_DUPLICATE,
                 place,
@@ -32,7 +32,7 @@ def run_faults(manifest: Manifest) -> Iterator[Fault]:
                 "give each run a name of its own",
                 run.id,
             )
-        known.add(run.id)
+        earlier.add(run.id)
         for key, names in (("files", run.files), ("clock_ahead_s", run.clock_ahead_s)):
             for name in names:
                 if name not in manifest.sources:
@@ -100,9 +100,9 @@ def exclusion_faults(manifest: Manifest) -> Iterator[Fault]:
 def choices(wrong: str, known: Collection[str]) -> str:
     """Return what to write instead of a name that does not exist."""
     names = list(known)[:MOST_COMPARED]
-    near = get_close_matches(wrong, names, n=1)
-    if near:
-        return f'did you mean "{near[0]}"?'
+    suggestions = get_close_matches(wrong, names, n=1)
+    if suggestions:
+        return f'did you mean "{suggestions[0]}"?'
     return "use one of " + ", ".join(names) if names else "describe it first"
 
 

@@ -68,8 +68,8 @@ def bundled_robot(name: str) -> str:
         There is no such robot.
     """
     if name not in bundled_robots():
-        known = ", ".join(bundled_robots())
-        mend = f"use one of {known}, or give a URDF: --urdf FILE"
+        known_names = ", ".join(bundled_robots())
+        mend = f"use one of {known_names}, or give a URDF: --urdf FILE"
         raise InputError.at(FaultCode.OPTION_INVALID, "", "--robot", f'no robot "{name}" comes with stiffcal', mend)
     return (_HERE / "robots" / f"{name}.toml").read_text(encoding="utf-8")
 

@@ -149,8 +149,8 @@ def _by_joint_tighter(
 def strange_joints(limits: Thresholds, joint_names: Sequence[str]) -> list[tuple[str, str]]:
     """Return (key, name) of every joint in the tables by joint that the robot does not have."""
     tables = {"min_stiffness": limits.min_stiffness, "max_drift": limits.max_drift}
-    known = (ALL_JOINTS, *joint_names)
-    return [(key, name) for key, table in tables.items() for name in table if name not in known]
+    allowed_names = (ALL_JOINTS, *joint_names)
+    return [(key, name) for key, table in tables.items() for name in table if name not in allowed_names]
 
 
 def load_thresholds(path: Path) -> ThresholdsFile:

@@ -148,8 +148,10 @@ def _application(given: list[str]) -> Callable[[], object]:
         listing = typer.main.get_command(app)
         return lambda: listing.main(args=given, prog_name="stiffcal", standalone_mode=False)
     if named not in COMMANDS:
-        near = difflib.get_close_matches(named, COMMANDS, n=1)
-        raise typer.TyperException(f"no such command: {named}" + (f", did you mean {near[0]}?" if near else ""))
+        suggestions = difflib.get_close_matches(named, COMMANDS, n=1)
+        raise typer.TyperException(
+            f"no such command: {named}" + (f", did you mean {suggestions[0]}?" if suggestions else "")
+        )
     function = getattr(importlib.import_module(f"stiffcal.cli.{named}"), named)
     app.command(help=_help_of(function))(function)
     command = typer.main.get_command(app)

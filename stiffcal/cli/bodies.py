@@ -53,8 +53,8 @@ def show_cartesian(console: Console, poses: Sequence[CartesianStiffnessResult]) 
     """
     table = plain_table("Cartesian stiffness", "way", "Fx/x>", "Fy/y>", "Fz/z>", "Tx/rx>", "Ty/ry>", "Tz/rz>")
     for pose in poses:
-        for way, matrix in (("001, eq. 15", pose.equation_15), ("from the compliance", pose.from_compliance)):
-            table.add_row(pose.run, way, *(significant(float(matrix[k, k])) for k in range(6)))
+        for direction, matrix in (("001, eq. 15", pose.equation_15), ("from the compliance", pose.from_compliance)):
+            table.add_row(pose.run, direction, *(significant(float(matrix[k, k])) for k in range(6)))
     console.print(table)
     console.print(
         "N/m and N·m/rad at the target, base axes; eq. 15 takes displacements for exact, and their noise draws it "

@@ -64,9 +64,9 @@ def show_check(console: Console, result: CheckResult) -> None:
     kinematics = result.kinematics
     if kinematics is not None and kinematics.median_m is not None:
         turned = kinematics.orientation_rad
-        words = f"kinematics meets the tracker within {length(kinematics.median_m)} (median)"
-        words += f", {length(kinematics.worst_m)} (worst)" if kinematics.worst_m is not None else ""
-        console.print(words + (f", {angle(turned)} turned" if turned is not None else ""))
+        text = f"kinematics meets the tracker within {length(kinematics.median_m)} (median)"
+        text += f", {length(kinematics.worst_m)} (worst)" if kinematics.worst_m is not None else ""
+        console.print(text + (f", {angle(turned)} turned" if turned is not None else ""))
     _show_joints(console, result.joints or [])
     show_suspects(console, result.suspects, result.suspects_not_checked)
     for view in result.rods or []:
@@ -74,9 +74,9 @@ def show_check(console: Console, result: CheckResult) -> None:
             console.print(sentence, soft_wrap=True)
     for proposal in result.proposals or []:
         files, device = proposal.files, proposal.device
-        named = files[0] + (f" and {len(files) - 1} more" if len(files) > 1 else "")
-        words = f"{named}: not named in campaign.toml" + (f", looks like a log of: {device}" if device else "")
-        console.print(words + ("; lines to copy:" if proposal.understood else ""), soft_wrap=True)
+        file_text = files[0] + (f" and {len(files) - 1} more" if len(files) > 1 else "")
+        text = f"{file_text}: not named in campaign.toml" + (f", looks like a log of: {device}" if device else "")
+        console.print(text + ("; lines to copy:" if proposal.understood else ""), soft_wrap=True)
         for line in proposal.lines:
             console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
     if result.ready:
@@ -134,8 +134,8 @@ def _show_ranges(console: Console, files: list[CheckedSource]) -> None:
             zero = 273.15 if unit == "°C" else 0.0
             ends = (NOT_KNOWN if end is None else significant(end * factor - zero, 4) for end in (low, high))
             count = sum(bool(column_range.moved) for column_range in ranges)
-            words = "no" if not count else "yes" if count == len(ranges) else f"in {count} of {len(ranges)} files"
-            table.add_row(source, signal, name, ranges[0].unit, *ends, unit, words)
+            text = "no" if not count else "yes" if count == len(ranges) else f"in {count} of {len(ranges)} files"
+            table.add_row(source, signal, name, ranges[0].unit, *ends, unit, text)
     if row_count:
         console.print(table)
 
@@ -146,8 +146,8 @@ def _show_runs(console: Console, runs: list[CheckedRun], most: int = 15) -> None
     table = plain_table("run", "experiment", "states>", "set aside>", "largest force [N]>")
     for run in runs[:most]:
         force = significant(run.largest_force_N)
-        taken = f"{run.n_readings} readings" if run.n_readings else str(run.n_states)
-        table.add_row(run.id, run.experiment, taken, str(len(run.set_aside)), force)
+        count_text = f"{run.n_readings} readings" if run.n_readings else str(run.n_states)
+        table.add_row(run.id, run.experiment, count_text, str(len(run.set_aside)), force)
     console.print(table)
     if len(runs) > most:
         console.print(f"  and {len(runs) - most} more runs (all in --json)")

@@ -60,11 +60,11 @@ def place_words(where: Where) -> list[str]:
     >>> place_words(Where(joints=[4]))
     ['--joints', '4']
     """
-    words = []
+    texts = []
     for kind, items in where.items():
         names = ["-".join(str(member) for member in item) if isinstance(item, list) else str(item) for item in items]
-        words += [f"--{kind}", ",".join(names)]
-    return words
+        texts += [f"--{kind}", ",".join(names)]
+    return texts
 
 
 def effect_words(effect: EffectAt | ProposedEffect) -> str:
@@ -77,9 +77,9 @@ def show_diagnosis(console: Console, result: DiagnoseResult) -> None:
     console.print(result.summary, soft_wrap=True)
     show_suspects(console, result.suspects, result.suspects_not_checked)
     if result.with_suspects is not None:
-        named = ", ".join(effect_words(effect) for effect in result.with_suspects.missing) or "nothing"
+        effect_names = ", ".join(effect_words(effect) for effect in result.with_suspects.missing) or "nothing"
         unexplained = "; something is left unexplained" if result.with_suspects.unexplained else ""
-        console.print(f"with them the answer would be: missing: {named}{unexplained}", soft_wrap=True)
+        console.print(f"with them the answer would be: missing: {effect_names}{unexplained}", soft_wrap=True)
     for effect in result.missing:
         _show_missing(console, result, effect)
     names = ", ".join(effect_words(effect) for effect in result.missing)

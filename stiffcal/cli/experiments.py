@@ -39,7 +39,7 @@ def show_overviews(console: Console, chosen: list[Overview]) -> None:
 def _show_table(console: Console, table: Table) -> None:
     drawn = plain_table(*(_heading(column) for column in table.columns))
     for row in table.rows:
-        drawn.add_row(*(text_of(words) for words in row))
+        drawn.add_row(*(text_of(cell) for cell in row))
     console.print(drawn)
 
 

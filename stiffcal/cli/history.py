@@ -97,6 +97,6 @@ def model_in_words(model: ModelSummary) -> str:
     >>> model_in_words(ModelSummary("deformed", [EffectInModel("backlash", joints=[4])]))
     'backlash (joint 4)'
     """
-    words = [f"{effect.type} ({places(effect.where)})" for effect in model.effects]
+    effects = [f"{effect.type} ({places(effect.where)})" for effect in model.effects]
     first_order = ", first-order balance" if model.balance == "first-order" else ""
-    return " + ".join(words) + first_order
+    return " + ".join(effects) + first_order

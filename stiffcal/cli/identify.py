@@ -54,8 +54,8 @@ def identify(
 
 def show_fit(console: Console, result: IdentifyResult) -> None:
     """Draw a fit: the table, how well it fits, what these data do not identify."""
-    taken = f"{result.n_readings} readings" if result.n_readings else f"{result.n_states} load states"
-    console.print(f"{taken} in {result.n_runs} runs")
+    count_text = f"{result.n_readings} readings" if result.n_readings else f"{result.n_states} load states"
+    console.print(f"{count_text} in {result.n_runs} runs")
     kinds = overviews(result)
     elsewhere = {name for overview in kinds for name in overview.parameters}
     show_parameters(console, [parameter for parameter in result.parameters if parameter.name not in elsewhere])
@@ -117,5 +117,5 @@ def unidentified_in_words(group: UnidentifiedParameters) -> str:
     >>> unidentified_in_words(group)
     'a, b: they move the target alike; known: a + b'
     """
-    words = f"{', '.join(group.parameters)}: {group.reason}"
-    return words + (f"; known: {group.known}" if group.known else "")
+    text = f"{', '.join(group.parameters)}: {group.reason}"
+    return text + (f"; known: {group.known}" if group.known else "")

@@ -42,8 +42,8 @@ def show_ingest(console: Console, result: IngestResult) -> None:
     table = plain_table("run", "states>", "dropped", "clocks ahead of the first source's")
     for run in result.runs:
         swept = f" in {run.passes} passes" if run.passes else ""
-        taken = f"{run.n_readings} readings" if run.n_readings else run.n_states
-        table.add_row(run.id, f"{taken}{swept}", _dropped(run), _clocks(run))
+        count_text = f"{run.n_readings} readings" if run.n_readings else run.n_states
+        table.add_row(run.id, f"{count_text}{swept}", _dropped(run), _clocks(run))
     console.print(table)
     for line in clock_rates(run.clock_ahead_s for run in result.runs):
         console.print(line, soft_wrap=True)
@@ -67,11 +67,11 @@ def _dropped(run: IngestedRun) -> str:
 
 
 def _clocks(run: IngestedRun) -> str:
-    words = []
+    texts = []
     for source, offset in run.clock_ahead_s.items():
         if offset.value is not None:
             spread = f" ± {significant(1e3 * NORMAL_95 * offset.std, 2)}" if offset.std else ""
-            words.append(f"{source} {significant(1e3 * offset.value, 4)}{spread} ms")
+            texts.append(f"{source} {significant(1e3 * offset.value, 4)}{spread} ms")
         else:
-            words.append(f"{source} not known" + (f" ({offset.reason})" if offset.reason else ""))
-    return ", ".join(words)
+            texts.append(f"{source} not known" + (f" ({offset.reason})" if offset.reason else ""))
+    return ", ".join(texts)

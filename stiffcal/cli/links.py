@@ -34,12 +34,12 @@ def show_links(console: Console, links: list[LinkResult]) -> None:
         as_beam = " (as a beam)" if link.compliance_structure == "beam" else ""
         table = plain_table(f"compliance of the link's end{as_beam}", "value, ± 95 %>", "")
         lowest, highest = link.compliance_interval
-        for row, column, words, factor, unit in _ELEMENTS:
+        for row, column, name, factor, unit in _ELEMENTS:
             value, low, high = link.compliance[row][column], lowest[row][column], highest[row][column]
             value_text = "not identifiable"
             if value is not None and low is not None and high is not None:
                 value_text = interval(value * factor, low * factor, high * factor)
-            table.add_row(words, value_text, unit)
+            table.add_row(name, value_text, unit)
         console.print(table)
         for sentence in link.not_identifiable:
             console.print(f"{link.link}: {sentence}", soft_wrap=True)
@@ -50,15 +50,17 @@ def show_links(console: Console, links: list[LinkResult]) -> None:
 def show_coupling(console: Console, coupling: CouplingResult) -> None:
     """Draw what each way makes of each parameter: as a stiffness, against tool and rods together."""
     ways = coupling.ways
-    table = plain_table("parameter", *(f"{_HEADS[way.way]}>" for way in ways))
+    table = plain_table("parameter", *(f"{_HEADS[result.way]}>" for result in ways))
     for parameter in coupling.parameters:
         name = parameter["name"]
-        cells = ["–" if name in way.left_out else _estimate(parameter[way.way], way.way) for way in ways]
+        cells = ["–" if name in result.left_out else _estimate(parameter[result.way], result.way) for result in ways]
         table.add_row(name, *cells)
     console.print(table)
-    for way in ways:
-        unidentified = len(way.not_identifiable)
-        console.print(f"{way.says}: fit {deviation(way.rms)} rms, {unidentified or 'no'} parameters not identifiable")
+    for result in ways:
+        unidentified = len(result.not_identifiable)
+        console.print(
+            f"{result.says}: fit {deviation(result.rms)} rms, {unidentified or 'no'} parameters not identifiable"
+        )
 
 
 _HEADS = {

@@ -86,9 +86,9 @@ def show_map(console: Console, result: MapResult) -> None:
         ("stiffness", result.stiffness, lambda value: f"{significant(1e-3 * value)} N/mm"),
     )
     table = plain_table("", "smallest>", "largest>")
-    for name, ends, words in rows:
+    for name, ends, heading in rows:
         if ends is not None and ends[1] > 0.0:
-            table.add_row(name, words(ends[0]), words(ends[1]))
+            table.add_row(name, heading(ends[0]), heading(ends[1]))
     console.print(table)
     for file in (result.file, result.picture):
         if file is not None:

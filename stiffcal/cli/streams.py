@@ -102,10 +102,10 @@ class StandardStream:
 
 def unwritable(error: OSError) -> InputError:
     """Return the error of an answer that standard output does not take."""
-    words = os.strerror(error.errno) if error.errno else type(error).__name__
+    text = os.strerror(error.errno) if error.errno else type(error).__name__
     mend = "send it to a file or a pipe that can be written to"
     return refusal(error, NAME) or InputError.at(
-        FaultCode.FILE_UNWRITABLE, NAME, "", f"cannot be written: {words}", mend
+        FaultCode.FILE_UNWRITABLE, NAME, "", f"cannot be written: {text}", mend
     )
 
 

@@ -217,8 +217,8 @@ class Supervision:
             signal.signal(-status, signal.SIG_DFL)
             os.kill(os.getpid(), -status)
         if code is None:
-            how = f"by signal {-status}" if status < 0 else f"with code {status}"
-            report_input_error(_ended(self.files, f"{how}, without an answer"), self.as_json)
+            ending = f"by signal {-status}" if status < 0 else f"with code {status}"
+            report_input_error(_ended(self.files, f"{ending}, without an answer"), self.as_json)
             code = WRONG_INPUT
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError, AttributeError):
@@ -268,8 +268,8 @@ def _ended(files: tuple[str, ...], how: str) -> InputError:
 
 def _can_split() -> bool:
     """Return whether a copy of this process works: not where a thread holds what it needs, as clients of S3 do."""
-    far = any("://" in word for word in sys.argv[1:])
-    return sys.platform == "linux" and threading.active_count() == 1 and not far
+    is_remote = any("://" in word for word in sys.argv[1:])
+    return sys.platform == "linux" and threading.active_count() == 1 and not is_remote
 
 
 def _close_all_but(*kept: int) -> None:

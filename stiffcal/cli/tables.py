@@ -48,11 +48,11 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
         table = plain_table("parameter", "place", "value, ± 95 %>", "")
         for parameter in not_compliances:
             low, high = _ends(parameter.interval)
-            words = interval(parameter.value, low, high) if parameter.value is not None else "not identifiable"
+            text = interval(parameter.value, low, high) if parameter.value is not None else "not identifiable"
             table.add_row(
                 parameter.name,
                 places(parameter.where),
-                f"{words} (fixed)" if parameter.fixed else words,
+                f"{text} (fixed)" if parameter.fixed else text,
                 parameter.unit + _in_noise(parameter),
             )
         console.print(table)

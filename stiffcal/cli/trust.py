@@ -65,8 +65,8 @@ def trust(
     with answering(as_json) as answer:
         from stiffcal.workflow import trust as work
 
-        wanted = {"--edit": edit, "--list": listed, "--revoke": revoke is not None, "--hash": only_hash}
-        chosen = [name for name, asked in {**wanted, "--store": place is not None}.items() if asked]
+        options = {"--edit": edit, "--list": listed, "--revoke": revoke is not None, "--hash": only_hash}
+        chosen = [name for name, requested in {**options, "--store": place is not None}.items() if requested]
         if len(chosen) > 1:
             raise InputError.at(
                 FaultCode.OPTION_CONFLICT,

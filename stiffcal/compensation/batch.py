@@ -36,11 +36,13 @@ class LinearCompensation:
         self._setup = self._nodes.setup
         count = len(self._chain.nodes)
         blocks = self._nodes.compliance.reshape(count, 6, count, 6)
-        own = np.einsum("iaib->iab", blocks)
-        apart = blocks.copy()
-        apart[np.arange(count), :, np.arange(count)] = 0.0
+        diagonal = np.einsum("iaib->iab", blocks)
+        off_diagonal = blocks.copy()
+        off_diagonal[np.arange(count), :, np.arange(count)] = 0.0
         # Springs that each answer their own component alone, as most do, need no matrix product.
-        self._springs = None if apart.any() or (own * (1.0 - np.eye(6))).any() else np.einsum("iaa->ia", own)
+        self._springs = (
+            None if off_diagonal.any() or (diagonal * (1.0 - np.eye(6))).any() else np.einsum("iaa->ia", diagonal)
+        )
 
     def deflection(self, joints: Floats, wrench: Floats) -> Floats:
         """Return (n, 6) the target's deflection, base axes, m and rad.

@@ -103,20 +103,20 @@ def nearest_solution(
     """
     rng = np.random.default_rng(seed)
     n = len(goal.position)
-    drawn = drawn_joints(chain, rng, _DRAWN)
-    place, turn = attached_poses(chain, chain.model_angles(drawn), target)
+    samples = drawn_joints(chain, rng, _DRAWN)
+    place, turn = attached_poses(chain, chain.model_angles(samples), target)
     joints, reached = np.repeat(home[None], n, axis=0), np.zeros(n, dtype=np.bool_)
     for begin in range(0, n, _AT_ONCE):
         rows = slice(begin, min(begin + _AT_ONCE, n))
         few = PoseGoal(goal.position[rows], goal.rotation[rows])
-        starts = drawn[_nearest_drawn(few, place, turn, orientation)]
+        starts = samples[_nearest_drawn(few, place, turn, orientation)]
         starts = np.concatenate([np.repeat(home[None, None], len(starts), axis=0), starts], axis=1)
         nearest = np.full(len(starts), np.inf)
         for number in range(starts.shape[1]):
             solutions, good = joints_for_poses(chain, target, few, starts[:, number], orientation)
-            way = np.where(good, np.linalg.norm(solutions - home, axis=1), np.inf)
-            better = way < nearest
-            joints[rows][better], nearest[better] = solutions[better], way[better]
+            distance = np.where(good, np.linalg.norm(solutions - home, axis=1), np.inf)
+            better = distance < nearest
+            joints[rows][better], nearest[better] = solutions[better], distance[better]
             reached[rows] |= good
         if chain.coupling.shape[1] > (6 if orientation else 3):
             joints[rows] = _drawn_home(chain, target, few, (joints[rows], home), orientation)

@@ -46,10 +46,10 @@ def links_rigid(
     *links: str,
 ) -> Floats:
     """Return (n, 6) the first target's deflection with these links rigid and all else the same, base axes, m, rad."""
-    rest = replace(
+    without_links = replace(
         robot, placed=tuple(placed_effect for placed_effect in robot.placed if placed_effect.place.link not in links)
     )
-    return solve_balance(rest, angles, wrench, setup, order).displacement[:, 0]
+    return solve_balance(without_links, angles, wrench, setup, order).displacement[:, 0]
 
 
 def link_parts(

@@ -107,8 +107,8 @@ def load_table_of(columns: Mapping[str, Floats], joint_names: Sequence[str], sho
     ------
     InputError : a joint has no column, or a value is no finite number.
     """
-    read = {word: _column(word, joint_names, (*joint_names, *AXES), shown) for word in columns}
-    known = {name: (word, factor) for word, (name, factor) in read.items() if name in (*joint_names, *AXES)}
+    columns_read = {word: _column(word, joint_names, (*joint_names, *AXES), shown) for word in columns}
+    known = {name: (word, factor) for word, (name, factor) in columns_read.items() if name in (*joint_names, *AXES)}
     lacking = [name for name in joint_names if name not in known]
     if lacking:
         mend = f"give a column for each of {', '.join(joint_names)} (degrees)"

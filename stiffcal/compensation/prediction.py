@@ -104,14 +104,14 @@ def load_path(corners: Sequence[Sequence[float]] | Floats, points: int) -> tuple
     >>> path[:, 2].tolist(), at
     ([0.0, -50.0, -100.0], (0, 2))
     """
-    named = np.zeros((len(corners), 6))
+    corner_wrenches = np.zeros((len(corners), 6))
     corner_loads = np.asarray(corners, dtype=np.float64)
-    named[:, : corner_loads.shape[1]] = corner_loads
-    legs = [named[:1]]
-    for start, end in itertools.pairwise(named):
+    corner_wrenches[:, : corner_loads.shape[1]] = corner_loads
+    legs = [corner_wrenches[:1]]
+    for start, end in itertools.pairwise(corner_wrenches):
         share = np.arange(1, points + 1)[:, None] / points
         legs.append(start + share * (end - start))
-    return np.concatenate(legs), tuple(range(0, points * (len(named) - 1) + 1, points))
+    return np.concatenate(legs), tuple(range(0, points * (len(corner_wrenches) - 1) + 1, points))
 
 
 def one_run(robot: CompliantRobot, n: int, time: Floats | None = None) -> StateOrder:

@@ -248,13 +248,13 @@ class _CorrectionProblem:
                 # A joint stops at its limit: the others make up for it from the next step on.
                 self.at_limit[rows] |= newly
             wanted = np.clip(wanted, *self.chain.limits.T)
-            far = (np.abs(wanted - self.commanded[rows]) > self.options.largest_correction).any(axis=1)
-            self.too_far[rows] |= far
-            wanted[far] = before[far]
+            too_far = (np.abs(wanted - self.commanded[rows]) > self.options.largest_correction).any(axis=1)
+            self.too_far[rows] |= too_far
+            wanted[too_far] = before[too_far]
             self.joints[rows] = wanted
             self.error[rows] = self.error_at(self.joints, rows)
             moving = (np.abs(wanted - before).max(axis=1) > _STOP) | newly.any(axis=1)
-            rows = rows[moving & ~far]
+            rows = rows[moving & ~too_far]
             if not rows.size:
                 break
 

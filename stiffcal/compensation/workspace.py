@@ -133,21 +133,23 @@ def map_workspace(
 def _reach(chain: Chain, target: Attachment, task: MapTask) -> tuple[Integers, Floats]:
     """Return (n,) whether each point is reached, and (n, L) the joint angles there."""
     n = len(task.points)
-    kept = np.eye(3) if task.rotation is None else task.rotation
-    goal = PoseGoal(task.points, np.repeat(kept[None], n, axis=0))
+    orientation = np.eye(3) if task.rotation is None else task.rotation
+    goal = PoseGoal(task.points, np.repeat(orientation[None], n, axis=0))
     with_rotation = task.rotation is not None
-    near = np.flatnonzero(np.linalg.norm(task.points - chain.fixed[0, :3, 3], axis=1) <= longest_reach(chain, target))
+    within_reach = np.flatnonzero(
+        np.linalg.norm(task.points - chain.fixed[0, :3, 3], axis=1) <= longest_reach(chain, target)
+    )
     status, joints = np.zeros(n, dtype=np.int64), np.full((n, len(task.home)), np.nan)
-    if not near.size:
+    if not within_reach.size:
         return status, joints
-    solutions, reached = nearest_solution(chain, target, _some(goal, near), task.home, with_rotation)
-    joints[near[reached]], status[near[reached]] = solutions[reached], REACHED
-    rest = near[~reached]
-    if rest.size and np.isfinite(chain.limits).any():
+    solutions, reached = nearest_solution(chain, target, _some(goal, within_reach), task.home, with_rotation)
+    joints[within_reach[reached]], status[within_reach[reached]] = solutions[reached], REACHED
+    unreached = within_reach[~reached]
+    if unreached.size and np.isfinite(chain.limits).any():
         # Is it the joint limits that keep the robot from there? The same chain without limits decides.
         free = replace(chain, limits=np.tile([-np.inf, np.inf], (len(chain.limits), 1)))
-        _, reached = nearest_solution(free, target, _some(goal, rest), task.home, with_rotation)
-        status[rest[reached]] = BEYOND_LIMITS
+        _, reached = nearest_solution(free, target, _some(goal, unreached), task.home, with_rotation)
+        status[unreached[reached]] = BEYOND_LIMITS
     return status, joints
 
 
@@ -167,7 +169,7 @@ def reached_box(chain: Chain, target: Attachment, seed: int = 0) -> Floats:
 
     A little wider: angles that are drawn hardly meet the outermost reach.
     """
-    drawn = drawn_joints(chain, np.random.default_rng(seed), 4000)
-    place, _ = attached_poses(chain, chain.model_angles(drawn), target)
+    samples = drawn_joints(chain, np.random.default_rng(seed), 4000)
+    place, _ = attached_poses(chain, chain.model_angles(samples), target)
     box = np.stack([place.min(axis=0), place.max(axis=0)], axis=1)
     return np.asarray(box + _MARGIN * np.ptp(box, axis=1)[:, None] * np.array([-1.0, 1.0]))

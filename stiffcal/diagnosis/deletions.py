@@ -100,15 +100,15 @@ def _contenders(scan: Scan, near: Sequence[Trial], named: Trial) -> list[Trial]:
 def _left_without_each(scan: Scan, trial: Trial) -> Floats:
     """Return (F,) squares that a candidate leaves of the other poses, fitted without each, two per parameter added."""
     products = _products(scan, trial)
-    rest = products.sum(axis=0) - products
-    return np.asarray(quadratic(rest, trial.score.without) + 2.0 * len(trial.regressor.symbols))
+    remainder = products.sum(axis=0) - products
+    return np.asarray(quadratic(remainder, trial.score.without) + 2.0 * len(trial.regressor.symbols))
 
 
 def _products(scan: Scan, trial: Trial) -> Floats:
     """Return (F, k + 1, k + 1) inner products of base columns, the candidate's and what it leaves of the residual."""
     regressor = trial.regressor
-    left = scan.residual - regressor.fixed
-    rows = scan.space.rows(np.concatenate([scan.columns, regressor.columns, left[None]]))
+    remaining = scan.residual - regressor.fixed
+    rows = scan.space.rows(np.concatenate([scan.columns, regressor.columns, remaining[None]]))
     return fold_products(rows, list(scan.folds))
 
 

@@ -146,23 +146,23 @@ def _undecided(states: LoadStates, search: Search) -> list[UndecidedEffect]:
 
 
 def _warnings(search: Search) -> list[str]:
-    words = []
+    texts = []
     if search.before is None:
-        words.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
+        texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if len(search.first.folds) < 6:
-        words.append(f"only {len(search.first.folds)} poses: what holds in unseen poses is known poorly")
+        texts.append(f"only {len(search.first.folds)} poses: what holds in unseen poses is known poorly")
     now = search.after
     if now is not None and now.lingers > REPORTED_LINGERING and not now.wanders and not search.unexplained:
-        words.append(
+        texts.append(
             f"successive readings are off alike (correlation {now.lingers:.2g}): noise that lingers (air, temperature, "
             "a filter), so that uncertainties are larger than those given; wait longer between readings"
         )
     if now is not None and not now.adequate and not search.unexplained:
-        words.append(
+        texts.append(
             f"what is left is {now.ratio:.2g} times the noise that the manifest states, and follows nothing: look at "
             "sigma in campaign.toml, or repeat loads, which measures the noise itself"
         )
-    return words
+    return texts
 
 
 def _findings(search: Search, before: Rms) -> list[Finding]:
@@ -245,13 +245,13 @@ def look_alike_pairs(search: Search) -> list[tuple[Trial, Trial]]:
 
 def _named(missing_effect: MissingEffect) -> str:
     """Return a missing effect in words, with the number of other candidates that look the same."""
-    alike = len(missing_effect.alternatives)
+    n_alternatives = len(missing_effect.alternatives)
     name = candidate_in_words(missing_effect.candidate)
-    if not alike:
+    if not n_alternatives:
         return name
-    if alike == 1:
+    if n_alternatives == 1:
         return f"{name} (or {candidate_in_words(missing_effect.alternatives[0])}, which looks alike)"
-    return f"{name} (or one of {alike} others that look alike in these poses)"
+    return f"{name} (or one of {n_alternatives} others that look alike in these poses)"
 
 
 def _share_in_words(search: Search) -> str:
@@ -295,9 +295,9 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
         return f"Missing: {names}, {share}; and something else that nothing in the catalogue accounts for ({against})."
     if search.could_be:
         n = len(search.could_be)
-        who = f"each of {n} effects alone fits" if n > 1 else f"{candidate_in_words(search.could_be[0])} alone fits"
+        holder = f"each of {n} effects alone fits" if n > 1 else f"{candidate_in_words(search.could_be[0])} alone fits"
         return (
             f"Something is missing, and these {len(search.first.folds)} poses are too few to decide what: "
-            f"{who} them all, so that leaving poses out cannot choose among them ({against})."
+            f"{holder} them all, so that leaving poses out cannot choose among them ({against})."
         )
     return f"Something is missing, and it is none of these: no effect in the catalogue accounts for it ({against})."

@@ -152,15 +152,15 @@ def _lowest_step(placed_effect: PlacedEffect, column: ParameterColumn) -> float:
 
 def _left_out(scan: Scan, columns: Floats, residual: Floats, low: Floats) -> Floats:
     """Return (m, n) residuals, each pose by a fit without it, its run's offset taken out."""
-    left = residual.copy()
+    remaining = residual.copy()
     if len(columns):
         rows = np.concatenate([scan.space.rows(columns), scan.space.rows(residual[None])])
         products = fold_products(rows, list(scan.folds))
         rest = products.sum(axis=0) - products if len(products) > 1 else products
         step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], low, np.full(len(low), np.inf))
         for number, members in enumerate(members_of(scan.fold_of_state)):
-            left[:, members] -= np.tensordot(step[number], columns[:, :, members], axes=1)
-    return corrected_for_freedom(scan.space.centred(left[None])[0], scan.fit.data)
+            remaining[:, members] -= np.tensordot(step[number], columns[:, :, members], axes=1)
+    return corrected_for_freedom(scan.space.centred(remaining[None])[0], scan.fit.data)
 
 
 def _significant_rows(scan: Scan, added: Floats, left: Floats) -> Integers:
@@ -238,25 +238,25 @@ def _common_lever(
             value = sign * placed_effect.amplitude(term.symbol) * term.value
             key = (term.node, term.component)
             displacements[key] = displacements[key] + value if key in displacements else value
-    parts = {
+    projections = {
         key: (lever, value)
         for key, value in displacements.items()
         if (lever := state.lever(*key)) is not None and value.any()
     }
-    if not parts:
+    if not projections:
         return None
-    size = {key: float(np.sum((lever * value)[rows] ** 2)) for key, (lever, value) in parts.items()}
+    size = {key: float(np.sum((lever * value)[rows] ** 2)) for key, (lever, value) in projections.items()}
     lead = max(size, key=lambda key: size[key])
-    whole, drive = parts[lead]
+    whole, drive = projections[lead]
     if covariate is not None and _is_size_of(covariate, drive):
         return None
     covered = whole * drive
-    for key, (lever, value) in parts.items():
+    for key, (lever, value) in projections.items():
         # A drive on mechanically coupled axes turns several joints, in fixed proportion.
         factor = float(value @ drive) / float(drive @ drive)
         if key != lead and np.allclose(value, factor * drive, atol=1e-6 * float(np.abs(drive).max())):
             whole, covered = whole + factor * lever, covered + lever * value
-    total = np.asarray(sum(lever * value for lever, value in parts.values()))[rows]
+    total = np.asarray(sum(lever * value for lever, value in projections.values()))[rows]
     left = float(np.sum((total - covered[rows]) ** 2))
     return whole if left <= (1.0 - ONE_LINE) * float(np.sum(total**2)) else None
 

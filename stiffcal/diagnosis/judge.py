@@ -89,12 +89,12 @@ def _wander(scan: Scan) -> tuple[float, float, float]:
 
     data = scan.fit.data
     white = scan.space.rows(scan.residual[None]).reshape(len(data.measured), -1)
-    rest = scan.dof - scan.n_columns
-    if rest < 1 or not data.free_offset:
+    residual_dof = scan.dof - scan.n_columns
+    if residual_dof < 1 or not data.free_offset:
         return 1.0, 1.0, 0.0
     lags = int(np.clip(np.median(np.bincount(data.run)[np.unique(data.run)]) // 5, 1, LINGERING))
     halves = [_half_square(data.run, data.measured_mask, white, lag) for lag in range(1, lags + 1)]
-    (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / rest
+    (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / residual_dof
     if n_pairs < 2 or far <= 0.0:
         return 1.0, 1.0, 0.0
     alike = np.clip([1.0 - half / far for half, _ in halves], 0.0, 1.0)
@@ -153,8 +153,8 @@ def rms_reduction(before: Floats, after: Floats, squared_change: Floats, dof: in
     total = float(squared_change.sum())
     if n < 2 or total <= 0.0:
         return fall, 0.0
-    apart = drop - squared_change * (drop.sum() / total)
-    variance = max(float(np.sum(apart**2)) * n / (n - 1), 4.0 * total * max(1.0, float(after.sum()) / dof))
+    deviation = drop - squared_change * (drop.sum() / total)
+    variance = max(float(np.sum(deviation**2)) * n / (n - 1), 4.0 * total * max(1.0, float(after.sum()) / dof))
     return fall, float(drop.sum() / np.sqrt(variance))
 
 
@@ -163,13 +163,13 @@ def family_p(scan: Scan, trial: Trial) -> float:
     q = len(trial.regressor.symbols) + sum(
         1 for s in trial.candidate.effect.parameters if s.role is ParameterRole.NONLINEAR
     )
-    rest = scan.dof - scan.n_columns - q
-    if rest <= 0:
+    residual_dof = scan.dof - scan.n_columns - q
+    if residual_dof <= 0:
         return 1.0
     # Where more is missing than this candidate, what is left scatters wider than the noise.
-    scale = max(1.0, trial.score.fitted / rest)
+    scale = max(1.0, trial.score.fitted / residual_dof)
     drop = max(scan.base.fitted - trial.score.fitted, 0.0)
-    denominator_dof = float(rest) if scan.fit.noise is None else min(float(rest), scan.fit.noise.dof)
+    denominator_dof = float(residual_dof) if scan.fit.noise is None else min(float(residual_dof), scan.fit.noise.dof)
     return min(1.0, scan.n_tried * f_tail(drop / scale / max(q, 1), max(q, 1), denominator_dof))
 
 
@@ -188,8 +188,8 @@ def possible_values(scan: Scan, trial: Trial) -> bool:
         return False
     if trial.candidate.effect.impossible(values) is None:
         return True
-    rest = max(scan.dof - scan.n_columns - len(symbols), 1)
-    reach = float(chdtri(len(symbols), LACK_OF_FIT_P)) * max(1.0, trial.score.fitted / rest)
+    residual_dof = max(scan.dof - scan.n_columns - len(symbols), 1)
+    reach = float(chdtri(len(symbols), LACK_OF_FIT_P)) * max(1.0, trial.score.fitted / residual_dof)
     return trial.candidate.effect.possible_near(amplitudes, _information(trial), reach)
 
 
@@ -200,8 +200,8 @@ def _information(trial: Trial) -> Floats:
     scale = np.sqrt(np.maximum(np.diagonal(trial.score.normal)[:k], 1e-300))
     normal = trial.score.normal[:k, :k] / np.outer(scale, scale)
     # As in `solve_within`: columns that agree to seven digits share what they explain.
-    own, mixed, base = normal[p:, p:], normal[:p, p:], normal[:p, :p] + 1e-10 * np.eye(p)
-    return np.asarray((own - mixed.T @ np.linalg.solve(base, mixed)) * np.outer(scale[p:], scale[p:]))
+    added, mixed, base = normal[p:, p:], normal[:p, p:], normal[:p, :p] + 1e-10 * np.eye(p)
+    return np.asarray((added - mixed.T @ np.linalg.solve(base, mixed)) * np.outer(scale[p:], scale[p:]))
 
 
 def fitted_values(trial: Trial) -> dict[str, float]:
@@ -229,17 +229,19 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
     not that the result of all poses together could be chance; for that, the family-wise p counts all that were tried.
     Where the noise is not known, nothing else checks the choice, and its own standard errors count too.
     """
-    own = judge(scan, leader)
+    own_judgement = judge(scan, leader)
     if is_slip(leader.candidate.effect):
         # Without the run that slipped there is nothing to choose; its load cycles were left out instead.
-        return own
+        return own_judgement
     before, after = np.diagonal(scan.base.nested).copy(), chosen_in_every_fold(scan)
     squared_change = np.bincount(scan.groups, weights=leader.score.prediction_change).astype(np.float64)
     fall, errors = rms_reduction(before, after, squared_change, scan.dof)
     if scan.fit.noise is not None:
         # What is left is held against the noise (`lack_of_fit`): a wrong name leaves something, and is withheld.
-        errors = own.errors
-    return Judgement(min(fall, own.fall), min(errors, own.errors), own.p_value, own.possible)
+        errors = own_judgement.errors
+    return Judgement(
+        min(fall, own_judgement.fall), min(errors, own_judgement.errors), own_judgement.p_value, own_judgement.possible
+    )
 
 
 def alike(scan: Scan, trial: Trial, best: Trial) -> bool:

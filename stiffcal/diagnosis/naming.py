@@ -130,6 +130,6 @@ def _holds(scan: Scan, trial: Trial, simpler: Trial) -> bool:
         return False
     rows = scan.space.rows(np.concatenate([scan.columns, own, simpler_columns]))
     rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
-    known, asked = rows[: -len(simpler_columns)].T, rows[-len(simpler_columns) :].T
-    left = asked - known @ np.linalg.lstsq(known, asked, rcond=1e-10)[0]
-    return bool(np.linalg.norm(left) < SPECIAL_CASE)
+    known, requested = rows[: -len(simpler_columns)].T, rows[-len(simpler_columns) :].T
+    remaining = requested - known @ np.linalg.lstsq(known, requested, rcond=1e-10)[0]
+    return bool(np.linalg.norm(remaining) < SPECIAL_CASE)

@@ -53,13 +53,13 @@ def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
     fall, errors = rms_reduction(scan.base.heldout, score.heldout, score.prediction_change, scan.dof)
     count = len(score.solution) - scan.n_columns
     count += sum(spec.role is ParameterRole.NONLINEAR for trial in pair for spec in trial.candidate.effect.parameters)
-    rest = float(scan.dof - scan.n_columns - count)
-    if rest <= 0.0:
+    residual_dof = float(scan.dof - scan.n_columns - count)
+    if residual_dof <= 0.0:
         return False
     known = np.inf if scan.fit.noise is None else scan.fit.noise.dof
-    drop = max(scan.base.fitted - score.fitted, 0.0) / max(1.0, score.fitted / rest) / count
+    drop = max(scan.base.fitted - score.fitted, 0.0) / max(1.0, score.fitted / residual_dof) / count
     tried = n_pairs * pair[0].n_variants * pair[1].n_variants
-    p_value = tried * f_tail(drop, count, min(rest, known))
+    p_value = tried * f_tail(drop, count, min(residual_dof, known))
     return fall > LEAST_FALL and errors > STANDARD_ERRORS and p_value < FAMILY_P
 
 
@@ -79,10 +79,12 @@ def _weighed(scan: Scan, trials: list[Trial]) -> list[tuple[float, int, int]]:
     weighed_pairs = []
     for first_index, second_index in combinations(range(len(trials)), 2):
         if _together(trials[first_index], trials[second_index]):
-            own = np.concatenate([places[first_index], places[second_index]])
-            normal = inner[np.ix_(own, own)] + 1e-9 * np.eye(len(own))
-            drop = float(inner[own, -1] @ np.linalg.solve(normal, inner[own, -1])) * float(size[-1] ** 2)
-            weighed_pairs.append((drop - 2.0 * len(own), first_index, second_index))
+            rows_of_pair = np.concatenate([places[first_index], places[second_index]])
+            normal = inner[np.ix_(rows_of_pair, rows_of_pair)] + 1e-9 * np.eye(len(rows_of_pair))
+            drop = float(inner[rows_of_pair, -1] @ np.linalg.solve(normal, inner[rows_of_pair, -1])) * float(
+                size[-1] ** 2
+            )
+            weighed_pairs.append((drop - 2.0 * len(rows_of_pair), first_index, second_index))
     return weighed_pairs
 
 

@@ -181,10 +181,10 @@ class _BaseRows:
 
     def fitted(self, regressor: Regressor) -> float:
         """Return the squares that a candidate leaves with all poses."""
-        mine, p = self.rows_of(regressor), len(self.rows)
-        total = np.empty((p + len(mine), p + len(mine)))
+        candidate_rows, p = self.rows_of(regressor), len(self.rows)
+        total = np.empty((p + len(candidate_rows), p + len(candidate_rows)))
         total[:p, :p] = self.inner_sum
-        total[:p, p:], total[p:, p:] = self.rows @ mine.T, mine @ mine.T
+        total[:p, p:], total[p:, p:] = self.rows @ candidate_rows.T, candidate_rows @ candidate_rows.T
         total[p:, :p] = total[:p, p:].T
         solution = solve_within(total[:-1, :-1], total[:-1, -1], *self.bounds(regressor))
         return float(quadratic(total, solution))
@@ -200,11 +200,11 @@ class _BaseRows:
 
     def _prediction_change(self, regressor: Regressor, score: Score) -> Floats:
         """Return (F,) by how much a candidate moves each pose left out, what it adds without a parameter included."""
-        mine, p = self.rows_of(regressor), len(self.rows)
+        candidate_rows, p = self.rows_of(regressor), len(self.rows)
         change = score.without.copy()
         change[:, :p] -= self.base.without
-        shift = self.residual[0] - mine[-1]
-        rows = np.concatenate([self.rows, mine[:-1]])
+        shift = self.residual[0] - candidate_rows[-1]
+        rows = np.concatenate([self.rows, candidate_rows[:-1]])
         return np.array(
             [np.sum((x @ rows[:, cut] + shift[cut]) ** 2) for x, cut in zip(change, self.cuts, strict=True)]
         )
@@ -225,11 +225,13 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     space = Projection.of(data, weights_of(fit) if whitening is None else whitening)
     fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
-    own = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
+    base_columns = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
     residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
     fold = pose_folds(data)
     folds = fold_rows(data, fold)
-    ground = _BaseRows.of(state, space, np.concatenate([own, residual[None]]), folds, *_base_bounds(fit, columns))
+    ground = _BaseRows.of(
+        state, space, np.concatenate([base_columns, residual[None]]), folds, *_base_bounds(fit, columns)
+    )
     trials = [
         replace(trial, regressor=source.kept(trial.regressor))
         for candidate in candidates
@@ -246,15 +248,17 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     )
     return Scan(
         fit, ground.base, tuple(trials), tuple(folds), fold, ground.groups, dof, len(columns), max(n_tried, 1), space,
-        own, residual, (ground.low, ground.high), source,
+        base_columns, residual, (ground.low, ground.high), source,
     )  # fmt: skip
 
 
 def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     """Score several candidates as one, each at the shape that was best alone."""
     regressors = [trial.regressor for trial in trials]
-    left = scan.residual - sum(regressor.fixed for regressor in regressors)
-    rows = scan.space.rows(np.concatenate([scan.columns, *(regressor.columns for regressor in regressors), left[None]]))
+    remaining = scan.residual - sum(regressor.fixed for regressor in regressors)
+    rows = scan.space.rows(
+        np.concatenate([scan.columns, *(regressor.columns for regressor in regressors), remaining[None]])
+    )
     bounds = [scan.bounds, *(_bounds(regressor) for regressor in regressors)]
     low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
     return score_variants([fold_products(rows, list(scan.folds))], low, high, scan.groups, scan.base)

@@ -59,13 +59,13 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
     if near is not None:
         side[:] = np.where(near <= lower, -1, np.where(near >= upper, 1, 0))
     result = np.zeros_like(target)
-    left = np.arange(len(target))
+    active = np.arange(len(target))
     fewest, patience = np.full(len(target), k + 1), np.full(len(target), PATIENCE)
     slack = 1e-9 * np.abs(target).max(axis=-1, keepdims=True, initial=0.0)
     for _ in range(PIVOTS * k + 1):
-        whole = len(left) == len(target)
-        matrix, aim, on = (scaled, target, side) if whole else (scaled[left], target[left], side[left])
-        least, most = low if len(low) == 1 else low[left], high if len(high) == 1 else high[left]
+        whole = len(active) == len(target)
+        matrix, aim, on = (scaled, target, side) if whole else (scaled[active], target[active], side[active])
+        least, most = low if len(low) == 1 else low[active], high if len(high) == 1 else high[active]
         free = on == 0
         if free.all():
             value = np.linalg.solve(matrix, aim[..., None])[..., 0]
@@ -74,27 +74,27 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
             bound_values = np.where(on < 0, least, np.where(on > 0, most, 0.0))
             masked = matrix * (free[:, :, None] & free[:, None, :])
             masked[:, range(k), range(k)] += ~free
-            rest = aim - (matrix @ bound_values[..., None])[..., 0]
-            value = np.linalg.solve(masked, np.where(free, rest, bound_values)[..., None])[..., 0]
-            slope, margin = (matrix @ value[..., None])[..., 0] - aim, slack[left]
+            right_side = aim - (matrix @ bound_values[..., None])[..., 0]
+            value = np.linalg.solve(masked, np.where(free, right_side, bound_values)[..., None])[..., 0]
+            slope, margin = (matrix @ value[..., None])[..., 0] - aim, slack[active]
             outside = (value < least) | (value > most)
             wrong = np.where(free, outside, np.where(on < 0, slope < -margin, slope > margin))
-        result[left] = value
+        result[active] = value
         count = wrong.sum(axis=-1)
         going = count > 0
         if not going.any():
             break
-        left, wrong, count, below, on = left[going], wrong[going], count[going], (value < least)[going], on[going]
-        better = count < fewest[left]
-        patience[left] = np.where(better, PATIENCE, patience[left] - 1)
-        fewest[left] = np.minimum(fewest[left], count)
-        single = patience[left] < 0
+        active, wrong, count, below, on = active[going], wrong[going], count[going], (value < least)[going], on[going]
+        better = count < fewest[active]
+        patience[active] = np.where(better, PATIENCE, patience[active] - 1)
+        fewest[active] = np.minimum(fewest[active], count)
+        single = patience[active] < 0
         last = k - 1 - np.argmax(wrong[:, ::-1], axis=-1)
         moving = wrong & (~single[:, None] | (np.arange(k) == last[:, None]))
-        side[left] = np.where(moving, np.where(on == 0, np.where(below, -1, 1), 0), on)
+        side[active] = np.where(moving, np.where(on == 0, np.where(below, -1, 1), 0), on)
     else:
         # Columns alike to rounding are exchanged for each other without end.
-        for problem in left:
+        for problem in active:
             least, most = (bound[0] if len(bound) == 1 else bound[problem] for bound in (low, high))
             squares, axes = np.linalg.eigh(scaled[problem])
             size = np.sqrt(np.maximum(squares, 1e-10))
@@ -140,9 +140,9 @@ def without_rows(total: Floats, taken: Floats) -> Floats:
 
     A column whose rows are all left out is then zero; what rounding leaves of it would count like any other column.
     """
-    left = total - taken
-    gone = np.einsum("...kk->...k", left) <= ROUNDING * np.diagonal(total)
-    return np.asarray(np.where(gone[..., :, None] | gone[..., None, :], 0.0, left))
+    remaining = total - taken
+    in_rounding = np.einsum("...kk->...k", remaining) <= ROUNDING * np.diagonal(total)
+    return np.asarray(np.where(in_rounding[..., :, None] | in_rounding[..., None, :], 0.0, remaining))
 
 
 def fold_products(rows: Floats, folds: list[Integers]) -> Floats:

@@ -169,12 +169,12 @@ def without(robot: CompliantRobot, candidate: Candidate, present: CompliantRobot
         for placed in robot.placed
         if not (placed.effect.name == candidate.effect.name and placed.place == candidate.place)
     )
-    back = tuple(
+    dependent = tuple(
         placed
         for placed in (present.placed if present is not None else ())
         if placed.place == candidate.place and placed.effect.name in candidate.effect.includes
     )
-    return replace(robot, placed=(*back, *kept))
+    return replace(robot, placed=(*dependent, *kept))
 
 
 def search_missing(
@@ -222,10 +222,10 @@ def search_missing(
     scan, tried = _reconsider(bench, first, scan, chosen, progress)
     # Of a set that is no explanation there is nothing to be made simpler.
     now = lack_of_fit(scan.fit, scan)
-    whole = now is None or now.adequate
+    adequate = now is None or now.adequate
     simpler = (
         one_for_two(bench, first, scan, [missing_effect.candidate for missing_effect in tried], progress)
-        if whole
+        if adequate
         else None
     )
     if simpler is not None:

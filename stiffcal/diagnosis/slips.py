@@ -49,9 +49,9 @@ def best_slip(space: Projection, residual: Floats) -> int | None:
     for start, count in zip(space.edges, space.counts, strict=True):
         if count < 2:
             continue
-        own = slice(int(start), int(start + count))
-        after = np.cumsum(precision[:, :, own][:, :, ::-1], axis=2)[:, :, ::-1]
-        right = np.cumsum(weighted[:, own][:, ::-1], axis=1)[:, ::-1]
+        run_rows = slice(int(start), int(start + count))
+        after = np.cumsum(precision[:, :, run_rows][:, :, ::-1], axis=2)[:, :, ::-1]
+        right = np.cumsum(weighted[:, run_rows][:, ::-1], axis=1)[:, ::-1]
         total = np.linalg.pinv(after[:, :, 0], hermitian=True)
         normal = after - np.einsum("abn,bc,cdn->adn", after, total, after)
         inside = np.moveaxis(normal[np.ix_(axes, axes)], -1, 0)[1:]

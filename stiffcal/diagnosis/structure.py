@@ -36,17 +36,17 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[ResidualDependence]:
     dependences = []
     families = _families(data, states)
     for family in families:
-        left, count = _left_by(family, scan, rows)
-        taken = total - left
+        remaining, count = _left_by(family, scan, rows)
+        explained = total - remaining
         # So many free numbers take as many units of noise, and more where more than noise is left.
-        by_chance = count * max(1.0, (total - taken) / max(scan.dof, 1))
-        rest = scan.dof - scan.n_columns - count
-        if count == 0 or rest <= 0:
+        by_chance = count * max(1.0, (total - explained) / max(scan.dof, 1))
+        residual_dof = scan.dof - scan.n_columns - count
+        if count == 0 or residual_dof <= 0:
             continue
-        statistic = (taken / count) / max((total - taken) / rest, 1e-300)
-        if f_tail(statistic, count, rest) * len(families) > LACK_OF_FIT_P:
+        statistic = (explained / count) / max((total - explained) / residual_dof, 1e-300)
+        if f_tail(statistic, count, residual_dof) * len(families) > LACK_OF_FIT_P:
             continue
-        share = float(np.clip((taken - by_chance) / avoidable, 0.0, 1.0))
+        share = float(np.clip((explained - by_chance) / avoidable, 0.0, 1.0))
         if share > LEAST_SHARE:
             dependences.append(ResidualDependence(follows=family.what, share=share, seen=family.words))
     return sorted(dependences, key=lambda dependence: -(dependence.share or 0.0))
@@ -81,15 +81,15 @@ def _left_by(family: _Family, scan: Scan, residual: Floats) -> tuple[float, int]
         edges = np.append(run_edges(data.run), data.n_states)
         pieces = [stack[:, :, start:end].reshape(len(stack), -1) for start, end in itertools.pairwise(edges)]
     sizes = [np.sqrt(np.einsum("kn,kn->k", piece[:-1], piece[:-1])) for piece in pieces]
-    whole = max(float(np.sqrt(residual @ residual)), float(np.finfo(np.float64).tiny))
-    least = 1e-9 * max(whole, *(float(size.max(initial=0.0)) for size in sizes))
+    total = max(float(np.sqrt(residual @ residual)), float(np.finfo(np.float64).tiny))
+    least = 1e-9 * max(total, *(float(size.max(initial=0.0)) for size in sizes))
     left, count = 0.0, 0
     for piece, size in zip(pieces, sizes, strict=True):
-        kept = size > least
-        columns = piece[np.append(kept, True)]
-        columns /= np.append(size[kept], whole)[:, None]
-        left += float(triangular_of_rows(columns)[-1, -1] ** 2) * whole**2
-        count += int(np.count_nonzero(kept))
+        significant = size > least
+        columns = piece[np.append(significant, True)]
+        columns /= np.append(size[significant], total)[:, None]
+        left += float(triangular_of_rows(columns)[-1, -1] ** 2) * total**2
+        count += int(np.count_nonzero(significant))
     return left, count
 
 
@@ -122,12 +122,12 @@ def _families(data: Observations, states: LoadStates) -> list[_Family]:
     ]
     time = data.order.since_reference
     if np.isfinite(time).all() and varies(time):
-        words = "the residual drifts with the time since the run's reference"
-        families.append(_Family("time", _per_component(data, (time / np.ptp(time))[None]), words))
+        text = "the residual drifts with the time since the run's reference"
+        families.append(_Family("time", _per_component(data, (time / np.ptp(time))[None]), text))
     warm = data.order.temperature
     if np.isfinite(warm).all() and varies(warm):
-        words = "the residual follows the logged temperature"
-        families.append(_Family("temperature", _per_component(data, (warm / np.ptp(warm))[None]), words))
+        text = "the residual follows the logged temperature"
+        families.append(_Family("temperature", _per_component(data, (warm / np.ptp(warm))[None]), text))
     return [family for family in families if size.any() or family.what in ("time", "temperature")]
 
 

@@ -65,10 +65,10 @@ def explain(
 
 
 def _values_in_words(trial: Trial) -> str:
-    words = []
+    texts = []
     for symbol, value in fitted_values(trial).items():
         spec = trial.candidate.effect.spec(symbol)
         if value != 0.0:
             unit = "" if spec.unit == "1" else f" {spec.unit}"
-            words.append(f"{symbol} {value:.3g}{unit}")
-    return f" ({', '.join(words[:6])})" if words else ""
+            texts.append(f"{symbol} {value:.3g}{unit}")
+    return f" ({', '.join(texts[:6])})" if texts else ""

@@ -105,7 +105,7 @@ def values_before_and_after(
 def _before_after(
     either: EstimatedParameter, first: EstimatedParameter | None, second: EstimatedParameter | None
 ) -> BeforeAfter:
-    known = first is not None and second is not None
+    both_known = first is not None and second is not None
     relative = None
     if first is not None and second is not None and first.value and second.value is not None:
         relative = second.value / first.value - 1.0
@@ -117,7 +117,7 @@ def _before_after(
         before=_value_of(first),
         after=_value_of(second),
         relative=relative,
-        outside_interval=known and _outside(first, second),
+        outside_interval=both_known and _outside(first, second),
     )
 
 

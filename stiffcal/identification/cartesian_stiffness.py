@@ -138,11 +138,16 @@ def _over_noise(follows: Floats, displacement: Floats) -> float:
     follows, displacement : (n, 6) displacements by the fitted compliance, and as measured, less their means.
     """
     scale = np.repeat([1.0, LENGTH_M], 3)
-    rest = (displacement - follows) * scale
+    residual = (displacement - follows) * scale
     # a run's offset and six columns were fitted
-    noise = rest.T @ rest / (len(rest) - 7) + np.eye(6) * (1e-12 * float(np.max(np.abs(displacement * scale)))) ** 2
+    noise = (
+        residual.T @ residual / (len(residual) - 7)
+        + np.eye(6) * (1e-12 * float(np.max(np.abs(displacement * scale)))) ** 2
+    )
     whiten = np.linalg.inv(np.linalg.cholesky(noise))
-    return float(np.linalg.eigvalsh(whiten @ (follows * scale).T @ (follows * scale) @ whiten.T)[0] / (len(rest) - 1))
+    return float(
+        np.linalg.eigvalsh(whiten @ (follows * scale).T @ (follows * scale) @ whiten.T)[0] / (len(residual) - 1)
+    )
 
 
 def _chance_of_following(ratio: float, n: int) -> float:

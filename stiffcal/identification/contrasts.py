@@ -38,10 +38,10 @@ class Contrasts:
 
     def subset(self, keep: NDArray[np.bool_]) -> Contrasts:
         """Return some of them."""
-        kept = Contrasts(self.differences[keep], self.compliance[keep], self.run[keep])
+        selected = Contrasts(self.differences[keep], self.compliance[keep], self.run[keep])
         if self.translation is None or self.rotation is None:
-            return kept
-        return replace(kept, translation=self.translation[keep], rotation=self.rotation[keep])
+            return selected
+        return replace(selected, translation=self.translation[keep], rotation=self.rotation[keep])
 
     def basis(self, kinds: Integers, scales: Floats) -> Floats | None:
         """Return (kinds, c, m, m) what a unit of each kind's variance makes of scaled contrasts; None: what is usual.

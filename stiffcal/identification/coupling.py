@@ -85,18 +85,18 @@ def identify_both_ways(
         robot, placed=tuple(placed_effect for placed_effect in robot.placed if placed_effect.place.kind != "links")
     )
     links = measure_links(observe(states, robot.chain), CompliantRobot(robot.chain, ()))
-    rest, fixed_names = without_measured_links(robot, links)
+    without_links_robot, fixed_names = without_measured_links(robot, links)
     taken_out = replace(settings, fixed=settings.fixed | fixed_names)
     ways: tuple[tuple[Way, LoadStates, CompliantRobot, Settings], ...] = (
         ("links-rigid", alone, jointed, settings),
         ("tool-alone", alone, robot, settings),
-        ("links-taken-out", without_links(states, robot.chain, links), rest, taken_out),
+        ("links-taken-out", without_links(states, robot.chain, links), without_links_robot, taken_out),
         ("with-rods", states, robot, settings),
     )
     fits: dict[Way, Fit] = {}
-    for way, these, model, how in ways:
-        progress(f"identifying: {WORDS[way]}", None)
-        fits[way] = identify_parameters(these, model, how)
+    for direction, these, model, settings_of_way in ways:
+        progress(f"identifying: {WORDS[direction]}", None)
+        fits[direction] = identify_parameters(these, model, settings_of_way)
     by_rods = spread_by_rods(fits["links-taken-out"], links, observe(states, robot.chain))
     return Coupling(fits, rodded, by_rods)
 
@@ -156,11 +156,11 @@ def without_links(states: LoadStates, chain: Chain, links: tuple[MeasuredLink, .
     data = observe(states, chain)
     position, rotation = states.position.copy(), states.rotation.copy()
     deflection, gauges = states.deflection.copy(), states.displacement.copy()
-    read = np.ones(len(states), dtype=np.bool_)
+    has_rods = np.ones(len(states), dtype=np.bool_)
     directions = gauge_directions(states, chain) if states.setup.gauges else None
     for link in links:
         where = data.index[link.index]
-        read &= np.isin(np.arange(len(states)), where)
+        has_rods &= np.isin(np.arange(len(states)), where)
         angles = np.ascontiguousarray(data.angles[:, link.index].T)
         displacement = link.compliance.predict(link.wrench)
         for body, target in enumerate(states.setup.targets):
@@ -172,16 +172,18 @@ def without_links(states: LoadStates, chain: Chain, links: tuple[MeasuredLink, .
                 if directions is not None and gauge.target == body:
                     gauges[where, number] -= np.einsum("ni,ni->n", directions[where, number], at_target[:, :3])
     freed = replace(states, position=position, rotation=rotation, deflection=deflection, displacement=gauges)
-    return without_rods(freed.with_set_aside(states.used & ~read, SetAsideCode.RODS_NOT_READ, "no reading of the rods"))
+    return without_rods(
+        freed.with_set_aside(states.used & ~has_rods, SetAsideCode.RODS_NOT_READ, "no reading of the rods")
+    )
 
 
 def coupling_result(coupling: Coupling) -> CouplingResult:
     """Return the four ways next to each other; SI, None where a way does not identify a parameter."""
-    ways = {way: coupling.values(way) for way in coupling.fits}
+    ways = {direction: coupling.values(direction) for direction in coupling.fits}
     names = [parameter.name for parameter in coupling.fits["with-rods"].parameters]
     return CouplingResult(
         links=list(coupling.links),
-        ways=[_coupling_way(way, fit, names) for way, fit in coupling.fits.items()],
+        ways=[_coupling_way(direction, fit, names) for direction, fit in coupling.fits.items()],
         parameters=[
             {
                 "name": name,

@@ -120,27 +120,27 @@ def correlated_parameters(fit: Fit) -> list[CorrelatedParameters]:
 
 def fit_warnings(fit: Fit) -> list[str]:
     """Return the warnings on the numbers, as sentences."""
-    words = []
+    texts = []
     if not fit.robot.chain.masses_known:
-        words.append("link masses are not known: the sag under weight is left out")
+        texts.append("link masses are not known: the sag under weight is left out")
     if fit.last_step is not None:
-        words.append(
+        texts.append(
             f"the fit did not settle in {fit.iterations} steps: the last one still moved the parameters by "
             f"{fit.last_step:.2g} standard uncertainties; do not rely on them before the model holds fewer effects"
         )
     if fit.noise is None:
-        words.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
+        texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if fit.scaled:
-        words.append("standard uncertainties are scaled by the reduced chi-square of the fit")
+        texts.append("standard uncertainties are scaled by the reduced chi-square of the fit")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
         stated = fit.noise is not None and fit.noise.source == "manifest"
-        words.append(
+        texts.append(
             f"residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise: something is missing in the model"
             f"{' or the noise is larger than stated' if stated else ''}, "
             "and the stated uncertainties cover the instruments only"
         )
     in_noise = _jointly_unidentifiable(fit)
-    words += [
+    texts += [
         f"{effect} at {', '.join(places)}: within the noise, less than three standard uncertainties from zero"
         for effect, places in in_noise.items()
     ]
@@ -148,11 +148,11 @@ def fit_warnings(fit: Fit) -> list[str]:
         if parameter.effect in in_noise and parameter.above_noise is False:
             continue
         if parameter.at_bound:
-            words.append(f"{parameter.name} lies on the edge of what is possible")
+            texts.append(f"{parameter.name} lies on the edge of what is possible")
         elif parameter.poorly_known:
             share_percent = 100.0 * NORMAL_95 * (parameter.std or 0.0) / abs(parameter.value or 1.0)
-            words.append(f"{parameter.name} is poorly known: ± {share_percent:.0f} %")
-    return words
+            texts.append(f"{parameter.name} is poorly known: ± {share_percent:.0f} %")
+    return texts
 
 
 def _jointly_unidentifiable(fit: Fit) -> dict[str, list[str]]:

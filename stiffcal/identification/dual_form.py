@@ -207,13 +207,13 @@ def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats
     if task.data.free_offset:
         rows = rows.copy()
         for run in np.unique(task.data.run):
-            mine = task.data.run == run
-            offset_columns = offsets[mine].reshape(-1, offsets.shape[2])
+            in_run = task.data.run == run
+            offset_columns = offsets[in_run].reshape(-1, offsets.shape[2])
             size = np.linalg.norm(offset_columns, axis=0)
             measurable = offset_columns[:, size > ROUNDING * size.max(initial=0.0)]
             basis = np.linalg.qr(measurable)[0]
-            flat = rows[mine].reshape(len(offset_columns), -1)
-            rows[mine] = (flat - basis @ (basis.T @ flat)).reshape(rows[mine].shape)
+            flat = rows[in_run].reshape(len(offset_columns), -1)
+            rows[in_run] = (flat - basis @ (basis.T @ flat)).reshape(rows[in_run].shape)
     flat = rows.reshape(-1, rows.shape[2])
     return flat[:, :-1], flat[:, -1]
 
@@ -275,16 +275,16 @@ def _dual_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
     after, before, slopes, (torque,) = _dual_parts(task, value)
     rows: list[Floats] = []
     for b, (loaded, unloaded, slope) in enumerate(zip(after, before, slopes, strict=True)):
-        mine = data.body == b
+        of_body = data.body == b
         forward, back = displacement_map(loaded), displacement_from_change(loaded)
         missing = np.zeros((data.n_states, 6))
-        missing[:, data.component[mine]] = (
-            data.measured[mine].T - displacement_of_duals(loaded, unloaded)[:, data.component[mine]]
+        missing[:, data.component[of_body]] = (
+            data.measured[of_body].T - displacement_of_duals(loaded, unloaded)[:, data.component[of_body]]
         )
         eight = np.concatenate(
             [slope[:, :, list(task.joints)] * torque[:, None, list(task.joints)], forward @ missing[:, :, None]], axis=2
         )
-        rows.append((back @ eight)[:, data.component[mine]])
+        rows.append((back @ eight)[:, data.component[of_body]])
     stack = np.concatenate(rows, axis=1) * data.measured_mask.T[:, :, None]
     return _without_offsets(task, task.factor @ stack, task.factor)
 
@@ -302,10 +302,10 @@ def _unweighted(task: _Task, value: Floats, per_metre: float) -> Floats:
     if not data.measured_mask.all() or len(data.measured) != 6 * len(data.setup.targets):
         return np.full_like(zeros, np.nan)
     after, _, slopes, (torque,) = _dual_parts(task, value)
-    left, right = [], []
+    rows, right = [], []
     for b, (loaded, slope) in enumerate(zip(after, slopes, strict=True)):
         size = np.repeat([1.0, per_metre], 4)[None, :, None]
-        left.append(slope[:, :, list(task.joints)] * torque[:, None, list(task.joints)] * size)
+        rows.append(slope[:, :, list(task.joints)] * torque[:, None, list(task.joints)] * size)
         right.append(displacement_map(loaded) @ data.measured[data.body == b].T[:, :, None] * size)
-    columns = np.concatenate(left, axis=1).reshape(-1, len(task.joints))
+    columns = np.concatenate(rows, axis=1).reshape(-1, len(task.joints))
     return np.asarray(np.linalg.lstsq(columns, np.concatenate(right, axis=1).reshape(-1), rcond=None)[0])

@@ -192,10 +192,10 @@ def combination(coefficients: list[float], names: list[str]) -> str:
     >>> combination([1.0, -0.5], ["a", "b"])
     'a − 0.5 × b'
     """
-    words = ""
+    text = ""
     for coefficient, name in zip(coefficients, names, strict=True):
         size = abs(coefficient)
         sign = "−" if coefficient < 0.0 else "+"
         term = name if abs(size - 1.0) < 5e-4 else f"{size:.3g} × {name}"
-        words += f" {sign} {term}" if words else (f"−{term}" if coefficient < 0.0 else term)
-    return words
+        text += f" {sign} {term}" if text else (f"−{term}" if coefficient < 0.0 else term)
+    return text

@@ -116,23 +116,26 @@ def _line(motion: JointMotion, axis: int) -> JointLine:
     if size == 0.0 or dof < 3:
         return JointLine(COMPONENTS[axis], math.nan, math.nan, nothing, 1.0, math.nan, 0.0, len(load), {})
     powers = np.stack([(load / size) ** k for k in (1, 2, 3)], axis=1)
-    own, left = _about_runs(powers, run, weight), _about_runs(displacement[:, None], run, weight)[:, 0]
-    straight = float(own[:, 0] @ left / (own[:, 0] @ own[:, 0]))
-    bent = np.linalg.lstsq(own, left, rcond=None)[0]
-    squares = float(np.sum((left - straight * own[:, 0]) ** 2))
-    squares_bent = float(np.sum((left - own @ bent) ** 2))
+    centred_powers, centred_displacement = (
+        _about_runs(powers, run, weight),
+        _about_runs(displacement[:, None], run, weight)[:, 0],
+    )
+    straight = float(centred_powers[:, 0] @ centred_displacement / (centred_powers[:, 0] @ centred_powers[:, 0]))
+    curve_fit = np.linalg.lstsq(centred_powers, centred_displacement, rcond=None)[0]
+    squares = float(np.sum((centred_displacement - straight * centred_powers[:, 0]) ** 2))
+    squares_bent = float(np.sum((centred_displacement - centred_powers @ curve_fit) ** 2))
     p_curved = _chance_of_bend(squares, squares_bent, dof - 2)
     curved = p_curved < CURVED_P
-    fitted = bent if curved else np.array([straight, 0.0, 0.0])
-    whole = powers @ fitted
-    rest = displacement - whole
+    fitted = curve_fit if curved else np.array([straight, 0.0, 0.0])
+    modelled = powers @ fitted
+    offsets_left = displacement - modelled
     scatter = math.sqrt((squares_bent if curved else squares) / (dof - 2 if curved else dof))
-    std = math.sqrt(squares / dof) / math.sqrt(float(own[:, 0] @ own[:, 0]))
+    std = math.sqrt(squares / dof) / math.sqrt(float(centred_powers[:, 0] @ centred_powers[:, 0]))
     curve = tuple((fitted / size ** np.arange(1, 4)).tolist())
-    offsets = {int(k): float(np.average(rest[run == k], weights=weight[run == k] ** 2)) for k in runs}
+    offsets = {int(k): float(np.average(offsets_left[run == k], weights=weight[run == k] ** 2)) for k in runs}
     return JointLine(
         COMPONENTS[axis], straight / size, std / size, (curve[0], curve[1], curve[2]), p_curved, scatter,
-        float(np.max(np.abs(whole))), len(load), offsets,
+        float(np.max(np.abs(modelled))), len(load), offsets,
     )  # fmt: skip
 
 
@@ -140,8 +143,10 @@ def _about_runs(values: Floats, run: Integers, weight: Floats) -> Floats:
     """Return weighted rows (n, k) of values less their runs' weighted means."""
     result = np.empty_like(values)
     for k in np.unique(run):
-        own = run == k
-        result[own] = (values[own] - np.average(values[own], axis=0, weights=weight[own] ** 2)) * weight[own, None]
+        in_run = run == k
+        result[in_run] = (values[in_run] - np.average(values[in_run], axis=0, weights=weight[in_run] ** 2)) * weight[
+            in_run, None
+        ]
     return result
 
 
@@ -173,13 +178,13 @@ def _matrix(motion: JointMotion, lines: Sequence[JointLine]) -> tuple[Floats | N
     matrix, variance = np.empty((6, 6)), np.empty((6, 6))
     for axis, line in enumerate(lines):
         size = float(np.max(np.abs(wrench[:, axis])))
-        bent = [(wrench[:, axis] / size) ** k for k in (2, 3)] if line.curved else []
+        curve_columns = [(wrench[:, axis] / size) ** k for k in (2, 3)] if line.curved else []
         weight = 1.0 / motion.std[measured, axis]
-        own = _about_runs(np.column_stack([wrench, *bent]), run, weight)
-        left = _about_runs(motion.displacement[measured, axis, None], run, weight)[:, 0]
-        length = np.sqrt(np.sum(own**2, axis=0))
-        coefficients = np.linalg.lstsq(own / length, left, rcond=None)[0] / length
-        inverse = np.linalg.inv((own / length).T @ (own / length)) / np.outer(length, length)
+        centred_loads = _about_runs(np.column_stack([wrench, *curve_columns]), run, weight)
+        centred_displacement = _about_runs(motion.displacement[measured, axis, None], run, weight)[:, 0]
+        length = np.sqrt(np.sum(centred_loads**2, axis=0))
+        coefficients = np.linalg.lstsq(centred_loads / length, centred_displacement, rcond=None)[0] / length
+        inverse = np.linalg.inv((centred_loads / length).T @ (centred_loads / length)) / np.outer(length, length)
         matrix[axis] = coefficients[:6]
-        variance[axis] = np.sum((left - own @ coefficients) ** 2) / dof * np.diag(inverse)[:6]
+        variance[axis] = np.sum((centred_displacement - centred_loads @ coefficients) ** 2) / dof * np.diag(inverse)[:6]
     return matrix, np.sqrt(variance)

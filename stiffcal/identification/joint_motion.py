@@ -74,32 +74,32 @@ def joint_motions(states: LoadStates, chain: Chain) -> tuple[JointMotion, ...]:
     pairs = measured_joints(states, chain)
     if states.deflection_given or len({body for pair in pairs.values() for body in pair} - {-1}) < 2:
         return ()
-    kept = np.flatnonzero(states.used & np.isfinite(states.wrench).all(axis=1))
-    angles = _run_means(chain.model_angles(states.joints), states.run)[kept]
+    used = np.flatnonzero(states.used & np.isfinite(states.wrench).all(axis=1))
+    angles = _run_means(chain.model_angles(states.joints), states.run)[used]
     positions, rotations = body_poses(chain, angles)
-    bodies = {pair[1]: _since_reference(states, kept, pair[1]) for pair in pairs.values()}
-    force, moment, point = _load(states, chain, kept, angles, bodies)
+    bodies = {pair[1]: _since_reference(states, used, pair[1]) for pair in pairs.values()}
+    force, moment, point = _load(states, chain, used, angles, bodies)
     motions = []
     for joint, (inboard, outboard) in pairs.items():
         axes = rotations[:, joint]
         place = positions[:, joint] + chain.bearing[joint - 1] * axes[:, :, 2]
-        base = bodies[inboard] if inboard >= 0 else _Motion.none(len(kept))
+        base = bodies[inboard] if inboard >= 0 else _Motion.none(len(used))
         displacement = _relative(bodies[outboard], base, place, axes)
-        carried_place, turned = base.carried(place), base.turn @ axes
+        carried_place, joint_axes = base.carried(place), base.turn @ axes
         wrench = np.stack([force, moment + np.cross(point - carried_place, force)], axis=1)
-        wrench = np.einsum("nji,nkj->nki", turned, wrench).reshape(-1, 6)
-        known = np.isfinite(wrench).all(axis=1, keepdims=True)  # not where the sensor's link was hidden
+        wrench = np.einsum("nji,nkj->nki", joint_axes, wrench).reshape(-1, 6)
+        finite = np.isfinite(wrench).all(axis=1, keepdims=True)  # not where the sensor's link was hidden
         names = states.setup.target_names
         motions.append(
             JointMotion(
                 joint,
                 "" if inboard < 0 else names[inboard],
                 names[outboard],
-                np.where(known, displacement, np.nan),
-                np.where(known, wrench, 0.0),
-                _spread(states, kept, (inboard, outboard), place, axes),
-                states.run[kept],
-                kept,
+                np.where(finite, displacement, np.nan),
+                np.where(finite, wrench, 0.0),
+                _spread(states, used, (inboard, outboard), place, axes),
+                states.run[used],
+                used,
             )
         )
     return tuple(motions)
@@ -166,12 +166,12 @@ def _load(
     for start, end in ((last, flange), (flange, last)):
         if start in carriers:
             carriers.setdefault(end, carriers[start])
-    still = _Motion.none(len(kept))
+    no_motion = _Motion.none(len(kept))
     setup = states.setup
     _, axes = attached_poses(chain, angles, setup.wrench_axes)
     point, _ = attached_poses(chain, angles, setup.wrench_point)
-    axes = carriers.get(setup.wrench_axes.body, still).turn @ axes
-    point = carriers.get(setup.wrench_point.body, still).carried(point)
+    axes = carriers.get(setup.wrench_axes.body, no_motion).turn @ axes
+    point = carriers.get(setup.wrench_point.body, no_motion).carried(point)
     force, moment = (
         np.einsum("nij,nj->ni", axes, states.wrench[kept, component]) for component in (slice(3), slice(3, 6))
     )
@@ -213,8 +213,8 @@ def _spread(states: LoadStates, kept: Integers, pair: tuple[int, int], place: Fl
         # the joint's origin goes with the body: its place errs with the turn too
         lever = np.cross(np.eye(3)[None], (place - states.position[kept, body])[:, None, :])
         rows = np.concatenate([np.eye(3) * np.ones((n, 1, 1)), np.swapaxes(lever, 1, 2)], axis=2)
-        turned = np.swapaxes(axes, 1, 2)
-        variance[:, :3] += np.einsum("nij,njk,nik->ni", turned @ rows, pose, turned @ rows)
-        variance[:, 3:] += np.einsum("nij,njk,nik->ni", turned, pose[:, 3:, 3:], turned)
+        joint_from_base = np.swapaxes(axes, 1, 2)
+        variance[:, :3] += np.einsum("nij,njk,nik->ni", joint_from_base @ rows, pose, joint_from_base @ rows)
+        variance[:, 3:] += np.einsum("nij,njk,nik->ni", joint_from_base, pose[:, 3:, 3:], joint_from_base)
     middle = np.nanmedian(variance, axis=0)
     return np.sqrt(np.where(np.isfinite(variance), variance, middle) / middle)

@@ -144,11 +144,11 @@ class TriangularFactor:
         self._basis, self._follow = np.flatnonzero(sine > EXACT_SUM), np.flatnonzero(sine <= EXACT_SUM)
         if sine[self._basis].min(initial=1.0) < WELL_CONDITIONED:
             return
-        joined = triangular(np.concatenate([self._factor[:, self._basis], self._factor[:, self._follow]], axis=1))
+        combined = triangular(np.concatenate([self._factor[:, self._basis], self._factor[:, self._follow]], axis=1))
         count = len(self._basis)
-        self._kept = joined[:count, :count]
+        self._kept = combined[:count, :count]
         self._inverse = np.linalg.inv(self._kept / scale[self._basis]) / scale[self._basis][:, None]
-        self._shares = self._inverse @ joined[:count, count:]
+        self._shares = self._inverse @ combined[:count, count:]
         self._gram = np.zeros((count, count))
 
 
@@ -158,11 +158,11 @@ def _sines(factor: Floats) -> Floats:
     unit = factor / scale
     sines, basis = np.zeros(len(scale)), np.zeros((len(factor), 0))
     for k in range(len(scale)):
-        rest = unit[:, k] - basis @ (basis.T @ unit[:, k])
-        rest = rest - basis @ (basis.T @ rest)
-        sines[k] = np.sqrt(np.sum(rest**2))
+        orthogonal = unit[:, k] - basis @ (basis.T @ unit[:, k])
+        orthogonal = orthogonal - basis @ (basis.T @ orthogonal)
+        sines[k] = np.sqrt(np.sum(orthogonal**2))
         if sines[k] > EXACT_SUM:
-            basis = np.column_stack([basis, rest / sines[k]])
+            basis = np.column_stack([basis, orthogonal / sines[k]])
     return sines
 
 
@@ -251,6 +251,6 @@ def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whiteni
         else:
             rows = local.apply(stack).reshape(len(stack), -1)
         factor.add(rows)
-    joined = factor.whole()
-    p = len(joined) - 1
-    return Reduced(joined[:p, :p], joined[:p, p], float(joined[p, p] ** 2), dof, predicted)
+    triangle = factor.whole()
+    p = len(triangle) - 1
+    return Reduced(triangle[:p, :p], triangle[:p, p], float(triangle[p, p] ** 2), dof, predicted)

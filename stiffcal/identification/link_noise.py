@@ -33,14 +33,14 @@ def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], observations: Obse
     fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
     pieces = list(evaluate(fit.robot, data, columns, with_sensitivity=fit.noise is not None))
-    own = np.concatenate([piece.columns for piece in pieces], axis=2)
+    model_columns = np.concatenate([piece.columns for piece in pieces], axis=2)
     if fit.noise is None:
         whitening = raw_whitening(data, None)
     else:
         sensitivity = [piece.sensitivity for piece in pieces if piece.sensitivity is not None]
         whitening = whiten(fit.noise, data, np.concatenate(sensitivity, axis=2))
     space = Projection.of(data, whitening)
-    rows = space.rows(own)
+    rows = space.rows(model_columns)
     size = np.linalg.norm(rows, axis=1)
     scaled = (rows / np.where(size > 0.0, size, 1.0)[:, None]).T
     variance = np.zeros(len(columns))

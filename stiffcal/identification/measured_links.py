@@ -63,14 +63,14 @@ def measure_links(data: Observations, robot: CompliantRobot, sigma: float | None
     measured_links = []
     wrenches = _node_wrenches(data, robot) if data.layout.rods else np.zeros((0, 6, 0))
     for number, (rods, shape) in enumerate(zip(data.setup.rods, data.setup.beams, strict=True)):
-        own = np.flatnonzero((data.layout.kind == LENGTH) & (data.layout.body == number))
-        if not len(own):
+        rod_rows = np.flatnonzero((data.layout.kind == LENGTH) & (data.layout.body == number))
+        if not len(rod_rows):
             continue
-        read = rods.pick(data.layout.component[own])
+        rods_read = rods.pick(data.layout.component[rod_rows])
         if sigma is not None and sigma > 0.0:
-            read = replace(read, sigma=np.full(len(own), sigma))
+            rods_read = replace(rods_read, sigma=np.full(len(rod_rows), sigma))
         node = link_node(robot.chain.beams[rods.link].joint)
-        measured_links.append(_measured(data, robot, read, shape, own, wrenches[node].T))
+        measured_links.append(_measured(data, robot, rods_read, shape, rod_rows, wrenches[node].T))
     return tuple(measured_links)
 
 
@@ -117,13 +117,13 @@ def _share(data: Observations, index: Integers, targets: list[Floats]) -> float:
     rows = np.flatnonzero((data.layout.kind == TRANSLATION) | (data.layout.kind == GAUGE))
     if not targets or not len(rows):
         return np.nan
-    some = data.subset(index)
-    of_link = some.layout.of_targets(np.moveaxis(np.stack(targets), 1, -1))[rows]
-    measured_mask, measured = some.measured_mask[rows], some.measured[rows]
+    subset = data.subset(index)
+    of_link = subset.layout.of_targets(np.moveaxis(np.stack(targets), 1, -1))[rows]
+    measured_mask, measured = subset.measured_mask[rows], subset.measured[rows]
     along = squares = 0.0
-    for run in np.unique(some.run):
+    for run in np.unique(subset.run):
         for row in range(len(rows)):
-            members = (some.run == run) & measured_mask[row]
+            members = (subset.run == run) & measured_mask[row]
             if members.any():
                 centred = measured[row, members] - measured[row, members].mean()
                 along += float(centred @ of_link[row, members])

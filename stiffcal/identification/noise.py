@@ -171,9 +171,9 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
     result = np.zeros((m, m, data.n_states))
     result[range(m), range(m)] = own_variance(noise, data)
     if data.spread is not None:
-        turned = noise.rotation**2 * data.spread.rotation
-        turned[range(m), range(m)] = 0.0
-        result += turned
+        rotation_part = noise.rotation**2 * data.spread.rotation
+        rotation_part[range(m), range(m)] = 0.0
+        result += rotation_part
     if sensitivity is not None:
         weighted = sensitivity * noise.of_wrenches(data) ** 2
         for a in range(m):
@@ -187,12 +187,12 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
 
 def own_variance(noise: Noise, data: Observations) -> Floats:
     """Return (m, n) the variances of the rows without the wrench's share."""
-    own: Floats = np.repeat(noise.of_rows(data.kind)[:, None] ** 2, data.n_states, axis=1)
+    variance: Floats = np.repeat(noise.of_rows(data.kind)[:, None] ** 2, data.n_states, axis=1)
     if data.spread is not None:
         rows = data.kind <= ROTATION
-        turned = np.einsum("aan->an", data.spread.rotation)[rows]
-        own[rows] = noise.translation**2 * data.spread.translation[rows] + noise.rotation**2 * turned
-    return own
+        rotation_spread = np.einsum("aan->an", data.spread.rotation)[rows]
+        variance[rows] = noise.translation**2 * data.spread.translation[rows] + noise.rotation**2 * rotation_spread
+    return variance
 
 
 def whiten(noise: Noise, data: Observations, sensitivity: Floats | None) -> Whitening:
@@ -233,10 +233,10 @@ def _inverse_cholesky(full: Floats) -> Floats:
 
 def rms_length(noise: Noise, data: Observations, sensitivity: Floats | None) -> dict[str, float | None]:
     """Return the noise as rms means it: root mean square length of the noise vector, m and rad."""
-    own = own_variance(noise, data)
+    variance = own_variance(noise, data)
     if sensitivity is not None:
-        own = own + np.einsum("akn,akn,kn->an", sensitivity, sensitivity, noise.of_wrenches(data) ** 2)
-    return rms_by_measure(own, data)
+        variance = variance + np.einsum("akn,akn,kn->an", sensitivity, sensitivity, noise.of_wrenches(data) ** 2)
+    return rms_by_measure(variance, data)
 
 
 def rms_by_measure(squares: Floats, data: Observations) -> dict[str, float | None]:
@@ -264,8 +264,8 @@ def rms_by_measure(squares: Floats, data: Observations) -> dict[str, float | Non
 def reading_rows(data: Observations, rows: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
     """Return the rows that belong to one reading, reading by reading."""
     # gauges and rods are readings of their own
-    own = np.where((data.kind <= ROTATION) | (data.kind == MOTOR), -1, data.component)
-    key = np.stack([data.kind, data.body, own])
+    component = np.where((data.kind <= ROTATION) | (data.kind == MOTOR), -1, data.component)
+    key = np.stack([data.kind, data.body, component])
     return [rows & (key == key_values[:, None]).all(axis=0) for key_values in np.unique(key[:, rows], axis=1).T]
 
 
@@ -309,14 +309,14 @@ def _of_two_experiments(
     """Estimate the noise of load states and of clamped ones each from their own repeats: no state reads both."""
     noises = []
     for rows in (~motors, motors):
-        own = replace(
+        load_noise = replace(
             data,
             measured=data.measured[rows],
             measured_mask=data.measured_mask[rows],
             layout=layout_of(data.kind[rows].tolist(), data.body[rows].tolist(), data.component[rows].tolist()),
             spread=None if data.spread is None else data.spread.rows(rows),
         )
-        noises.append(noise_from_repeats(own, predicted[rows], sensitivity[rows], groups))
+        noises.append(noise_from_repeats(load_noise, predicted[rows], sensitivity[rows], groups))
     load, clamped = noises
     if load is None or clamped is None:
         return None

@@ -41,14 +41,17 @@ def noise_dominated_parameters(
     if not columns or not noise.of_wrench:
         return frozenset()
     # One draw for all states: some hundred readings determine the mean square to a few per cent.
-    drawn = noise.of_wrenches(data)[: len(data.wrench)] * np.random.default_rng(0).standard_normal(data.wrench.shape)
+    wrench_noise = noise.of_wrenches(data)[: len(data.wrench)] * np.random.default_rng(0).standard_normal(
+        data.wrench.shape
+    )
     if not data.setup.moments_measured:
-        drawn[3:] = 0.0
+        wrench_noise[3:] = 0.0
     whitening = raw_whitening(data, noise)
-    read = _first_order(data, robot, columns)
-    made = _first_order(replace(data, wrench=data.wrench + drawn), robot, columns) - read
+    columns_as_read = _first_order(data, robot, columns)
+    columns_of_noise = _first_order(replace(data, wrench=data.wrench + wrench_noise), robot, columns) - columns_as_read
     squares = [
-        np.sum(whitening.apply(_within_runs(reading, data, whitening)) ** 2, axis=(1, 2)) for reading in (read, made)
+        np.sum(whitening.apply(_within_runs(reading, data, whitening)) ** 2, axis=(1, 2))
+        for reading in (columns_as_read, columns_of_noise)
     ]
     return frozenset(
         robot.placed[column.placed].parameter_name(column.symbol)

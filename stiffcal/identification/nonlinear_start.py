@@ -42,20 +42,20 @@ def start_nonlinear(
             continue
         other_effects = replace(robot, placed=tuple(p for k, p in enumerate(robot.placed) if k != number))
         state = Linearised.about(other_effects, data)
-        known = [
+        started = [
             state.regressor(p.effect, p.place, p.shape()) for p in other_effects.placed if not lacks_nonlinear_value(p)
         ]
-        background = np.concatenate([s.columns for s in known] or [np.zeros((0, *data.measured.shape))])
+        background = np.concatenate([s.columns for s in started] or [np.zeros((0, *data.measured.shape))])
         residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
         base = space.rows(np.concatenate([background, residual[None]]))
         best, least = {spec.symbol: spec.typical for spec in placed_effect.specs(ParameterRole.NONLINEAR)}, np.inf
         for shape in state.shapes(placed_effect.effect, placed_effect.place):
             trial = {**shape, **{s: v for s, v in placed_effect.values.items() if s in shape}}
-            left = remaining_squares(
+            squares = remaining_squares(
                 base, space.rows(state.regressor(placed_effect.effect, placed_effect.place, trial).columns)
             )
-            if left < least:
-                best, least = trial, left
+            if squares < least:
+                best, least = trial, squares
         robot = replace(
             robot,
             placed=tuple(
@@ -69,7 +69,7 @@ def remaining_squares(base: Floats, columns: Floats) -> float:
     """Return the rest of the last row of ``base`` after the other rows and ``columns`` took what they can."""
     stack = np.concatenate([base[:-1], columns, base[-1:]])
     scale = np.sqrt(np.sum(stack**2, axis=1))
-    kept = scale > 0.0
-    kept[-1] = True
-    factor = triangular((stack[kept] / np.where(scale[kept] > 0.0, scale[kept], 1.0)[:, None]).T)
+    nonzero = scale > 0.0
+    nonzero[-1] = True
+    factor = triangular((stack[nonzero] / np.where(scale[nonzero] > 0.0, scale[nonzero], 1.0)[:, None]).T)
     return float(factor[-1, -1] ** 2 * scale[-1] ** 2)

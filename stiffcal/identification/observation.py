@@ -193,8 +193,8 @@ def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Flo
 
 def _levers(loaded: Rest, data: Observations) -> dict[tuple[int, int], Floats]:
     """Return (node, component) to the lever, for all that the laws move."""
-    wanted = {(term.node, term.component) for _, term in loaded.terms}
-    return {key: lever_of(loaded, data, *key) for key in wanted}
+    components = {(term.node, term.component) for _, term in loaded.terms}
+    return {key: lever_of(loaded, data, *key) for key in components}
 
 
 def _law_columns(

@@ -50,9 +50,9 @@ def pose_spread(states: LoadStates, layout: RowLayout) -> PoseSpread | None:
     for b, markers in enumerate(states.setup.markers):
         if markers is None:
             continue
-        share, turned = markers.spread(states.markers_measured[:, b, : len(markers.names)], states.rotation[:, b])
-        own = np.flatnonzero((layout.body == b) & np.isin(layout.kind, (TRANSLATION, ROTATION)))
-        component = layout.component[own]
-        translation[own] = np.where(component[:, None] < 3, share, 0.0)
-        rotation[np.ix_(own, own)] = np.moveaxis(turned[:, component][:, :, component], 0, -1)
+        share, covariance = markers.spread(states.markers_measured[:, b, : len(markers.names)], states.rotation[:, b])
+        pose_rows = np.flatnonzero((layout.body == b) & np.isin(layout.kind, (TRANSLATION, ROTATION)))
+        component = layout.component[pose_rows]
+        translation[pose_rows] = np.where(component[:, None] < 3, share, 0.0)
+        rotation[np.ix_(pose_rows, pose_rows)] = np.moveaxis(covariance[:, component][:, :, component], 0, -1)
     return PoseSpread(translation, rotation)

@@ -167,8 +167,8 @@ def _displacement(states: LoadStates, b: int, reference: Integers) -> Floats:
     """Return (n, 6) of a target since its run's reference reading; NaN where not measured."""
     translation = states.position[:, b] - states.position[reference, b]
     rotation = np.ascontiguousarray(np.moveaxis(states.rotation[:, b], 0, -1))
-    turned = turn_between(rotation, rotation[:, :, reference]).T
-    return np.concatenate([translation, turned], axis=1)
+    rotation_vectors = turn_between(rotation, rotation[:, :, reference]).T
+    return np.concatenate([translation, rotation_vectors], axis=1)
 
 
 def _run_angles(states: LoadStates, chain: Chain) -> Floats:

@@ -120,8 +120,8 @@ class RowLayout:
                 return full.reshape(*full.shape[:-3], -1, full.shape[-1])
             return np.asarray(full[..., self.body, self.component, :])
         result = np.zeros((*full.shape[:-3], len(self.kind), full.shape[-1]))
-        own = np.flatnonzero(self.kind <= ROTATION)
-        result[..., own, :] = full[..., self.body[own], self.component[own], :]
+        target_rows = np.flatnonzero(self.kind <= ROTATION)
+        result[..., target_rows, :] = full[..., self.body[target_rows], self.component[target_rows], :]
         if self.gauges is not None:
             result[..., self.gauges.row, :] = self.gauges.along(full)
         if self.motors is not None:
@@ -170,8 +170,8 @@ def with_gauges(
         if not read.any():
             continue
         for group in groups:
-            apart = not any((np.isfinite(reading[:, other_gauge]) & read).any() for other_gauge in group)
-            if apart and states.setup.gauges[group[0]].target == gauge.target:
+            never_together = not any((np.isfinite(reading[:, other_gauge]) & read).any() for other_gauge in group)
+            if never_together and states.setup.gauges[group[0]].target == gauge.target:
                 group.append(number)
                 break
         else:
@@ -180,18 +180,18 @@ def with_gauges(
         return layout
     directions = gauge_directions(states, chain)
     first, n = len(measured), len(states)
-    direction, who = np.zeros((len(groups), 3, n)), np.full((len(groups), n), -1, dtype=np.int64)
+    direction, gauge_of_state = np.zeros((len(groups), 3, n)), np.full((len(groups), n), -1, dtype=np.int64)
     target = np.array([states.setup.gauges[group[0]].target for group in groups], dtype=np.int64)
     for k, group in enumerate(groups):
         values = np.full(n, np.nan)
         for number in group:
             read = np.isfinite(reading[:, number])
-            values[read], who[k, read] = reading[read, number], number
+            values[read], gauge_of_state[k, read] = reading[read, number], number
             direction[k][:, read] = directions[read, number].T
         measured.append(values)
     rows = np.arange(first, len(measured))
     added = _extended(layout, GAUGE, target, np.arange(len(groups)))
-    return replace(added, gauges=GaugeRows(rows, target, direction, who))
+    return replace(added, gauges=GaugeRows(rows, target, direction, gauge_of_state))
 
 
 def with_rods(
@@ -201,15 +201,15 @@ def with_rods(
     change = states.lengths if reference is None else states.lengths - states.lengths[reference]
     column, rod_rows = 0, list(layout.rods)
     for link, (rods, beam) in enumerate(zip(states.setup.rods, states.setup.beams, strict=True)):
-        own = np.arange(column, column + len(rods.names))
+        columns = np.arange(column, column + len(rods.names))
         column += len(rods.names)
-        read = np.flatnonzero(np.isfinite(change[:, own]).any(axis=0))
-        if not len(read):
+        states_read = np.flatnonzero(np.isfinite(change[:, columns]).any(axis=0))
+        if not len(states_read):
             continue
-        rows = np.arange(len(measured), len(measured) + len(read))
-        measured.extend(change[:, own[k]] for k in read)
-        layout = _extended(layout, LENGTH, np.full(len(read), link), read)
-        rod_rows.append(RodRows(rows, link_node(chain.beams[rods.link].joint), rod_matrix(rods, beam)[read]))
+        rows = np.arange(len(measured), len(measured) + len(states_read))
+        measured.extend(change[:, columns[k]] for k in states_read)
+        layout = _extended(layout, LENGTH, np.full(len(states_read), link), states_read)
+        rod_rows.append(RodRows(rows, link_node(chain.beams[rods.link].joint), rod_matrix(rods, beam)[states_read]))
     return replace(layout, rods=tuple(rod_rows))
 
 
@@ -231,16 +231,16 @@ def with_motors(
     motor_turn = (states.joints - states.joints[reference]) @ chain.coupling.T @ np.linalg.inv(drives).T
     load = states.wrench - states.wrench[reference]
     for number in np.unique(states.run[clamped]):
-        own = np.flatnonzero(states.run == number)
-        angles = chain.model_angles(states.joints[own].mean(axis=0)[None])
+        in_run = np.flatnonzero(states.run == number)
+        angles = chain.model_angles(states.joints[in_run].mean(axis=0)[None])
         inverse, jacobian = clamped_inverse(chain, angles, states.setup.targets[target])
-        matrix[:, :, own] = inverse[:, :, None]
-        motor_readings[:, own] = -(inverse @ jacobian) @ motor_turn[own].T
+        matrix[:, :, in_run] = inverse[:, :, None]
+        motor_readings[:, in_run] = -(inverse @ jacobian) @ motor_turn[in_run].T
         fixture = states.runs[int(number)].fixture
         if fixture is not None:
             axes = attached_poses(chain, angles, states.setup.wrench_axes)[1][0]
-            wrench = np.concatenate([load[own, :3] @ axes.T, load[own, 3:] @ axes.T], axis=1)
-            motor_readings[:, own] -= inverse @ np.array(fixture) @ wrench.T
+            wrench = np.concatenate([load[in_run, :3] @ axes.T, load[in_run, 3:] @ axes.T], axis=1)
+            motor_readings[:, in_run] -= inverse @ np.array(fixture) @ wrench.T
     rows = np.arange(len(measured), len(measured) + n_drives)
     measured.extend(motor_readings)
     added = _extended(layout, MOTOR, np.full(n_drives, target), np.arange(n_drives))

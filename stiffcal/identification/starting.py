@@ -15,6 +15,6 @@ START_STATES, START_RUNS = 5000, 40
 def starting_runs(run: NDArray[np.int64]) -> Booleans | None:
     """Return (n,) True for the states of every k-th run, so that there are some `START_STATES`; None where few."""
     runs = np.unique(run)
-    wanted = max(START_RUNS, len(runs) * START_STATES // max(len(run), 1))
-    stride = len(runs) // wanted
+    n_runs = max(START_RUNS, len(runs) * START_STATES // max(len(run), 1))
+    stride = len(runs) // n_runs
     return None if stride < 2 or len(run) < 2 * START_STATES else np.isin(run, runs[::stride])

@@ -70,9 +70,9 @@ def _named_rows(states: LoadStates, data: Observations) -> Iterator[tuple[str, i
             yield f"{setup.rods[body].names[component]}_length_m", place, everywhere
         elif data.layout.gauges is not None:
             for number, gauge in enumerate(setup.gauges):
-                read = data.layout.gauges.gauge[component] == number
-                if read.any():
-                    yield f"{gauge.name}_displacement_m", place, read
+                of_gauge = data.layout.gauges.gauge[component] == number
+                if of_gauge.any():
+                    yield f"{gauge.name}_displacement_m", place, of_gauge
 
 
 def gauge_block(table: pa.Table, names: Sequence[str], directions: Floats, kind: str, n_states: int) -> Floats:
@@ -94,8 +94,8 @@ def gauge_block(table: pa.Table, names: Sequence[str], directions: Floats, kind:
         if name in table.column_names:
             along = np.full(n_states, np.nan)
             along[where] = values_of(table.column(name))
-            read = np.isfinite(along)
-            block[read, :3] = along[read, None] * directions[read, number]
+            measured = np.isfinite(along)
+            block[measured, :3] = along[measured, None] * directions[measured, number]
     return block
 
 

@@ -128,9 +128,9 @@ def along_the_sweep(sensitivity: Floats, data: Observations) -> Floats:
         return sensitivity
     smooth = sensitivity.copy()
     for run in np.unique(data.run[clamped]):
-        own = np.flatnonzero(clamped & (data.run == run))
-        turned = data.measured[np.ix_(motors, own)]
-        order = own[np.argsort(turned[np.argmax(np.ptp(turned, axis=1))])]
+        in_run = np.flatnonzero(clamped & (data.run == run))
+        motor_angles = data.measured[np.ix_(motors, in_run)]
+        order = in_run[np.argsort(motor_angles[np.argmax(np.ptp(motor_angles, axis=1))])]
         weights = np.ones(min(NEIGHBOURS, order.size))
         edges = np.convolve(np.ones(order.size), weights, mode="same")
         for row in motors:

@@ -132,6 +132,6 @@ def without_damaged(store: Store, notify: Callable[[str], None]) -> str:
 
 def warn_missing_sources(fresh: Freshness, notify: Callable[[str], None]) -> None:
     """Say that what is stored is all there is."""
-    more = f" and {len(fresh.missing) - 1} more" if len(fresh.missing) > 1 else ""
+    suffix = f" and {len(fresh.missing) - 1} more" if len(fresh.missing) > 1 else ""
     whose = "results that were not computed by you are shown" if fresh.origin == FOREIGN else "stored results are shown"
-    notify(f"the logs are missing ({fresh.missing[0]}{more}): {whose}")
+    notify(f"the logs are missing ({fresh.missing[0]}{suffix}): {whose}")

@@ -27,10 +27,12 @@ def logged_runs(campaign: Campaign) -> list[tuple[Run, list[str]]]:
     """
     manifest = campaign.manifest
     logged = [name for name, source in manifest.sources.items() if not source.is_states]
-    named = {name: _names_in(campaign, name) for name in logged if _has_column(manifest.sources[name])}
-    runs = manifest.runs or tuple(Run(id=name) for name in dict.fromkeys(n for names in named.values() for n in names))
+    names_of_source = {name: _names_in(campaign, name) for name in logged if _has_column(manifest.sources[name])}
+    runs = manifest.runs or tuple(
+        Run(id=name) for name in dict.fromkeys(n for names in names_of_source.values() for n in names)
+    )
     listed = {run.id for run in runs}
-    for source, names in named.items():
+    for source, names in names_of_source.items():
         unknown = [name for name in names if name not in listed]
         if unknown:
             raise InputError.at(
@@ -45,7 +47,11 @@ def logged_runs(campaign: Campaign) -> list[tuple[Run, list[str]]]:
                 name
                 for name in logged
                 if name in run.files
-                or (run.id in named[name] if name in named else bool(manifest.files_of(name)) and len(runs) == 1)
+                or (
+                    run.id in names_of_source[name]
+                    if name in names_of_source
+                    else bool(manifest.files_of(name)) and len(runs) == 1
+                )
             ],
         )
         for run in runs

@@ -40,7 +40,7 @@ class NonLoadRuns:
     @property
     def warnings(self) -> list[str]:
         """What the user ought to know."""
-        return [words for reduction in self._reductions.values() for words in reduction.warnings]
+        return [text for reduction in self._reductions.values() for text in reduction.warnings]
 
     def finish(self) -> None:
         """Reduce what needs all runs at once.

@@ -48,18 +48,18 @@ def recording_table(source: Source, rows: Rows) -> dict[str, Floats]:
 
 
 def _column_names(source: Source, signal: str, width: int) -> list[str]:
-    kind, _, rest = signal.partition(".")
+    kind, _, component = signal.partition(".")
     if signal == "wrench":
         return ["Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm"]
     if kind in ("position", "marker"):
-        return [f"{rest}_{axis}_m" for axis in "xyz"]
+        return [f"{component}_{axis}_m" for axis in "xyz"]
     if kind == "quaternion":
-        return [f"{rest}_q{axis}" for axis in "wxyz"]
+        return [f"{component}_q{axis}" for axis in "wxyz"]
     if kind in ("lengths", "displacement"):
-        return [f"{rest}_{'length' if kind == 'lengths' else kind}_m"]
+        return [f"{component}_{'length' if kind == 'lengths' else kind}_m"]
     unit = _SI.get(signal, "")
     names = [f"{signal.replace('.', '_')}{k + 1}_{unit}" for k in range(width)]
     if kind == "joints" and source.joints is not None:
-        columns = source.joints.groups().get(rest or "position", ())
+        columns = source.joints.groups().get(component or "position", ())
         names = [f"{column}_{unit}" for column in columns] if len(columns) == width else names
     return names

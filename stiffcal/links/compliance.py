@@ -96,18 +96,18 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     run : (n,) runs, each with its own offset; None: the readings count from no load, exactly.
     """
     design = estimate.design
-    read = estimate.amplitudes @ design.matrix.T + estimate.residual
+    lengths = estimate.amplitudes @ design.matrix.T + estimate.residual
     stated = estimate.sigma_source == "stated"
-    weight = 1.0 / estimate.sigma if stated else np.ones(read.shape[1])
+    weight = 1.0 / estimate.sigma if stated else np.ones(lengths.shape[1])
     symmetric = not any(unknown in design.left_out for unknown in (FORCE_2, FORCE_3, TENSION, MOMENT_2, MOMENT_3))
     basis = _symmetric_basis(design) if symmetric else _beam_basis(estimate.rods, estimate.shape)
     # What a rod reads per coefficient, and what the compliance has of it.
     columns = np.stack([rods @ wrench.T for rods, _ in basis], axis=-1)  # (m, n, p)
     slopes = np.stack([end for _, end in basis], axis=-1).reshape(36, -1)
-    centred = _centring(run, len(read))
+    centred = _centring(run, len(lengths))
     rows = centred(np.moveaxis(columns, 0, 1) * weight[None, :, None]).reshape(-1, len(basis))
-    target = centred(read * weight).reshape(-1)
-    offsets = 0 if run is None else len(np.unique(run)) * read.shape[1]
+    target = centred(lengths * weight).reshape(-1)
+    offsets = 0 if run is None else len(np.unique(run)) * lengths.shape[1]
     solved = _solve(rows, target, offsets, stated)
     if not symmetric and _twist_is_guessed(solved, stated):
         rows[:, TWIST] = 0.0
@@ -139,12 +139,12 @@ def _solve(rows: Floats, target: Floats, offsets: int, stated: bool) -> _Solved:
     # What nothing turns is counted like what is turned most: a millionth of it in an element is none.
     size[size == 0.0] = size.max() if size.any() else 1.0
     left, singular, right = np.linalg.svd(rows / size, full_matrices=False)
-    kept = singular > SMALLEST_LOAD * max(float(singular[0]), np.finfo(float).tiny)
-    inverse = (right[kept].T / singular[kept]) / size[:, None]
-    coefficients = inverse @ (left[:, kept].T @ target)
-    dof = len(target) - int(kept.sum()) - offsets
+    significant = singular > SMALLEST_LOAD * max(float(singular[0]), np.finfo(float).tiny)
+    inverse = (right[significant].T / singular[significant]) / size[:, None]
+    coefficients = inverse @ (left[:, significant].T @ target)
+    dof = len(target) - int(significant.sum()) - offsets
     chi2 = float(np.sum((target - rows @ coefficients) ** 2) / dof) if dof > 0 else np.nan
-    return _Solved(coefficients, inverse @ inverse.T * (1.0 if stated else chi2), size, right[~kept], chi2, dof)
+    return _Solved(coefficients, inverse @ inverse.T * (1.0 if stated else chi2), size, right[~significant], chi2, dof)
 
 
 def _twist_is_guessed(solved: _Solved, stated: bool) -> bool:

@@ -187,13 +187,13 @@ def _next_fault(rods: Rods, readings: _RodReadings) -> tuple[RodFault | None, _R
     enough = EXPLAINED if sigma > 0.0 else EXPLAINED_BLINDLY
     # What grows slowly counts as noise between repeats a cycle apart: that noise is no proof against it.
     floor, bare = sigma, min(trials, key=lambda trial: trial.score(count, 0.0))
-    left = float(np.sqrt(bare.squares / count))
-    slow = bare.kind == "warming" or (bare.kind == "drifting" and bare.size > left)
+    remaining = float(np.sqrt(bare.squares / count))
+    slow = bare.kind == "warming" or (bare.kind == "drifting" and bare.size > remaining)
     if slow and plain.score(count, 0.0) - bare.score(count, 0.0) >= DECISIVE:
-        best, gain, explained, floor, after = bare, np.inf, 1.0, 0.0, left
+        best, gain, explained, floor, after = bare, np.inf, 1.0, 0.0, remaining
     if best.kind is None or gain < DECISIVE or explained < enough:
-        read = readings.lengths[:, readings.used]
-        tolerated = (TOLERATED if sigma > 0.0 else TOLERATED_BLINDLY) * float(np.sqrt(np.mean(read**2)))
+        lengths = readings.lengths[:, readings.used]
+        tolerated = (TOLERATED if sigma > 0.0 else TOLERATED_BLINDLY) * float(np.sqrt(np.mean(lengths**2)))
         quiet = avoidable <= count * tolerated**2 or before < 1.5 * sigma
         return (None if quiet else _unexplained(rods, readings, before)), readings
     close = [
@@ -273,9 +273,9 @@ def _trials(readings: _RodReadings) -> Iterator[_Trial]:
             yield _drifting(int(i), readings)
         used = readings.used.copy()
         used[i] = False
-        left = replace(readings, used=used)
+        without_rod = replace(readings, used=used)
         if readings.columns is not None or int(used.sum()) > len(readings.design.carried):
-            yield from _loose(int(i), readings, left)
+            yield from _loose(int(i), readings, without_rod)
 
 
 def _loose(rod: int, readings: _RodReadings, left: _RodReadings) -> Iterator[_Trial]:
@@ -285,9 +285,9 @@ def _loose(rod: int, readings: _RodReadings, left: _RodReadings) -> Iterator[_Tr
     size = float(np.sqrt(np.mean(off**2)))
     yield _Trial("loose", (rod,), left, squares, numbers + len(off), size)
     if readings.columns is not None:
-        own = np.zeros(len(readings.used), dtype=np.bool_)
-        own[rod] = True
-        alone, more = _squares(replace(readings, used=own, signed=False))
+        only_rod = np.zeros(len(readings.used), dtype=np.bool_)
+        only_rod[rod] = True
+        alone, more = _squares(replace(readings, used=only_rod, signed=False))
         yield _Trial("loose", (rod,), left, squares + alone, numbers + more, size)
 
 
@@ -344,10 +344,10 @@ def _count(readings: _RodReadings) -> int:
 
 def _squares(readings: _RodReadings) -> tuple[float, int]:
     """Return the squared contradiction of the rods in use, and how many numbers the explanation took."""
-    left = _left(readings, readings.lengths)[:, readings.used]
+    contradiction = _left(readings, readings.lengths)[:, readings.used]
     offsets = 0 if readings.run is None else len(np.unique(readings.run)) * int(readings.used.sum())
     numbers = 0 if readings.columns is None else len(readings.columns)
-    return float(np.sum(left**2)), numbers + offsets
+    return float(np.sum(contradiction**2)), numbers + offsets
 
 
 def _centred(run: Integers | None, lengths: Floats) -> Floats:
@@ -383,19 +383,19 @@ def _label(trial: _Trial, rods: Rods) -> str:
 
 
 def _sentence(best: _Trial, names: tuple[str, ...], before: float, after: float, alternatives: tuple[str, ...]) -> str:
-    which = " and ".join(names)
+    rods = " and ".join(names)
     rms = f"the rods then contradict each other by {1e6 * after:.3g} µm rms instead of {1e6 * before:.3g} µm"
-    says = {
-        "swapped-sign": f"{which} reads with the wrong sign: {rms}; swap it in the log or exchange start_m and end_m",
-        "exchanged": f"{which} are exchanged: {rms}; swap their columns or their places in [ids]",
-        "drifting": f"{which} drifts by {1e6 * best.size:.3g} µm rms within a run: {rms}; let the gauge warm up, or "
+    sentences = {
+        "swapped-sign": f"{rods} reads with the wrong sign: {rms}; swap it in the log or exchange start_m and end_m",
+        "exchanged": f"{rods} are exchanged: {rms}; swap their columns or their places in [ids]",
+        "drifting": f"{rods} drifts by {1e6 * best.size:.3g} µm rms within a run: {rms}; let the gauge warm up, or "
         "zero it more often",
         "warming": f"all rods grow with the logged temperature, {1e6 * best.size:.3g} µm per metre and kelvin: {rms}; "
         "write expansion_per_K of the link ([links] in robot.toml) and of each rod ([ids])",
-        "loose": f"{which} does not follow the link ({1e6 * best.size:.3g} µm rms off): without it {rms}; look at how "
+        "loose": f"{rods} does not follow the link ({1e6 * best.size:.3g} µm rms off): without it {rms}; look at how "
         "it is fixed",
     }
     if len(names) > 2:
-        says["swapped-sign"] = f"all rods read with the wrong sign, or the load does: {rms}; look at acts_on"
-    text = says[str(best.kind)]
+        sentences["swapped-sign"] = f"all rods read with the wrong sign, or the load does: {rms}; look at acts_on"
+    text = sentences[str(best.kind)]
     return text + (f" (or: {', '.join(alternatives)})" if alternatives else "")

@@ -138,9 +138,9 @@ class LinkEstimate:
     @property
     def known(self) -> Booleans:
         """(6,) which components of the end's displacement are known."""
-        known = np.ones(6, dtype=np.bool_)
-        known[3] = self.torsion.identifiable
-        return known
+        determined = np.ones(6, dtype=np.bool_)
+        determined[3] = self.torsion.identifiable
+        return determined
 
     @property
     def carried(self) -> tuple[str, ...]:
@@ -203,13 +203,13 @@ def rod_design(rods: Rods, shape: BeamProperties, unknowns: tuple[str, ...] | No
     else:
         carried = []
         for unknown in range(len(UNKNOWNS)):
-            more = [*carried, unknown]
-            if unknown not in blind and len(more) <= len(rods.names) - spare:
-                carried = more if _gain(fields[:, more], motions[:, more]) < LARGEST_GAIN else carried
+            extended = [*carried, unknown]
+            if unknown not in blind and len(extended) <= len(rods.names) - spare:
+                carried = extended if _gain(fields[:, extended], motions[:, extended]) < LARGEST_GAIN else carried
     singular = np.linalg.svd(fields[:, carried], compute_uv=False) if carried else np.ones(1)
-    left = tuple(u for u in range(len(UNKNOWNS)) if u not in carried and u not in blind)
+    absent = tuple(u for u in range(len(UNKNOWNS)) if u not in carried and u not in blind)
     return RodDesign(
-        tuple(carried), tuple(u for u in blind if u not in carried), left, fields[:, carried] * size[carried],
+        tuple(carried), tuple(u for u in blind if u not in carried), absent, fields[:, carried] * size[carried],
         ends[:, carried], _gain(fields[:, carried], motions[:, carried]),
         float(singular[0] / max(singular[-1], np.finfo(float).tiny)),
     )  # fmt: skip
@@ -253,9 +253,9 @@ def estimate_link(
         scatter = np.sqrt(np.sum(residual**2) / free) if free > 0 else np.nan
         used, source = np.full(len(rods.names), scatter), "residuals" if free > 0 else "none"
     spread = solve @ np.diag(used**2) @ solve.T
-    known = TORSION in design.carried
+    twist_known = TORSION in design.carried
     displacement, covariance = amplitudes @ design.end.T, design.end @ spread @ design.end.T
-    if not known:
+    if not twist_known:
         displacement[:, 3], covariance[3], covariance[:, 3] = np.nan, np.nan, np.nan
     return LinkEstimate(
         rods, shape, design, displacement, covariance, amplitudes, spread, residual,
@@ -289,14 +289,14 @@ def shape_errors(
     ----------
     solve : (k, m) amplitudes per reading; None: rods of equal weight.
     """
-    back = np.linalg.pinv(design.matrix) if solve is None else solve
+    inverse = np.linalg.pinv(design.matrix) if solve is None else solve
     fields, ends = rod_fields(rods, shape), end_fields(shape)
     errors = []
     for field, name in enumerate((*UNKNOWNS, *OTHER_FIELDS)):
         if field in design.carried:
             continue
         truth = ends[:, field]
-        error = design.end @ (back @ fields[:, field]) - truth
+        error = design.end @ (inverse @ fields[:, field]) - truth
         rows = slice(3, 4) if field == TORSION else slice(0, 3)
         relative = float(np.linalg.norm(error[rows]) / np.linalg.norm(truth[rows]))
         errors.append(ShapeError(name, relative, error, truth))
@@ -330,11 +330,11 @@ def twist_bound(rods: Rods, shape: BeamProperties, lengths: Floats, sigma: Float
     share = (twist[1] - twist[0]) / end_fields(shape)[3, TORSION]
     centre = (rods.start[:, 1:] + rods.end[:, 1:]) / 2.0 - np.array(shape.twist_centre)
     radius = np.linalg.norm(centre, axis=1)
-    read = np.abs(lengths).max(axis=0) + 2.0 * np.nan_to_num(sigma)
-    informative = (radius * np.abs(share) > 1e-6) & (read > 0.0)
+    largest = np.abs(lengths).max(axis=0) + 2.0 * np.nan_to_num(sigma)
+    informative = (radius * np.abs(share) > 1e-6) & (largest > 0.0)
     if not informative.any():
         return None
-    most = np.sqrt(2.0 * rods.length[informative] * read[informative]) / (
+    most = np.sqrt(2.0 * rods.length[informative] * largest[informative]) / (
         radius[informative] * np.abs(share[informative])
     )
     return float(most.min())

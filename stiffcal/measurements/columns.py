@@ -38,11 +38,11 @@ def column_of(values: Values) -> pa.Array:
     if array.dtype.kind == "b":
         bits = np.packbits(array, bitorder="little")
         return pa.Array.from_buffers(pa.bool_(), len(array), [None, pa.py_buffer(bits)])
-    words = [str(word).encode() for word in values]
-    ends = np.zeros(len(words) + 1, dtype=np.int32)
-    np.cumsum([len(word) for word in words], out=ends[1:])
-    buffers = [None, pa.py_buffer(ends), pa.py_buffer(b"".join(words))]
-    return pa.Array.from_buffers(pa.string(), len(words), buffers)
+    encoded = [str(word).encode() for word in values]
+    ends = np.zeros(len(encoded) + 1, dtype=np.int32)
+    np.cumsum([len(word) for word in encoded], out=ends[1:])
+    buffers = [None, pa.py_buffer(ends), pa.py_buffer(b"".join(encoded))]
+    return pa.Array.from_buffers(pa.string(), len(encoded), buffers)
 
 
 def table_of(columns: Columns) -> pa.Table:

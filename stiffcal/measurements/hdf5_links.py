@@ -30,12 +30,12 @@ def item_inside(group: h5py.Group, path: str) -> Any:
         It lies in another file, or takes its values from one.
     """
     item: Any = group
-    left = _parts(path)
+    names = _parts(path)
     if path.startswith("/"):
         item = group.file["/"]
     links = 0
-    while left:
-        name = left.pop(0)
+    while names:
+        name = names.pop(0)
         if not isinstance(item, h5py.Group) or not item.id.links.exists(name):
             raise KeyError(path)
         kind = item.id.links.get_info(name).type
@@ -48,7 +48,7 @@ def item_inside(group: h5py.Group, path: str) -> Any:
         if links > MOST_LINKS:
             raise KeyError(path)
         goal = item.id.links.get_val(name)
-        left = [*_parts(goal), *left]
+        names = [*_parts(goal), *names]
         if goal.startswith(b"/"):
             item = group.file["/"]
     check_item(item, path)

@@ -35,8 +35,8 @@ class Markers:
 
     def covariance(self, measured_mask: Booleans, rotation: Floats) -> Floats:
         """Return (n, 6, 6) of poses, base axes, for points of unit noise on every axis; parameters as in `spread`."""
-        share, turned = self.spread(measured_mask, rotation)
-        result = self.turn_variance * turned
+        share, covariance = self.spread(measured_mask, rotation)
+        result = self.turn_variance * covariance
         result[:, range(3), range(3)] += share[:, None] / len(self.names)
         return np.asarray(result)
 
@@ -77,22 +77,22 @@ class Markers:
         ([1.0, 1.333], [1.2, 1.2, 0.6])
         """
         n = len(measured_mask)
-        share, turned = np.ones(n), np.zeros((n, 6, 6))
-        turned[:, range(3, 6), range(3, 6)] = 1.0
+        share, covariance = np.ones(n), np.zeros((n, 6, 6))
+        covariance[:, range(3, 6), range(3, 6)] = 1.0
         usual = self.turn_variance
         posed = np.isfinite(rotation[:, 0, 0]) & self.enough(measured_mask)
         patterns, number = np.unique(measured_mask, axis=0, return_inverse=True)
         for k, mask in enumerate(patterns):
-            own = np.flatnonzero(posed & (number.reshape(-1) == k))
-            if not len(own):
+            of_pattern = np.flatnonzero(posed & (number.reshape(-1) == k))
+            if not len(of_pattern):
                 continue
             middle, turn = _middle_and_turn(self.places[mask])
-            share[own] = len(self.names) / int(np.count_nonzero(mask))
-            axes = rotation[own]
+            share[of_pattern] = len(self.names) / int(np.count_nonzero(mask))
+            axes = rotation[of_pattern]
             lever = _cross_matrices(axes @ middle)
             rows = np.concatenate([lever, np.broadcast_to(np.eye(3), lever.shape)], axis=1)
-            turned[own] = rows @ (axes @ (turn / usual) @ np.swapaxes(axes, 1, 2)) @ np.swapaxes(rows, 1, 2)
-        return share, turned
+            covariance[of_pattern] = rows @ (axes @ (turn / usual) @ np.swapaxes(axes, 1, 2)) @ np.swapaxes(rows, 1, 2)
+        return share, covariance
 
 
 def _middle_and_turn(places: Floats) -> tuple[Floats, Floats]:

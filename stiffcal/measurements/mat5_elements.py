@@ -75,16 +75,16 @@ def _unpacked(data: bytes, before: int, packed: int, display_name: str) -> bytes
     display_name : the file as messages name it.
     """
     unpacking = zlib.decompressobj()
-    pieces, unpacked, left = [], 0, data
+    pieces, unpacked, remaining = [], 0, data
     try:
-        while left and unpacked <= MOST_BYTES:
-            pieces.append(unpacking.decompress(left, PIECE))
+        while remaining and unpacked <= MOST_BYTES:
+            pieces.append(unpacking.decompress(remaining, PIECE))
             unpacked += len(pieces[-1])
             check_unpacked(before + unpacked, packed, display_name)
-            left = unpacking.unconsumed_tail
+            remaining = unpacking.unconsumed_tail
     except zlib.error as error:
         raise DamagedElementError(f"a packed variable is damaged ({error})") from None
-    if left or not unpacking.eof:
+    if remaining or not unpacking.eof:
         raise DamagedElementError("a packed variable is cut off, or larger than 2 GB")
     return b"".join(pieces)
 

@@ -145,11 +145,11 @@ def _markers_columns(states: LoadStates) -> dict[str, list[str]]:
         if markers is not None:
             mask = states.markers_measured[:, b, : len(markers.names)]
             patterns, number = np.unique(mask, axis=0, return_inverse=True)
-            words = [
+            texts = [
                 ",".join(name for name, measured in zip(markers.names, row, strict=True) if measured)
                 for row in patterns
             ]
-            columns[f"{states.setup.target_names[b]}_markers"] = [words[k] for k in number.reshape(-1)]
+            columns[f"{states.setup.target_names[b]}_markers"] = [texts[k] for k in number.reshape(-1)]
     return columns
 
 

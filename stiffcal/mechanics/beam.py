@@ -120,8 +120,8 @@ def axis_fields(shape: BeamProperties, x1: Floats) -> Floats:
     """Return (8, 6, p): displacements and turns of the beam axis by the unit fields."""
     points = np.column_stack([x1, np.zeros_like(x1), np.zeros_like(x1)])
     displacement = fields_at_points(shape, points, np.zeros(len(x1)))
-    turned = fibre_fields(shape, x1)[:, _PHI1 : _PHI3 + 1]
-    return np.concatenate([np.moveaxis(displacement, 2, 1), turned], axis=1)
+    rotation = fibre_fields(shape, x1)[:, _PHI1 : _PHI3 + 1]
+    return np.concatenate([np.moveaxis(displacement, 2, 1), rotation], axis=1)
 
 
 def amplitudes_per_end(shape: BeamProperties) -> Floats:

@@ -38,11 +38,11 @@ class BeamFrame:
     @property
     def shape(self) -> BeamProperties:
         """What the displacement field of the link needs to know: the drawn section's fibres and decay, if drawn."""
-        drawn = self.section
-        if drawn is None:
+        section = self.section
+        if section is None:
             return BeamProperties(self.length, warping_decay=self.warping_decay)
-        decay = self.warping_decay if self.warping_decay is not None else drawn.warping_decay
-        return BeamProperties(self.length, drawn.neutral, drawn.twist_centre, decay, drawn.warping_hold)
+        decay = self.warping_decay if self.warping_decay is not None else section.warping_decay
+        return BeamProperties(self.length, section.neutral, section.twist_centre, decay, section.warping_hold)
 
 
 @dataclass(frozen=True)
@@ -103,9 +103,9 @@ class Chain:
         drive 2 of a robot with a parallel rod turns joint 2 one way and joint 3 the other. Its transpose takes the
         torques about the model joints to what the drives carry.
         """
-        own = np.eye(self.n_joints)
+        unit_axes = np.eye(self.n_joints)
         combined = np.count_nonzero(self.coupling, axis=1) > 1
         if not (self.mechanical & combined).any():
-            return own
+            return unit_axes
         display_only = combined & ~self.mechanical
-        return np.where(display_only[:, None], own, self.coupling)
+        return np.where(display_only[:, None], unit_axes, self.coupling)

@@ -126,8 +126,8 @@ def dual_rest(chain: Chain, compliance: Floats, angles: Floats, loads: Sequence[
     """
     deflection = np.zeros_like(angles)
     # Kept from the unloaded shape: it changes by the deflection, a thousandth, and each step gains that factor.
-    left = np.eye(chain.n_joints) - compliance @ complementary_stiffness(dual_chain(chain, angles), loads)
-    inverse = np.linalg.inv(left)
+    system = np.eye(chain.n_joints) - compliance @ complementary_stiffness(dual_chain(chain, angles), loads)
+    inverse = np.linalg.inv(system)
     for _ in range(MAX_STEPS):
         frames = dual_chain(chain, angles + deflection)
         step = (inverse @ (joint_torques(frames, loads) @ compliance.T - deflection)[:, :, None])[:, :, 0]

@@ -90,9 +90,9 @@ def turn_between(after: Floats, before: Floats) -> Floats:
     trace = np.einsum("ikn,ikn->n", after, before)
     if np.any((squared > SMALL_SINE**2) | (trace < 2.0)):
         turn = np.moveaxis(np.einsum("ikn,jkn->ijn", after, before), -1, 0)
-        known = np.isfinite(trace)
+        finite = np.isfinite(trace)
         result = np.full(sine.shape, np.nan)
-        result[:, known] = vector_from_rotation(turn[known]).T
+        result[:, finite] = vector_from_rotation(turn[finite]).T
         return result
     # angle / sin(angle), by its series
     return np.asarray(sine * (1.0 + squared * (1.0 / 6.0 + squared * (3.0 / 40.0 + squared * (5.0 / 112.0)))))

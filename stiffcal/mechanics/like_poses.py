@@ -47,8 +47,8 @@ def pose_groups(angles: Floats, tolerance: float) -> Integers:
             for step in around
             for number in by_cell.get(tuple(map(int.__add__, cell, step)), ())
             if all(
-                abs(mine - founder_angle) < tolerance
-                for mine, founder_angle in zip(pose, founders[number], strict=True)
+                abs(pose_angle - founder_angle) < tolerance
+                for pose_angle, founder_angle in zip(pose, founders[number], strict=True)
             )
         ]
         group[place] = min(near, default=len(founders))

@@ -24,8 +24,8 @@ def drive_matrix(chain: Chain) -> Floats:
     drives sit on the logged axes and one of them turns several joints.
     """
     combined = np.count_nonzero(chain.coupling, axis=1) > 1
-    own = np.diag(np.sign(np.where(np.diagonal(chain.coupling) == 0.0, 1.0, np.diagonal(chain.coupling))))
-    return np.where((combined & ~chain.mechanical)[:, None], own, chain.coupling)
+    signs = np.diag(np.sign(np.where(np.diagonal(chain.coupling) == 0.0, 1.0, np.diagonal(chain.coupling))))
+    return np.where((combined & ~chain.mechanical)[:, None], signs, chain.coupling)
 
 
 def inertial_regressor(chain: Chain, angles: Floats, velocity: Floats, acceleration: Floats) -> Floats:

@@ -99,8 +99,8 @@ def rotation_from_rpy(rpy: Floats) -> Floats:
     """
     x, y, z = np.eye(3)
     roll, pitch, yaw = rpy[..., 0:1], rpy[..., 1:2], rpy[..., 2:3]
-    turned = rotation_from_vector(yaw * z) @ rotation_from_vector(pitch * y) @ rotation_from_vector(roll * x)
-    return np.asarray(turned)
+    rotation = rotation_from_vector(yaw * z) @ rotation_from_vector(pitch * y) @ rotation_from_vector(roll * x)
+    return np.asarray(rotation)
 
 
 def rpy_from_rotation(rotation: Floats) -> Floats:

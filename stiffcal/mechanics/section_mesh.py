@@ -53,8 +53,12 @@ def inner_outline(outline: Floats, wall: float) -> Floats:
     if np.any(bend < 1e-6):
         raise SectionError("the outline turns back on itself")
     offset_points = points + wall * (inward + normal_before) / bend[:, None]
-    kept = np.sum((np.roll(offset_points, -1, axis=0) - offset_points) * along, axis=1)
-    if np.any(kept <= 0.0) or signed_area(offset_points) <= 0.0 or not _all_inside(offset_points, points, 0.99 * wall):
+    along_edges = np.sum((np.roll(offset_points, -1, axis=0) - offset_points) * along, axis=1)
+    if (
+        np.any(along_edges <= 0.0)
+        or signed_area(offset_points) <= 0.0
+        or not _all_inside(offset_points, points, 0.99 * wall)
+    ):
         raise SectionError(f"a wall of {wall:g} m leaves no hollow inside the outline")
     return np.asarray(offset_points)
 

@@ -87,10 +87,10 @@ def _refined(mesh: Any, loops: list[Floats]) -> Any:
 def _re_entrant(loop: Floats, *, hole: bool) -> Floats:
     """Return the corners at which the material fills more than half a turn."""
     before, after = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
-    turned = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], np.sum(before * after, axis=1))
-    left = turned if signed_area(loop) > 0.0 else -turned
+    turn_angle = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], np.sum(before * after, axis=1))
+    left_turn = turn_angle if signed_area(loop) > 0.0 else -turn_angle
     # Gentle bends of a rounded outline are no singularity worth the elements.
-    return np.asarray(loop[left > 0.3] if hole else loop[left < -0.3])
+    return np.asarray(loop[left_turn > 0.3] if hole else loop[left_turn < -0.3])
 
 
 def _solve(skfem: Any, mesh: Any, young: float, shear: float) -> BeamSection:

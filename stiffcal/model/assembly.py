@@ -40,8 +40,10 @@ def compliant_robot(
         effect = catalogue.get(entry.type)
         where = f"[[effects]] {number}, type"
         if effect is None:
-            near = difflib.get_close_matches(entry.type, catalogue, n=1)
-            mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
+            suggestions = difflib.get_close_matches(entry.type, catalogue, n=1)
+            mend = (
+                f"did you mean {suggestions[0]}?" if suggestions else f"choose one of: {', '.join(sorted(catalogue))}"
+            )
             faults.append(Fault(FaultCode.EFFECT_UNKNOWN, MODEL_FILE, where, f"no effect is called {entry.type}", mend))
             continue
         for place in _places(effect, entry, chain, f"[[effects]] {number}, {entry.type}", faults):
@@ -63,22 +65,22 @@ def fixed_parameters(model: ModelFile) -> frozenset[str]:
 def _places(effect: Effect, entry: EffectEntry, chain: Chain, where: str, faults: list[Fault]) -> list[Place]:
     possible = effect.places(chain)
     if effect.place_kind == "setup":
-        wanted = [Place("setup")]
+        places = [Place("setup")]
     elif effect.place_kind == "links":
-        wanted = [Place("links", (), name) for name in entry.links or ()]
+        places = [Place("links", (), name) for name in entry.links or ()]
     elif effect.place_kind == "pairs":
-        wanted = [Place("pairs", (min(pair), max(pair))) for pair in entry.pairs or ()]
+        places = [Place("pairs", (min(pair), max(pair))) for pair in entry.pairs or ()]
     else:
-        wanted = [Place("joints", (joint,)) for joint in entry.joints or ()]
+        places = [Place("joints", (joint,)) for joint in entry.joints or ()]
     labels = ", ".join(place.label for place in possible) or "none on this robot"
-    if not wanted:
+    if not places:
         mend = f"add {effect.place_kind} = […]; possible: {labels}"
         faults.append(Fault(FaultCode.PLACE_INVALID, MODEL_FILE, where, f"no {effect.place_kind} given", mend))
-    for place in wanted:
+    for place in places:
         if place not in possible:
             reason = f"{effect.name} cannot sit at {place.label}"
             faults.append(Fault(FaultCode.PLACE_INVALID, MODEL_FILE, where, reason, f"possible: {labels}"))
-    return [place for place in wanted if place in possible]
+    return [place for place in places if place in possible]
 
 
 def _doubled(placed: list[PlacedEffect]) -> list[Fault]:
@@ -110,13 +112,13 @@ def _doubled(placed: list[PlacedEffect]) -> list[Fault]:
 
 
 def _check_settings(robot: CompliantRobot, settings: Mapping[str, float]) -> None:
-    known = {placed.parameter_name(spec.symbol): spec for placed in robot.placed for spec in placed.effect.parameters}
+    specs = {placed.parameter_name(spec.symbol): spec for placed in robot.placed for spec in placed.effect.parameters}
     faults = []
     for name, value in settings.items():
-        place, spec = f"parameters.{name}", known.get(name)
+        place, spec = f"parameters.{name}", specs.get(name)
         if spec is None:
-            near = difflib.get_close_matches(name, known, n=1)
-            mend = f"did you mean {near[0]}?" if near else f"this model has: {', '.join(known)}"
+            suggestions = difflib.get_close_matches(name, specs, n=1)
+            mend = f"did you mean {suggestions[0]}?" if suggestions else f"this model has: {', '.join(specs)}"
             faults.append(
                 Fault(FaultCode.PARAMETER_UNKNOWN, MODEL_FILE, place, "the model has no such parameter", mend)
             )

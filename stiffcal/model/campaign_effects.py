@@ -33,8 +33,8 @@ def plugin_code(campaign: Campaign) -> PluginCode:
 
 def needs_plugins(campaign: Campaign) -> bool:
     """Return whether the model file holds an effect that is neither built in nor installed."""
-    known = built_in_effects()
-    return bool(campaign.manifest.plugins) and any(entry.type not in known for entry in campaign.model.effects)
+    built_in = built_in_effects()
+    return bool(campaign.manifest.plugins) and any(entry.type not in built_in for entry in campaign.model.effects)
 
 
 def key_of_plugins(campaign: Campaign) -> str:

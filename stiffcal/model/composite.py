@@ -84,7 +84,7 @@ def _with_values(placed_effect: PlacedEffect, values: Mapping[str, float]) -> Pl
     """Return an effect with the values that are its own, in the form of the law that they are of."""
     stem = placed_effect.parameter_name("")
     effect = placed_effect.effect.form(name.removeprefix(stem) for name in values if name.startswith(stem))
-    mine = {
+    values_of_effect = {
         spec.symbol: values[stem + spec.symbol] for spec in effect.parameters if stem + spec.symbol in values
     }  # fmt: skip
-    return replace(placed_effect, effect=effect, values={**placed_effect.values, **mine})
+    return replace(placed_effect, effect=effect, values={**placed_effect.values, **values_of_effect})

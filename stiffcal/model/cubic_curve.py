@@ -58,11 +58,11 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
     torque = np.asarray(torque, dtype=np.float64)
     p1, p2, p3 = curve
     low, high = monotonic_range(curve)
-    wanted = float(np.abs(torque).max(initial=0.0))
-    if not wanted < _BEYOND:
+    largest = float(np.abs(torque).max(initial=0.0))
+    if not largest < _BEYOND:
         return np.full_like(torque, np.nan)
-    reach = 1.1 * wanted / p1 + 1e-300
-    while _between(reach, curve, low, high) < wanted or -_between(-reach, curve, low, high) < wanted:
+    reach = 1.1 * largest / p1 + 1e-300
+    while _between(reach, curve, low, high) < largest or -_between(-reach, curve, low, high) < largest:
         reach *= 2.0
     steps = np.linspace(-1.0, 1.0, _TABLE)
     table = reach * np.sinh(_CROWDING * steps) / np.sinh(_CROWDING)
@@ -71,15 +71,15 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
     below, above = table[cell], table[cell + 1]
     angle = np.interp(torque, torques, table)
     for _ in range(_MOST_STEPS):
-        left = _between(angle, curve, low, high) - torque
-        if np.abs(left).max(initial=0.0) <= _SETTLED * wanted:
+        residual = _between(angle, curve, low, high) - torque
+        if np.abs(residual).max(initial=0.0) <= _SETTLED * largest:
             return np.asarray(angle)
-        below, above = np.where(left < 0.0, angle, below), np.where(left > 0.0, angle, above)
+        below, above = np.where(residual < 0.0, angle, below), np.where(residual > 0.0, angle, above)
         inside = np.clip(angle, low, high)
         slope = np.maximum(p1 + inside * (2.0 * p2 + inside * 3.0 * p3), LEAST_SLOPE * p1)
-        tried = angle - left / slope
+        tried = angle - residual / slope
         angle = np.where((tried < below) | (tried > above), 0.5 * (below + above), tried)
-    raise ArithmeticError(f"no angle of the spring is found for a torque of {wanted:.3g} N·m")
+    raise ArithmeticError(f"no angle of the spring is found for a torque of {largest:.3g} N·m")
 
 
 def _between(angle: Floats | float, curve: tuple[float, float, float], low: float, high: float) -> Floats:

@@ -34,10 +34,10 @@ def drive_torque(chain: Chain, wrench: Floats, joint: int) -> Floats:
     wrench : (2J + 2, 6, n) what the nodes carry, node axes (`NodeLoads.wrench` or ``weight``).
     joint : from 1.
     """
-    turned = turned_joints(chain, joint)
-    if len(turned) == 1 and turned[0][1] == 1.0:
-        return np.asarray(wrench[joint_node(turned[0][0]), RZ])
-    return np.asarray(sum(factor * wrench[joint_node(k), RZ] for k, factor in turned))
+    driven = turned_joints(chain, joint)
+    if len(driven) == 1 and driven[0][1] == 1.0:
+        return np.asarray(wrench[joint_node(driven[0][0]), RZ])
+    return np.asarray(sum(factor * wrench[joint_node(k), RZ] for k, factor in driven))
 
 
 def drive_terms(chain: Chain, joint: int, symbol: str, value: Floats) -> tuple[Term, ...]:

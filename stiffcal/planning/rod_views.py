@@ -38,8 +38,8 @@ def rod_views(campaign: Campaign, setup: MeasurementSetup) -> list[CheckedRods]:
     for rods, shape in zip(setup.rods, setup.beams, strict=True):
         own_name = campaign.chain.link_names[campaign.chain.beams[rods.link].joint - 1]
         entry = campaign.robot.links.get(rods.link) or campaign.robot.links.get(own_name)
-        drawn = None if entry is None or entry.section is None else entry.section.outline
-        view = rod_observability(rods, shape, None if drawn is None else [np.array(corner) for corner in drawn])
+        outline = None if entry is None or entry.section is None else entry.section.outline
+        view = rod_observability(rods, shape, None if outline is None else [np.array(corner) for corner in outline])
         views.append(
             CheckedRods(
                 link=view.link,

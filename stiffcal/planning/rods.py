@@ -163,10 +163,10 @@ def _observable(view: RodObservability) -> tuple[str, ...]:
     ]
     check = f"{view.spare} to spare as a check" if view.spare else "none to spare: only the load can show a wrong one"
     carried = ", ".join(view.carried) or "nothing"
-    known = ", ".join(determined)
+    determined_text = ", ".join(determined)
     return (
         f"{len(view.rods)} rods on {view.link} carry {carried}; {check}; condition number {view.condition:.3g}",
-        f"with rods of {size} the end of {view.link} is known to {known} in one state (± 95 %)",
+        f"with rods of {size} the end of {view.link} is known to {determined_text} in one state (± 95 %)",
     )
 
 

@@ -87,7 +87,7 @@ class FitComparison:
     def summary(self) -> str:
         """Return both errors in a line."""
         errors = self.errors
-        words = [
+        texts = [
             f"{title}: fit {1e6 * row['fit_m']:.3g} µm"
             + (
                 ""
@@ -97,7 +97,7 @@ class FitComparison:
             for title, row in errors.iterrows()
             if row["fit_m"] is not None
         ]
-        return "; ".join(words)
+        return "; ".join(texts)
 
     def _repr_html_(self) -> str:
         return str(self.errors.to_html(escape=True)) + str(self.parameters.to_html(escape=True))

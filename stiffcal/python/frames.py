@@ -143,8 +143,10 @@ def column_values(frame: pd.DataFrame, name: str) -> tuple[np.ndarray[Any, np.dt
             and (column := f"{name.removesuffix(f'_{shown_unit}')}_{unit}") in frame.columns
         ):
             return frame[column].to_numpy() * factor, _label(name)
-    known = ", ".join(map(str, frame.columns))
-    raise InputError.at(FaultCode.COLUMN_MISSING, "residuals", name, "there is no such column", f"columns: {known}")
+    known_names = ", ".join(map(str, frame.columns))
+    raise InputError.at(
+        FaultCode.COLUMN_MISSING, "residuals", name, "there is no such column", f"columns: {known_names}"
+    )
 
 
 def _label(column: str) -> str:

@@ -70,8 +70,8 @@ class Batch:
     def __len__(self) -> int:
         for values in self.numbers.values():
             return len(values)
-        for words in self.texts.values():
-            return len(words)
+        for column in self.texts.values():
+            return len(column)
         return 0
 
 
@@ -165,8 +165,8 @@ def find_reader(path: Path, log_format_name: str | None = None, display_name: st
         If no format of this name is known, or none recognises the file.
     """
     if log_format_name is not None:
-        named = log_format(log_format_name)
-        if named is None:
+        log_format_found = log_format(log_format_name)
+        if log_format_found is None:
             reason, known = f"no reader for format {log_format_name!r}", format_names()
             raise InputError.at(
                 FaultCode.FORMAT_UNKNOWN,
@@ -175,7 +175,7 @@ def find_reader(path: Path, log_format_name: str | None = None, display_name: st
                 reason,
                 _suggest_format(log_format_name, known),
             )
-        return cast(Reader, named)
+        return cast(Reader, log_format_found)
     with suppress(OSError):  # what is not there at all has no format
         check_regular(path, display_name)
     # The module named like the ending first, so that a .csv does not import h5py.
@@ -193,8 +193,8 @@ def find_reader(path: Path, log_format_name: str | None = None, display_name: st
 
 
 def _suggest_format(name: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.6)
-    return f"did you mean {near[0]!r}?" if near else f"formats: {', '.join(known)}"
+    suggestions = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.6)
+    return f"did you mean {suggestions[0]!r}?" if suggestions else f"formats: {', '.join(known)}"
 
 
 # ---- what every reader has to say -----------------------------------------------------------------------------------
@@ -251,12 +251,12 @@ def nearest_name(name: str, columns: Sequence[str], having: str = "the file has"
     """
     folded = {column.casefold(): column for column in columns}
     bare = {column.split("[")[0].split("(")[0].strip(" #\ufeff").casefold(): column for column in columns}
-    near = folded.get(name.casefold()) or bare.get(name.casefold())
-    if near is None:
+    names = folded.get(name.casefold()) or bare.get(name.casefold())
+    if names is None:
         close = difflib.get_close_matches(name.casefold(), list(folded), n=1, cutoff=0.6)
-        near = folded[close[0]] if close else None
-    if near is not None:
-        return f"did you mean {near!r}?" + (f" if so, {_CP1252}" if _C1.search(near) else "")
+        names = folded[close[0]] if close else None
+    if names is not None:
+        return f"did you mean {names!r}?" + (f" if so, {_CP1252}" if _C1.search(names) else "")
     if any(_C1.search(column) for column in columns):
         return _CP1252
     listed = ", ".join(repr(column) for column in columns[:12]) + (", …" if len(columns) > 12 else "")
@@ -270,18 +270,26 @@ def check_options(
     options: Options, table: type[TomlTable], name: str, display_name: str, further: Mapping[str, type] | None = None
 ) -> None:
     """Raise `InputError` for an option that `table` and `further` (not of the manifest) lack, or of the wrong type."""
-    known = {key: plain_type(option.annotation) for key, option in table.model_fields.items()} | dict(further or {})
+    option_types = {key: plain_type(option.annotation) for key, option in table.model_fields.items()} | dict(
+        further or {}
+    )
     faults = []
     for key, value in options.items():
         place = f"{name}.{key}"
-        if key not in known:
+        if key not in option_types:
             faults.append(
                 Fault(
-                    FaultCode.KEY_UNKNOWN, display_name, place, "no such option", nearest_option(key, list(known), name)
+                    FaultCode.KEY_UNKNOWN,
+                    display_name,
+                    place,
+                    "no such option",
+                    nearest_option(key, list(option_types), name),
                 )
             )
-        elif value is not None and (not isinstance(value, known[key]) or type(value) is bool is not known[key]):
-            kind = _KINDS.get(known[key], "of the right kind")
+        elif value is not None and (
+            not isinstance(value, option_types[key]) or type(value) is bool is not option_types[key]
+        ):
+            kind = _KINDS.get(option_types[key], "of the right kind")
             faults.append(
                 Fault(FaultCode.VALUE_INVALID, display_name, place, f"{value!r} is not {kind}", "correct the manifest")
             )
@@ -291,8 +299,8 @@ def check_options(
 
 def nearest_option(key: str, known: Sequence[str], table: str) -> str:
     """Return a mend for an unknown option."""
-    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-    return f"did you mean {table}.{near[0]}?" if near else f"options: {', '.join(known)}"
+    suggestions = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    return f"did you mean {table}.{suggestions[0]}?" if suggestions else f"options: {', '.join(known)}"
 
 
 def first_not_finite(

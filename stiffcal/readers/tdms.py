@@ -207,17 +207,17 @@ def _check_finished(file: Any, display_name: str) -> None:
 
 def _group(file: Any, options: Options, display_name: str) -> Any:
     groups = {group.name: group for group in file.groups()}
-    asked = options.get("group")
-    if asked is not None:
-        if asked not in groups:
+    requested = options.get("group")
+    if requested is not None:
+        if requested not in groups:
             raise InputError.at(
                 FaultCode.LOG_PART_MISSING,
                 display_name,
                 "tdms.group",
-                f"no group {asked!r}",
-                nearest_name(str(asked), list(groups)),
+                f"no group {requested!r}",
+                nearest_name(str(requested), list(groups)),
             )
-        return groups[str(asked)]
+        return groups[str(requested)]
     names = [name for name, group in groups.items() if group.channels()]
     if len(names) == 1:
         return groups[names[0]]

@@ -102,13 +102,15 @@ def align_clocks(
     # the load first: what follows it is best aligned to it
     waiting.sort(key=lambda signal: not signal.leads)
     for signal in waiting:
-        known = [
+        measured_offsets = [
             signal_on_clock
             for signal_on_clock in signals
             if signal_on_clock.source in offsets and offsets[signal_on_clock.source].value is not None
         ]
-        known.sort(key=lambda signal_on_clock: (not signal_on_clock.leads, signal_on_clock.source != first.source))
-        for reference in known:
+        measured_offsets.sort(
+            key=lambda signal_on_clock: (not signal_on_clock.leads, signal_on_clock.source != first.source)
+        )
+        for reference in measured_offsets:
             offset = offset_between(reference, signal)
             if offset.value is None:
                 reasons.setdefault(signal.source, offset.reason)
@@ -133,8 +135,10 @@ def offset_between(first: SharedSignal, second: SharedSignal) -> SourceClockOffs
     if not moves(second.values):
         return SourceClockOffset(None, None, f"{second.source} shows only noise: nothing shared with {first.source}")
     if second.leads and not first.leads:
-        turned = offset_between(second, first)
-        return SourceClockOffset(None if turned.value is None else -turned.value, turned.std, turned.reason)
+        reverse_offset = offset_between(second, first)
+        return SourceClockOffset(
+            None if reverse_offset.value is None else -reverse_offset.value, reverse_offset.std, reverse_offset.reason
+        )
     coarse = _coarse_lag(first, second)
     if isinstance(coarse, str):
         return SourceClockOffset(None, None, coarse)
@@ -191,8 +195,8 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
     falls = np.flatnonzero(gain < 0.5 * gain[best])
     left = falls[falls < best].max(initial=-1)
     right = falls[falls > best].min(initial=gain.size)
-    rest = np.concatenate([gain[: left + 1], gain[right:]])
-    if rest.size and share[best] < 0.999 and gain[best] < 1.02 * rest.max():
+    elsewhere = np.concatenate([gain[: left + 1], gain[right:]])
+    if elsewhere.size and share[best] < 0.999 and gain[best] < 1.02 * elsewhere.max():
         return f"the loads repeat: {second.source} fits {first.source} at more than one lag"
     return float(lags[best] * step + second.time[0] - first.time[0])
 
@@ -244,8 +248,8 @@ def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
     total = (squares[last] - squares[first]).sum(axis=1)
     constant = ((sums[last] - sums[first]) ** 2).sum(axis=1) / overlap
     about = np.maximum(total - constant, 1e-300)
-    left = np.clip(total - explained, 1e-9 * about, about)
-    return lags.astype(np.float64), overlap * np.log(about / left), 1.0 - left / about
+    residual = np.clip(total - explained, 1e-9 * about, about)
+    return lags.astype(np.float64), overlap * np.log(about / residual), 1.0 - residual / about
 
 
 def _refined(first: SharedSignal, second: SharedSignal, lag: float) -> SourceClockOffset:
@@ -293,8 +297,8 @@ def _steps_agree(
         return True  # too few to judge by
     u, y = np.stack([a for a, _ in complete]), np.stack([b for _, b in complete])
     y = y / np.maximum(np.sqrt(np.mean(y**2, axis=0)), 1e-300)
-    left = y - u @ np.linalg.lstsq(u, y, rcond=1e-6)[0]
-    share = float(np.sum(left**2) / np.sum(y**2))
+    residual = y - u @ np.linalg.lstsq(u, y, rcond=1e-6)[0]
+    share = float(np.sum(residual**2) / np.sum(y**2))
     return bool(len(complete) * np.log(1.0 / max(share, 1e-12)) > 3.0 * n_free + 10.0)
 
 

@@ -67,12 +67,12 @@ def without_commands(states: LoadStates, chain: Chain) -> LoadStates:
                 shift, _ = _rigid_motion(chain, joints[members], start, states.setup.targets[gauge.target])
                 displacement[members, g] -= np.einsum("ni,ni->n", along[:, g], shift)
         joints[members] = start
-    still = replace(states, position=position, rotation=rotation, joints=joints, displacement=displacement)
-    return still.with_set_aside(not_logged, SetAsideCode.COMMANDS_NOT_LOGGED, _NOT_LOGGED)
+    corrected = replace(states, position=position, rotation=rotation, joints=joints, displacement=displacement)
+    return corrected.with_set_aside(not_logged, SetAsideCode.COMMANDS_NOT_LOGGED, _NOT_LOGGED)
 
 
 def _rigid_motion(chain: Chain, joints: Floats, start: Floats, target: Attachment) -> tuple[Floats, Floats]:
     """Return (n, 3) and (n, 3, 3): how the rigid chain's frame moves and turns from the start's joints, base axes."""
-    place, turned = attached_poses(chain, chain.model_angles(joints), target)
+    place, rotation = attached_poses(chain, chain.model_angles(joints), target)
     first, upright = attached_poses(chain, chain.model_angles(start[None]), target)
-    return place - first, turned @ upright[0].T
+    return place - first, rotation @ upright[0].T

@@ -47,8 +47,8 @@ class WorkSign:
 
 def work_of_load(states: LoadStates, chain: Chain) -> WorkSign:
     """Return Σ wrench · displacement about the load's point in each run (differences to the run's reference), J."""
-    force, moment, translation, turned = _loads_and_motions(states, chain)
-    work = np.sum(force * translation, axis=1) + np.sum(moment * turned, axis=1)
+    force, moment, translation, rotation = _loads_and_motions(states, chain)
+    work = np.sum(force * translation, axis=1) + np.sum(moment * rotation, axis=1)
     total = np.array([work[members].sum() for members in states.members()])
     return WorkSign(total, explained_by_joints(states, chain))
 
@@ -62,9 +62,9 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
     force = np.einsum("nij,nj->ni", axes, states.wrench[:, :3])
     moment = np.einsum("nij,nj->ni", axes, states.wrench[:, 3:])
     if states.deflection_given:
-        translation, turned = states.deflection[:, 0, :3].copy(), np.nan_to_num(states.deflection[:, 0, 3:])
+        translation, rotation = states.deflection[:, 0, :3].copy(), np.nan_to_num(states.deflection[:, 0, 3:])
     else:
-        turned = np.zeros_like(force)
+        rotation = np.zeros_like(force)
         references = np.zeros(len(states), dtype=np.int64)
         for members in members_of(states.run):
             first = members[states.reference[members]]
@@ -74,20 +74,20 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
             moment[members] -= moment[reference].copy()
             turn = states.rotation[members, 0] @ states.rotation[reference, 0].T
             if np.isfinite(turn).all():
-                turned[members] = rotation_vector(turn)
+                rotation[members] = rotation_vector(turn)
         translation = motion_of(states, chain).since(references)
-    return force, moment, np.nan_to_num(translation + np.cross(turned, point - target)), turned
+    return force, moment, np.nan_to_num(translation + np.cross(rotation, point - target)), rotation
 
 
 def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = None, sign: float = 1.0) -> float:
     """Return the share of displacement that non-negative joint compliances explain, sensor axes turned by `flip`."""
     angles = chain.model_angles(states.joints)
     _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
-    turned = sign * (axes if flip is None else axes @ flip)
+    joint_axes = sign * (axes if flip is None else axes @ flip)
     wrench = np.concatenate(
         [
-            np.einsum("nij,nj->ni", turned, states.wrench[:, :3]),
-            np.einsum("nij,nj->ni", turned, states.wrench[:, 3:]),
+            np.einsum("nij,nj->ni", joint_axes, states.wrench[:, :3]),
+            np.einsum("nij,nj->ni", joint_axes, states.wrench[:, 3:]),
         ],
         axis=1,
     )
@@ -99,15 +99,15 @@ def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = 
             columns[members] -= columns[members].mean(axis=0)
             measured[members] -= mean_measured(measured[members])
     rows = np.isfinite(measured).ravel()
-    design, wanted = columns.reshape(-1, columns.shape[2])[rows], measured.ravel()[rows]
+    design, target = columns.reshape(-1, columns.shape[2])[rows], measured.ravel()[rows]
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
     gram, right = np.linalg.qr(design / scale)
     zero = np.zeros(right.shape[1])
-    value, _ = least_squares_within(right, gram.T @ wanted, zero, zero + np.inf)
-    left = float(np.linalg.norm(right @ value - gram.T @ wanted))
-    total = float(wanted @ wanted)
-    outside = total - float(np.sum((gram.T @ wanted) ** 2))
-    return 1.0 - (left**2 + outside) / total if total > 0.0 else 1.0
+    value, _ = least_squares_within(right, gram.T @ target, zero, zero + np.inf)
+    residual = float(np.linalg.norm(right @ value - gram.T @ target))
+    total = float(target @ target)
+    outside = total - float(np.sum((gram.T @ target) ** 2))
+    return 1.0 - (residual**2 + outside) / total if total > 0.0 else 1.0
 
 
 def check_work(
@@ -198,8 +198,8 @@ def _swapped_column_fault(
     kept = (0, 1, 2)
     shares = {(order, moments): share_with(order, moments) for order in permutations(kept) for moments in {kept, order}}
     (right, moments), best = max(shares.items(), key=lambda entry: entry[1])
-    turned = explained_by_joints(states, chain, sign=-1.0)
-    if right == kept or best < max(ORDER_EXPLAINS, explained + 0.25, turned):
+    reversed_share = explained_by_joints(states, chain, sign=-1.0)
+    if right == kept or best < max(ORDER_EXPLAINS, explained + 0.25, reversed_share):
         return None
     other_share = shares[right, right if moments == kept else kept]
     reason = (
@@ -237,8 +237,8 @@ def match_kinematics(states: LoadStates, chain: Chain) -> KinematicsMatch:
     predicted, rotation = attached_poses(chain, chain.model_angles(chosen.joints), chosen.setup.targets[0])
     away = np.linalg.norm(predicted - chosen.position[:, 0], axis=1)
     turn = np.linalg.norm(rotation_vector(chosen.rotation[:, 0] @ np.swapaxes(rotation, -1, -2)), axis=1)
-    turned = float(np.median(turn)) if np.isfinite(turn).all() else np.nan
-    return KinematicsMatch(float(np.median(away)), float(away.max()), turned)
+    median_angle = float(np.median(turn)) if np.isfinite(turn).all() else np.nan
+    return KinematicsMatch(float(np.median(away)), float(away.max()), median_angle)
 
 
 def miss_words(states: LoadStates, chain: Chain, estimated: bool, miss_m: float) -> str:
@@ -268,19 +268,19 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
     if match.median_m <= MISSES_M:
         return _check_orientation(chosen, chain, match, estimated, file)
     misses: list[tuple[float, str, str]] = []
-    for words, mend, joints, position in _variants(chosen, chain):
+    for text, mend, joints, position in _variants(chosen, chain):
         predicted, _ = attached_poses(chain, chain.model_angles(joints), chosen.setup.targets[0])
-        misses.append((_miss(predicted, position, estimated), words, mend))
+        misses.append((_miss(predicted, position, estimated), text, mend))
     best = min(misses, key=lambda entry: entry[0])
     if best[0] > MUCH_BETTER * match.median_m or best[0] > MEETS_M:
         best = (np.inf, "", "")
     reason = f"kinematics misses the measured target by {1e3 * match.median_m:.0f} mm in the reference states"
     least = MUCH_BETTER * min(match.median_m, best[0])
-    words, mend = correcting_words(chosen, chain, estimated, min(MEETS_M, least))
-    if not words and best[1]:
-        words, mend = f"; with {best[1]} it meets within {1e3 * best[0]:.1f} mm", best[2]
-    if words:
-        return [Fault(FaultCode.KINEMATICS_MISMATCH, file, "kinematics", f"{reason}{words}", mend)]
+    text, mend = correcting_words(chosen, chain, estimated, min(MEETS_M, least))
+    if not text and best[1]:
+        text, mend = f"; with {best[1]} it meets within {1e3 * best[0]:.1f} mm", best[2]
+    if text:
+        return [Fault(FaultCode.KINEMATICS_MISMATCH, file, "kinematics", f"{reason}{text}", mend)]
     return [
         Fault(
             FaultCode.KINEMATICS_MISMATCH,
@@ -320,8 +320,8 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
             shifted = joints.copy()
             shifted[:, k] += np.radians(degrees)
             yield f"{degrees:+d}° at joint {name}", f"correct theta_deg of {name}", shifted, position
-    back = inverse_transform(states.setup.base_from_tracker)
-    own = position @ back[:3, :3].T + back[:3, 3]
+    tracker_from_base = inverse_transform(states.setup.base_from_tracker)
+    own = position @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3]
     base_from_tracker = states.setup.base_from_tracker
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
@@ -342,7 +342,7 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
         "the tracker's frame the other way round",
         "frames.tracker is where the tracker stands seen from the base, not the base seen from the tracker",
         joints,
-        own @ back[:3, :3].T + back[:3, 3],
+        own @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3],
     )
 
 
@@ -363,15 +363,15 @@ def _check_orientation(
         ("inverted", quaternion * np.array([1.0, -1.0, -1.0, -1.0]), "invert the orientation"),
     )
     reason = f"positions meet kinematics, orientations are off by {np.degrees(match.turned_rad):.0f}°"
-    for words, values, mend in orders:
-        turned = rotation_vector(tracker_axes @ rotation_from_quaternion(values) @ np.swapaxes(rotation, -1, -2))
-        if np.median(np.linalg.norm(turned, axis=1)) <= TURNED_RAD:
+    for text, values, mend in orders:
+        deviation = rotation_vector(tracker_axes @ rotation_from_quaternion(values) @ np.swapaxes(rotation, -1, -2))
+        if np.median(np.linalg.norm(deviation, axis=1)) <= TURNED_RAD:
             return [
                 Fault(
                     FaultCode.KINEMATICS_MISMATCH,
                     file,
                     "quaternion_wxyz",
-                    f"{reason}; with the quaternion {words} they meet",
+                    f"{reason}; with the quaternion {text} they meet",
                     mend,
                 )
             ]

@@ -130,24 +130,24 @@ def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece]
     long_enough = duration >= SHORT_HOLD * usual
     # Before the first load nobody waits longer than until nothing moves; that is the reference.
     long_enough |= (stay[level] > CLEAR_REST) & np.array([piece.first == 0 for piece in holds], dtype=np.bool_)
-    kept = [piece for piece, keep in zip(holds, long_enough, strict=True) if keep]
+    selected = [piece for piece, keep in zip(holds, long_enough, strict=True) if keep]
     is_pause = ~long_enough & (duration >= SHORT_PAUSE * usual)
-    pauses = [piece for piece, tell in zip(holds, is_pause, strict=True) if tell]
-    return _side_by_side(kept, tolerance), pauses
+    pauses = [piece for piece, is_short in zip(holds, is_pause, strict=True) if is_short]
+    return _side_by_side(selected, tolerance), pauses
 
 
 def _side_by_side(holds: Sequence[_Piece], tolerance: float) -> list[_Piece]:
     """Join holds of one load that a slow drift or a passing disturbance has cut."""
-    joined = list(holds[:1])
+    merged = list(holds[:1])
     for piece in holds[1:]:
-        last = joined[-1]
-        near = piece.first - last.last <= 0.1 * min(piece.last - piece.first, last.last - last.first)
-        if near and np.linalg.norm(piece.mean - last.mean) < tolerance * SAME_LOAD / SAME_LEVEL:
-            n, more = last.last - last.first, piece.last - piece.first
-            joined[-1] = _Piece(last.first, piece.last, (n * last.mean + more * piece.mean) / (n + more))
+        last = merged[-1]
+        is_adjacent = piece.first - last.last <= 0.1 * min(piece.last - piece.first, last.last - last.first)
+        if is_adjacent and np.linalg.norm(piece.mean - last.mean) < tolerance * SAME_LOAD / SAME_LEVEL:
+            n, n_added = last.last - last.first, piece.last - piece.first
+            merged[-1] = _Piece(last.first, piece.last, (n * last.mean + n_added * piece.mean) / (n + n_added))
         else:
-            joined.append(piece)
-    return joined
+            merged.append(piece)
+    return merged
 
 
 def _slow_noise(white: Floats, holds: Sequence[_Piece]) -> Floats:
@@ -258,18 +258,18 @@ def _mean(values: Floats) -> Floats:
 
 def _joined(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
     """Join neighbours of one level."""
-    joined = [pieces[0]]
+    merged = [pieces[0]]
     for piece in pieces[1:]:
-        current = joined[-1]
+        current = merged[-1]
         # the level of a piece of a few blocks is known only to its own noise
         uncertain = 3.0 * np.sqrt(piece.mean.size / (piece.last - piece.first))
         if np.linalg.norm(piece.mean - current.mean) < max(tolerance, min(uncertain, 3.0 * tolerance)):
-            n, more = current.last - current.first, piece.last - piece.first
-            mean = (n * current.mean + more * piece.mean) / (n + more)
-            joined[-1] = _Piece(current.first, piece.last, mean)
+            n, n_added = current.last - current.first, piece.last - piece.first
+            mean = (n * current.mean + n_added * piece.mean) / (n + n_added)
+            merged[-1] = _Piece(current.first, piece.last, mean)
         else:
-            joined.append(piece)
-    return joined
+            merged.append(piece)
+    return merged
 
 
 def _stay(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> Floats:
@@ -282,9 +282,9 @@ def _stay(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> Floats:
         return np.full(len(pieces), np.inf)
     begin = time[[piece.first for piece in pieces]]
     stop = time[[min(piece.last, len(time) - 1) for piece in pieces]]
-    speed, way = _ramps(time, white, pieces)
+    speed, change = _ramps(time, white, pieces)
     order = np.argsort(speed)
-    half = np.searchsorted(np.cumsum(way[order]), 0.5 * way.sum())
+    half = np.searchsorted(np.cumsum(change[order]), 0.5 * change.sum())
     usual = speed[order[min(int(half), len(order) - 1)]]
     # the way through a level: half of the steps to it and from it; an end of the log counts once
     steps = np.linalg.norm(np.diff([piece.mean for piece in pieces], axis=0), axis=1)
@@ -300,13 +300,13 @@ def _ramps(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> tuple[Float
     ends = [piece for piece in pieces if piece.last - piece.first >= LEAST_BLOCKS]
     if len(ends) < 2:
         ends = list(pieces)
-    way = np.linalg.norm(np.diff([piece.mean for piece in ends], axis=0), axis=1)
+    change = np.linalg.norm(np.diff([piece.mean for piece in ends], axis=0), axis=1)
     passing = np.empty(len(ends) - 1)
     for k, (before, after) in enumerate(pairwise(ends)):
         gap = time[after.first] - time[before.last - 1] - (time[1] - time[0])
-        near = 0.5 * (time[before.last - 1] - time[before.first] + time[after.last - 1] - time[after.first])
-        passing[k] = gap + near * (1.0 - _abruptness(white, before, after, float(way[k])))
-    return way / np.maximum(passing, np.median(np.diff(time))), way
+        mean_gap = 0.5 * (time[before.last - 1] - time[before.first] + time[after.last - 1] - time[after.first])
+        passing[k] = gap + mean_gap * (1.0 - _abruptness(white, before, after, float(change[k])))
+    return change / np.maximum(passing, np.median(np.diff(time))), change
 
 
 def _abruptness(white: Floats, before: _Piece, after: _Piece, way: float) -> float:

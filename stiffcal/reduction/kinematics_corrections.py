@@ -55,12 +55,12 @@ def corrections(states: LoadStates, chain: Chain, estimated: bool) -> list[Corre
     states : one reference state per pose, with measured places. chain : the robot.
     estimated : True where the tracker's frame was found from these poses, so that it is fitted with each of the others.
     """
-    found = [*_fitted(states, chain, estimated), *_reordered(states, chain)]
-    found.sort(key=lambda correction: correction.left_m)
-    if not found:
+    candidates = [*_fitted(states, chain, estimated), *_reordered(states, chain)]
+    candidates.sort(key=lambda correction: correction.left_m)
+    if not candidates:
         return []
-    near = [correction for correction in found if correction.left_m <= AS_GOOD * found[0].left_m]
-    return sorted(near, key=lambda correction: correction.n_parameters) + found[len(near) :]
+    as_good = [correction for correction in candidates if correction.left_m <= AS_GOOD * candidates[0].left_m]
+    return sorted(as_good, key=lambda correction: correction.n_parameters) + candidates[len(as_good) :]
 
 
 def correcting_words(states: LoadStates, chain: Chain, estimated: bool, most_m: float) -> tuple[str, str]:
@@ -78,11 +78,11 @@ def correcting_words(states: LoadStates, chain: Chain, estimated: bool, most_m: 
     if not meeting:
         return "", ""
     first = meeting[0]
-    words, named = f"; with {first.words} it meets within {1e3 * first.left_m:.1f} mm", [first]
+    words, mentioned = f"; with {first.words} it meets within {1e3 * first.left_m:.1f} mm", [first]
     for other in meeting[1:]:
-        if other.left_m <= AS_GOOD * first.left_m and not any(other.parts >= one.parts for one in named):
+        if other.left_m <= AS_GOOD * first.left_m and not any(other.parts >= one.parts for one in mentioned):
             words += f"; or with {other.words}, within {1e3 * other.left_m:.1f} mm"
-            named.append(other)
+            mentioned.append(other)
     return words, first.mend
 
 
@@ -171,9 +171,9 @@ def _reordered(states: LoadStates, chain: Chain) -> Iterator[Correction]:
     names = [states.runs[run].name for run in states.run]
     left = float(np.median(away[np.arange(len(order)), order]))
     pairs = ", ".join(f"“{names[k]}” has the place of “{names[order[k]]}”" for k in moved[:4])
-    more = f" and {len(moved) - 4} more" if len(moved) > 4 else ""
+    suffix = f" and {len(moved) - 4} more" if len(moved) > 4 else ""
     yield Correction(
-        left, len(moved), f"the poses in another order ({pairs}{more})",
+        left, len(moved), f"the poses in another order ({pairs}{suffix})",
         "joint angles and places of different poses stand together: bring the rows or files into one order",
         frozenset({"order"}),
     )  # fmt: skip
@@ -183,10 +183,10 @@ def _frame_words(x: Floats) -> str:
     angle = np.degrees(np.linalg.norm(x[:3]))
     axis = x[:3] / max(float(np.linalg.norm(x[:3])), 1e-12)
     about = ", ".join(f"{part:.2f}" for part in axis)
-    moved = ", ".join(f"{1e3 * part:.1f}" for part in x[3:6])
+    translation = ", ".join(f"{1e3 * part:.1f}" for part in x[3:6])
     return (
         f"the tracker's frame turned by {angle:.2g}° about ({about}) through the middle of the places and moved by "
-        f"({moved}) mm in base axes"
+        f"({translation}) mm in base axes"
     )
 
 
@@ -197,8 +197,8 @@ def _target_words(x: Floats) -> str:
 def _zero_words(chain: Chain, joints: list[int], x: Floats) -> tuple[str, str]:
     names = chain.joint_names
     parts = [f"{np.degrees(_wrapped(x[9 + k])):+.2f}° at {names[k] if k < len(names) else k + 1}" for k in joints]
-    words = "another zero of the joint angles: " + ", ".join(parts)
-    return words, "correct theta_deg in robot.toml, or the controller's zero"
+    text = "another zero of the joint angles: " + ", ".join(parts)
+    return text, "correct theta_deg in robot.toml, or the controller's zero"
 
 
 def _wrapped(angle: float) -> float:

@@ -62,19 +62,19 @@ def _directions(vectors: Floats, loaded: NDArray[np.bool_]) -> tuple[Integers, I
     direction = np.full(len(vectors), -1, dtype=np.int64)
     size = np.sqrt(np.sum(vectors**2, axis=1))
     unit = vectors / np.where(size > 0.0, size, 1.0)[:, None]
-    known: list[Floats] = []
+    founders: list[Floats] = []
     waiting = loaded.copy()
     while waiting.any():
         # The largest load gives its direction best; it founds the next cluster.
         founder = unit[int(np.argmax(np.where(waiting, size, -1.0)))]
-        near = waiting & (unit @ founder > SAME_DIRECTION)
-        direction[near] = len(known)
-        waiting &= ~near
-        known.append(founder)
-    axis_of = np.arange(len(known))
-    if known:
-        opposite = np.stack(known) @ np.stack(known).T < -SAME_DIRECTION
-        for number in range(len(known)):
+        same_direction = waiting & (unit @ founder > SAME_DIRECTION)
+        direction[same_direction] = len(founders)
+        waiting &= ~same_direction
+        founders.append(founder)
+    axis_of = np.arange(len(founders))
+    if founders:
+        opposite = np.stack(founders) @ np.stack(founders).T < -SAME_DIRECTION
+        for number in range(len(founders)):
             earlier = np.flatnonzero(opposite[number, :number])
             if len(earlier):
                 axis_of[number] = axis_of[earlier[0]]
@@ -121,7 +121,7 @@ def find_load_cycles(states: LoadStates) -> LoadCycles:
     """
     n = len(states)
     magnitude = np.zeros(n)
-    direction, axis, left = (np.full(n, -1, dtype=np.int64) for _ in range(3))
+    direction, axis, last_direction = (np.full(n, -1, dtype=np.int64) for _ in range(3))
     branch, cycle = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
     first = np.zeros(n, dtype=np.bool_)
     for members in run_members(states.run):
@@ -133,8 +133,8 @@ def find_load_cycles(states: LoadStates) -> LoadCycles:
         signed, unsigned = _directions(vectors, loaded)
         magnitude[members], direction[members], axis[members] = size, signed, unsigned
         branch[members] = _branches(signed, size, 0.3 * SAME_LEVEL_SHARE * largest)
-        cycle[members], left[members], first[members] = _count_cycles(signed, unsigned, branch[members])
-    return LoadCycles(magnitude, direction, axis, branch, cycle, left, first)
+        cycle[members], last_direction[members], first[members] = _count_cycles(signed, unsigned, branch[members])
+    return LoadCycles(magnitude, direction, axis, branch, cycle, last_direction, first)
 
 
 def _count_cycles(
@@ -142,7 +142,7 @@ def _count_cycles(
 ) -> tuple[Integers, Integers, NDArray[np.bool_]]:
     """Count, state by state, how often a direction has been loaded, and mark the first time along its axis."""
     n = len(signed)
-    cycle, left = np.zeros(n, dtype=np.int64), np.full(n, -1, dtype=np.int64)
+    cycle, last_direction = np.zeros(n, dtype=np.int64), np.full(n, -1, dtype=np.int64)
     first = np.zeros(n, dtype=np.bool_)
     count: dict[int, int] = {}
     seen_axes: set[int] = set()
@@ -157,9 +157,9 @@ def _count_cycles(
                 seen_axes.add(int(unsigned[i]))
             current = int(signed[i])
             first[i] = virgin and branch[i] == LOADING
-        cycle[i], left[i] = count.get(current, 0), current
+        cycle[i], last_direction[i] = count.get(current, 0), current
         previous_branch = int(branch[i])
-    return cycle, left, first
+    return cycle, last_direction, first
 
 
 def repeat_groups(states: LoadStates, cycles: LoadCycles) -> list[Integers]:

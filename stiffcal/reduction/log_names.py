@@ -33,15 +33,15 @@ def names_in_file(wanted: WantedColumns, columns: Callable[[], Sequence[str]]) -
     if all(name.isascii() for name in wanted.names):
         return {}
     headers = columns()
-    known = set(headers)
+    header_names = set(headers)
     composed: dict[str, list[str]] = {}
     for column in headers:
         composed.setdefault(_composed(column), []).append(column)
     renamed = {}
     for name in wanted.names:
-        alike = composed.get(_composed(name), [])
-        if name not in known and len(alike) == 1:
-            renamed[name] = alike[0]
+        same_composed = composed.get(_composed(name), [])
+        if name not in header_names and len(same_composed) == 1:
+            renamed[name] = same_composed[0]
     return renamed
 
 
@@ -58,11 +58,11 @@ def in_file_words(wanted: WantedColumns, names: Mapping[str, str]) -> WantedColu
 
 def in_manifest_words(batch: Batch, names: Mapping[str, str]) -> Batch:
     """Return a batch by the names that the manifest has."""
-    back = {in_file: name for name, in_file in names.items()}
+    manifest_name = {in_file: name for name, in_file in names.items()}
     return replace(
         batch,
-        numbers={back.get(name, name): values for name, values in batch.numbers.items()},
-        texts={back.get(name, name): words for name, words in batch.texts.items()},
+        numbers={manifest_name.get(name, name): values for name, values in batch.numbers.items()},
+        texts={manifest_name.get(name, name): words for name, words in batch.texts.items()},
     )
 
 

@@ -79,9 +79,9 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
     n_components = white.shape[1]
     bound = np.sqrt(n_components + 2.0 * np.sqrt(ALARM_EXPONENT * n_components) + 2.0 * ALARM_EXPONENT)
     reason_of: dict[int, str] = {}
-    kept = states.used & np.isfinite(white).all(axis=1)
-    for number, own in _by_run(groups, states.run).items():
-        for k, distance in _RunReadings(white, own, kept, cycles.last_direction, bound).bumped():
+    in_use = states.used & np.isfinite(white).all(axis=1)
+    for number, run_groups in _by_run(groups, states.run).items():
+        for k, distance in _RunReadings(white, run_groups, in_use, cycles.last_direction, bound).bumped():
             size = 1e3 * distance * wider.get(number, 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
             reason_of[k] = (
                 f"bumped: off by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
@@ -100,17 +100,17 @@ def _readings(states: LoadStates) -> tuple[Floats, int]:
         flat = states.deflection.reshape(n, -1)
         return np.asarray(flat[:, np.isfinite(flat).any(axis=0)]), 3
     if not states.has_poses:
-        read = np.isfinite(states.displacement)
-        alone = np.where(read.any(axis=1), np.sum(np.where(read, states.displacement, 0.0), axis=1), np.nan)
-        return alone[:, None] if read.any() else np.zeros((n, 0)), 1
+        measured = np.isfinite(states.displacement)
+        alone = np.where(measured.any(axis=1), np.sum(np.where(measured, states.displacement, 0.0), axis=1), np.nan)
+        return alone[:, None] if measured.any() else np.zeros((n, 0)), 1
     columns = [states.position.reshape(n, -1)]
     for b in range(states.rotation.shape[1]):
         if np.isfinite(states.rotation[:, b]).all():
-            turned = np.zeros((n, 3))
+            rotation = np.zeros((n, 3))
             for members in members_of(states.run):
                 first = states.rotation[members[0], b]
-                turned[members] = vector_from_rotation(states.rotation[members, b] @ first.T)
-            columns.append(turned)
+                rotation[members] = vector_from_rotation(states.rotation[members, b] @ first.T)
+            columns.append(rotation)
     return np.concatenate(columns, axis=1), 3
 
 
@@ -127,12 +127,14 @@ def _misaligned(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Flo
         members = everyone[good[everyone]]
         off = np.zeros((members.size, 3))
         for direction in np.unique(cycles.direction[members]):
-            own = cycles.direction[members] == direction
-            along = force[members[own]].sum(axis=0)
+            of_direction = cycles.direction[members] == direction
+            along = force[members[of_direction]].sum(axis=0)
             size = float(np.linalg.norm(along))
             if direction >= 0 and size > 0.0:
                 along = along / size
-                off[own] = force[members[own]] - (force[members[own]] @ along)[:, None] * along
+                off[of_direction] = (
+                    force[members[of_direction]] - (force[members[of_direction]] @ along)[:, None] * along
+                )
         if not off.any():
             continue
         loads = force[members] - force[members].mean(axis=0)
@@ -151,14 +153,14 @@ def _groups(states: LoadStates, cycles: LoadCycles) -> list[_Group]:
         largest = max(float(cycles.magnitude[members].max()), np.finfo(float).tiny)
         pairs = np.stack([key[members], branch[members]], axis=1)
         for pair in np.unique(pairs, axis=0):
-            own = members[(pairs == pair).all(axis=1)]
-            groups.append(_Group(own, cycles.magnitude[own] / largest, bool(pair[1] != 0), int(pair[0])))
+            of_pair = members[(pairs == pair).all(axis=1)]
+            groups.append(_Group(of_pair, cycles.magnitude[of_pair] / largest, bool(pair[1] != 0), int(pair[0])))
     return groups
 
 
 def _noise(readings: Floats, groups: list[_Group]) -> Floats | None:
     """Return (k,) the scatter between like readings: robust, from what smooth courses leave; None where too few."""
-    left: list[Floats] = []
+    residuals: list[Floats] = []
     for group in groups:
         complete = group.members[np.isfinite(readings[group.members]).all(axis=1)]
         course = _course(group, np.isin(group.members, complete))
@@ -166,10 +168,10 @@ def _noise(readings: Floats, groups: list[_Group]) -> Floats | None:
             continue
         hat = course @ np.linalg.pinv(course)
         residual = readings[complete] - hat @ readings[complete]
-        left.append(residual / np.sqrt(np.maximum(1.0 - np.diag(hat), 0.1))[:, None])
-    if not left:
+        residuals.append(residual / np.sqrt(np.maximum(1.0 - np.diag(hat), 0.1))[:, None])
+    if not residuals:
         return None
-    stacked = np.abs(np.concatenate(left))
+    stacked = np.abs(np.concatenate(residuals))
     noise = np.median(stacked, axis=0) / 0.6745
     floor = 1e-3 * float(np.median(noise[noise > 0.0])) if (noise > 0.0).any() else 0.0
     if len(stacked) < 12 or floor == 0.0:
@@ -248,8 +250,8 @@ class _RunReadings:
             return worst
         if self._roughness(group, (worst,)) <= self.bound:
             return worst
-        left, two = min((self._roughness(group, two), two) for two in combinations(members, 2))
-        able = left <= self.bound and worst not in two and all(self._unexplained(k) for k in two)
+        roughness, two = min((self._roughness(group, two), two) for two in combinations(members, 2))
+        able = roughness <= self.bound and worst not in two and all(self._unexplained(k) for k in two)
         return max(two, key=lambda k: lengths[k]) if able else worst
 
     def _roughness(self, group: _Group, without: tuple[int, ...]) -> float:
@@ -300,9 +302,9 @@ class _RunReadings:
         One that was reached the same way is enough to agree with; of the rest it takes two, since two may be bumped.
         """
         repeats = self._others(k)
-        near = repeats[np.linalg.norm(self.white[repeats] - self.white[k], axis=1) <= self.bound]
-        alike = (self.last_direction[near] == self.last_direction[k]) | (self.last_direction[k] < 0)
-        return not alike.any() and near.size < (2 if repeats.size >= 5 else 1)
+        close_repeats = repeats[np.linalg.norm(self.white[repeats] - self.white[k], axis=1) <= self.bound]
+        same_history = (self.last_direction[close_repeats] == self.last_direction[k]) | (self.last_direction[k] < 0)
+        return not same_history.any() and close_repeats.size < (2 if repeats.size >= 5 else 1)
 
     def _off_repeats(self, k: int) -> dict[int, Floats]:
         """Return the difference of a reading from each repeat at like load, brought to its own load."""
@@ -310,19 +312,21 @@ class _RunReadings:
         if not self.group_of[k].loaded:
             return {int(j): self.white[k] - self.white[j] for j in repeats}
         slope = self._slope(repeats)
-        apart = {int(j): abs(self.load[int(j)] - self.load[k]) for j in repeats}
+        load_difference = {int(j): abs(self.load[int(j)] - self.load[k]) for j in repeats}
         # Loads are never hit exactly: a peak that missed its mark may have no repeat as near as others have.
-        like = [j for j in apart if apart[j] <= LIKE_LOAD] or [j for j in apart if apart[j] <= 2.0 * LIKE_LOAD]
-        return {j: self.white[k] - self.white[j] - slope * (self.load[k] - self.load[j]) for j in like}
+        similar_load = [j for j in load_difference if load_difference[j] <= LIKE_LOAD] or [
+            j for j in load_difference if load_difference[j] <= 2.0 * LIKE_LOAD
+        ]
+        return {j: self.white[k] - self.white[j] - slope * (self.load[k] - self.load[j]) for j in similar_load}
 
     def _slope(self, repeats: Integers) -> Floats:
         """Return (k,) the readings' change per load: median over pairs that lie well apart (Theil and Sen)."""
         at = np.array([self.load[int(j)] for j in repeats])
         first, two = np.triu_indices(at.size, 1)
-        apart = np.abs(at[first] - at[two]) > 2.0 * LIKE_LOAD
-        if not apart.any():
+        well_separated = np.abs(at[first] - at[two]) > 2.0 * LIKE_LOAD
+        if not well_separated.any():
             return np.zeros(self.white.shape[1])
-        first, two = first[apart], two[apart]
+        first, two = first[well_separated], two[well_separated]
         change = (self.white[repeats[first]] - self.white[repeats[two]]) / (at[first] - at[two])[:, None]
         return np.asarray(np.median(change, axis=0))
 
@@ -354,10 +358,10 @@ class _RunReadings:
                 slope = self._slope(np.concatenate([group.members, other_group.members]))
                 for i in group.members[self.kept[group.members]]:
                     for j in other_group.members[self.kept[other_group.members]]:
-                        apart = self.load[int(i)] - self.load[int(j)]
-                        if abs(apart) > LIKE_LOAD:
+                        load_difference = self.load[int(i)] - self.load[int(j)]
+                        if abs(load_difference) > LIKE_LOAD:
                             continue
-                        gap = float(np.linalg.norm(self.white[i] - self.white[j] - slope * apart))
+                        gap = float(np.linalg.norm(self.white[i] - self.white[j] - slope * load_difference))
                         (own if int(i) == k else gaps).append(gap)
         if not own:
             return True  # nothing to compare with: no verdict

@@ -82,8 +82,8 @@ def ramp_answers(
     weights = np.sum(gain**2, axis=1) * ramp.sums(slope_change**2)
     # later lag: the load is read at an earlier time, the course falls by its slope
     steps = -ramp.sums(slope_change * np.sum(residual * gains, axis=1))
-    known = (weights > 0.0) & np.isfinite(weights)
-    return steps[known] / weights[known], weights[known]
+    weighted = (weights > 0.0) & np.isfinite(weights)
+    return steps[weighted] / weights[weighted], weights[weighted]
 
 
 def _stretches(start: Integers, stop: Integers) -> Integers:

@@ -117,8 +117,10 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     numbers = np.flatnonzero(keep)
     states = _averaged(run, holds, numbers, placed)
     lasted = holds.left - holds.reached
-    aside = [SetAside(SetAsideCode.HELD_BRIEFLY, f"held too briefly to be read: {seconds:.2g} s") for seconds in lasted]
-    states = replace(states, set_aside=[aside[k] if brief[k] else IN_USE for k in numbers])
+    set_aside = [
+        SetAside(SetAsideCode.HELD_BRIEFLY, f"held too briefly to be read: {seconds:.2g} s") for seconds in lasted
+    ]
+    states = replace(states, set_aside=[set_aside[k] if brief[k] else IN_USE for k in numbers])
     dropped = sorted(dropped, key=lambda stretch: stretch.start)
     return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes)
 
@@ -178,8 +180,8 @@ def _ahead(
         return clock.value
     blocks = logs[source]
     joints = blocks.mean.get("joints")
-    still = joints is not None and bool(np.ptp(joints, axis=0).max() < STANDING_RAD)
-    if still or all(not moves(values) for values in blocks.mean.values()):
+    joints_stand = joints is not None and bool(np.ptp(joints, axis=0).max() < STANDING_RAD)
+    if joints_stand or all(not moves(values) for values in blocks.mean.values()):
         return None
     if joints is not None and len(blocks.mean) == 1 and bool((joints.std(axis=0) < 10.0 * STANDING_RAD).all()):
         warnings.append(
@@ -215,13 +217,18 @@ def _with_brief_ones(holds: Holds) -> tuple[Holds, NDArray[np.bool_]]:
     """
     pauses = [piece for piece in holds.dropped if piece.code == UnusedCode.HELD_BRIEFLY]
     reached = np.array([piece.start for piece in pauses])
-    left = np.array([piece.end for piece in pauses])
-    quarter = 0.25 * (left - reached)
-    ends = ((holds.start, reached + quarter), (holds.end, left - quarter), (holds.reached, reached), (holds.left, left))
+    hold_end = np.array([piece.end for piece in pauses])
+    quarter = 0.25 * (hold_end - reached)
+    ends = (
+        (holds.start, reached + quarter),
+        (holds.end, hold_end - quarter),
+        (holds.reached, reached),
+        (holds.left, hold_end),
+    )
     order = np.argsort(np.concatenate([holds.start, reached + quarter]), kind="stable")
-    start, end, reached, left = (np.concatenate(pair)[order] for pair in ends)
+    start, end, reached, hold_end = (np.concatenate(pair)[order] for pair in ends)
     not_brief = tuple(piece for piece in holds.dropped if piece.code != UnusedCode.HELD_BRIEFLY)
-    return Holds(start, end, reached, left, not_brief), order >= len(holds)
+    return Holds(start, end, reached, hold_end, not_brief), order >= len(holds)
 
 
 def _averaged(

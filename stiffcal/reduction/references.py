@@ -40,16 +40,18 @@ def reference_states(
     for name, members in zip(names, members_of(run, len(names)), strict=True):
         if members.size == 0:
             continue
-        wanted = chosen.get(name, 1)
+        reference_row = chosen.get(name, 1)
         place = f"run {name}: reference"
-        if wanted > members.size:
-            reason = f"reference = {wanted}, but the run has {members.size} states"
+        if reference_row > members.size:
+            reason = f"reference = {reference_row}, but the run has {members.size} states"
             faults.append(Fault(FaultCode.REFERENCE_INVALID, manifest, place, reason, "name one of them, from 1"))
-        elif wanted > 1 and not usable[members[wanted - 1]]:
-            reason = f"state {wanted} is set aside and cannot be the reference"
+        elif reference_row > 1 and not usable[members[reference_row - 1]]:
+            reason = f"state {reference_row} is set aside and cannot be the reference"
             faults.append(Fault(FaultCode.REFERENCE_INVALID, manifest, place, reason, "name another"))
         else:
-            candidates = members[wanted - 1 :] if wanted == 1 else members[wanted - 1 : wanted]
+            candidates = (
+                members[reference_row - 1 :] if reference_row == 1 else members[reference_row - 1 : reference_row]
+            )
             good = candidates[usable[candidates]]
             reference[good[0] if good.size else candidates[0]] = True
     raise_faults(faults)

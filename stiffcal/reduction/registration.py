@@ -252,10 +252,10 @@ class _RegistrationProblem:
 
 def in_instrument_axes(states: LoadStates) -> LoadStates:
     """Return the states with positions and rotations back in the instrument's own axes."""
-    back = inverse_transform(states.setup.base_from_tracker)
+    tracker_from_base = inverse_transform(states.setup.base_from_tracker)
     return replace(
         states,
-        position=states.position @ back[:3, :3].T + back[:3, 3],
-        rotation=np.asarray(back[:3, :3] @ states.rotation),
+        position=states.position @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3],
+        rotation=np.asarray(tracker_from_base[:3, :3] @ states.rotation),
         setup=replace(states.setup, base_from_tracker=np.eye(4)),
     )

@@ -35,12 +35,12 @@ def repeated_rows(states: LoadStates) -> list[str]:
     copies = np.flatnonzero(original != np.arange(len(used)))
     if not len(copies):
         return []
-    named = [f"{_place(states, used[k])} repeats {_place(states, used[original[k]])}" for k in copies[:MOST_NAMED]]
-    more = f" and {len(copies) - MOST_NAMED} more" if len(copies) > MOST_NAMED else ""
-    words = (
+    copy_texts = [f"{_place(states, used[k])} repeats {_place(states, used[original[k]])}" for k in copies[:MOST_NAMED]]
+    suffix = f" and {len(copies) - MOST_NAMED} more" if len(copies) > MOST_NAMED else ""
+    text = (
         "no two readings agree so; a copy counts twice and makes the noise look smaller: leave it out with [[exclude]]"
     )
-    return [f"rows repeated to the last digit: {'; '.join(named)}{more}: {words}"]
+    return [f"rows repeated to the last digit: {'; '.join(copy_texts)}{suffix}: {text}"]
 
 
 def _place(states: LoadStates, state: int) -> str:

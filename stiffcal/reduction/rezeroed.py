@@ -72,19 +72,21 @@ def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml")
         size = np.linalg.norm(force, axis=1)
         if not np.isfinite(distance).all() or size.max() == 0.0 or distance.max() == 0.0:
             continue
-        back = np.flatnonzero(distance < BACK * distance.max())  # the reference among them
-        if back.size < 2:
+        returned = np.flatnonzero(distance < BACK * distance.max())  # the reference among them
+        if returned.size < 2:
             continue
-        first, step, scatter = _parted(force[back])
+        first, step, scatter = _parted(force[returned])
         ghosts = (distance > AFAR * distance.max()) & (size < NO_FORCE * size.max())
         if (
             np.linalg.norm(step) < max(LEAST_STEP * size.max(), CLEARLY * scatter)
-            or back.size - first + ghosts.sum() < LEAST_RETURNS
+            or returned.size - first + ghosts.sum() < LEAST_RETURNS
         ):
             continue
-        last, shifted = int(back[first - 1]), int(back[first])
+        last, shifted = int(returned[first - 1]), int(returned[first])
         sure = _is_mended(force, motion, step, range(last + 1, shifted + 1))
-        if not sure and (min(first, back.size - first) < LEAST_RETURNS or np.linalg.norm(step) > SMALL * size.max()):
+        if not sure and (
+            min(first, returned.size - first) < LEAST_RETURNS or np.linalg.norm(step) > SMALL * size.max()
+        ):
             continue
         run = states.runs[int(states.run[members[0]])].name
         numbers = ", ".join(f"{value:.0f}" for value in step)

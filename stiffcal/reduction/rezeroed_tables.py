@@ -38,15 +38,15 @@ def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml"
         return []
     measured, columns = np.where(rows, measured, 0.0), np.where(rows[:, :, None], columns, 0.0)
     unchanged = _left(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], measured)
-    start, step, left = _best_step(reading, per_reading, columns, measured)
-    sure = (unchanged - left) / (reading.shape[1] + 1) > SURE * left / free
-    if not sure or left > MENDED * unchanged or np.linalg.norm(step[:3]) < LEAST_STEP * size:
+    start, step, misfit = _best_step(reading, per_reading, columns, measured)
+    sure = (unchanged - misfit) / (reading.shape[1] + 1) > SURE * misfit / free
+    if not sure or misfit > MENDED * unchanged or np.linalg.norm(step[:3]) < LEAST_STEP * size:
         return []
     numbers = ", ".join(f"{value:.0f}" for value in step[:3])
     line = (
         f"{file}: from state {states.row[start]} on, of {n}, forces and deflections agree "
-        f"{np.sqrt(unchanged / left):.1f} times as well with ({numbers}) N taken off the forces: was the sensor zeroed "
-        "anew there? they are used as they stand; take the step out in a copy, or make two tables of it"
+        f"{np.sqrt(unchanged / misfit):.1f} times as well with ({numbers}) N taken off the forces: was the sensor "
+        "zeroed anew there? they are used as they stand; take the step out in a copy, or make two tables of it"
     )
     return [line]
 
@@ -61,16 +61,20 @@ def _springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
         [np.einsum("njk,nka->nja", levers[:, columns].swapaxes(1, 2), axes) for columns in (slice(0, 3), slice(3, 6))],
         axis=2,
     )
-    known = 6 if np.any(states.wrench[:, 3:]) else 3
+    n_components = 6 if np.any(states.wrench[:, 3:]) else 3
     motion = motion_of(states, chain, every=True)
-    return states.wrench[:, :known], (drives.T @ torque)[:, :, :known], motion.columns(states, chain) @ drives
+    return (
+        states.wrench[:, :n_components],
+        (drives.T @ torque)[:, :, :n_components],
+        motion.columns(states, chain) @ drives,
+    )
 
 
 def _best_step(reading: Floats, per_reading: Floats, columns: Floats, measured: Floats) -> tuple[int, Floats, float]:
     """Return from which row on which step explains most, and what is left: no end where it does not settle."""
     n, q = reading.shape
     starts = np.unique(np.linspace(LEAST_ROWS, n - LEAST_ROWS, min(MOST_STARTS, n)).astype(np.int64))
-    step, start, left = np.zeros(q), int(starts[0]), np.inf
+    step, start, misfit = np.zeros(q), int(starts[0]), np.inf
     for _ in range(MOST_TURNS):
         before, at = step, start
         after = (np.arange(n) >= start)[:, None]
@@ -78,9 +82,11 @@ def _best_step(reading: Floats, per_reading: Floats, columns: Floats, measured: 
         compliance = _solved(design.reshape(-1, design.shape[2]), measured.ravel())
         # what one unit of each reading does with these springs; products of the two unknowns are met by the turns
         give = (columns * compliance) @ per_reading
-        start, step, left = _scan(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], -give, measured, starts)
+        start, step, misfit = _scan(
+            columns * (per_reading @ reading[:, :, None])[:, None, :, 0], -give, measured, starts
+        )
         if start == at and np.linalg.norm(step - before) <= SETTLED * np.linalg.norm(step):
-            return start, step, left
+            return start, step, misfit
     return start, step, np.inf
 
 
@@ -105,14 +111,14 @@ def _scan(springs: Floats, give: Floats, measured: Floats, starts: NDArray[np.in
     right[:, J:] = from_each_start_on(np.einsum("ncq,nc->nq", give, measured))
     normal += 1e-10 * np.eye(J + q)
     solution = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
-    left = float(np.sum(measured**2)) - np.einsum("sk,sk->s", solution, right)
-    k = int(np.argmin(left))
-    return int(starts[k]), solution[k, J:] / size, max(float(left[k]), 1e-300)
+    misfit = float(np.sum(measured**2)) - np.einsum("sk,sk->s", solution, right)
+    k = int(np.argmin(misfit))
+    return int(starts[k]), solution[k, J:] / size, max(float(misfit[k]), 1e-300)
 
 
 def _left(design: Floats, measured: Floats) -> float:
-    design, wanted = design.reshape(-1, design.shape[2]), measured.ravel()
-    return float(np.sum((wanted - design @ _solved(design, wanted)) ** 2))
+    design, target = design.reshape(-1, design.shape[2]), measured.ravel()
+    return float(np.sum((target - design @ _solved(design, target)) ** 2))
 
 
 def _solved(design: Floats, wanted: Floats) -> Floats:

@@ -87,9 +87,9 @@ def tabled_states(
 
 def _files(manifest: Manifest, source: str) -> list[tuple[Run | None, dict[str, str]]]:
     """Return the files of a table source: one table for all runs, or one for each run that names one."""
-    own = [(run, manifest.files_of(source, run)) for run in manifest.runs if source in run.files]
-    if own:
-        return [(run, files) for run, files in own]
+    run_files = [(run, manifest.files_of(source, run)) for run in manifest.runs if source in run.files]
+    if run_files:
+        return [(run, files) for run, files in run_files]
     return [(None, manifest.files_of(source))]
 
 
@@ -165,9 +165,9 @@ def _by_run(gathered: RawStates) -> RawStates:
 def _check_order(states: RawStates, display_name: str, place: Callable[[int], str]) -> None:
     """Raise where time runs backwards within a run."""
     same = np.array([a == b for a, b in pairwise(states.run)], dtype=np.bool_)
-    back = np.flatnonzero(same & (np.diff(states.time) < 0.0))
-    if back.size:
-        k = int(back[0]) + 1
+    backwards = np.flatnonzero(same & (np.diff(states.time) < 0.0))
+    if backwards.size:
+        k = int(backwards[0]) + 1
         raise InputError.at(
             FaultCode.TIME_ORDER, display_name, place(int(states.number[k])),
             f"time runs backwards in run {states.run[k]}: {states.time[k]:g} s after {states.time[k - 1]:g} s",

@@ -58,8 +58,8 @@ def swept_load(time: Floats, values: Floats) -> Floats:
     time : (n,) s.
     values : (n, c) force and moment (zero where not measured), any units.
     """
-    rest = values[: max(len(time) // 50, 1)].mean(axis=0)
-    change = values - rest
+    initial_load = values[: max(len(time) // 50, 1)].mean(axis=0)
+    change = values - initial_load
     _, _, axes = np.linalg.svd(change, full_matrices=False)
     along = change @ axes[0]
     return np.asarray(along if along.max() >= -along.min() else -along)
@@ -199,9 +199,9 @@ def _windows_of(time: Floats, load: Floats, begin: int, end: int, step: float) -
     inner = levels[(levels - low > WINDOW * step) & (high - levels > WINDOW * step)]
     windows = []
     for level in inner if rising else inner[::-1]:
-        near = np.flatnonzero(np.abs(smooth - level) <= WINDOW * step)
-        if len(near) >= 3:
-            windows.append((float(moment[near[0]]), float(moment[near[-1]])))
+        at_level = np.flatnonzero(np.abs(smooth - level) <= WINDOW * step)
+        if len(at_level) >= 3:
+            windows.append((float(moment[at_level[0]]), float(moment[at_level[-1]])))
     turn = np.flatnonzero(np.abs(course - course[-1]) <= WINDOW * step)
     tail = turn[turn >= len(course) // 2]
     if len(tail) >= 3 and abs(course[-1]) > 0.5 * step:

@@ -128,9 +128,9 @@ def _column(kind: str, meaning: ColumnDescription) -> dict[str, Any]:
 
 def _pattern(column: str, columns: list[str]) -> str:
     """Return the regular expression of a column's names: what stands in <…> is free, unless it is another column's."""
-    mine = _free(column)
-    narrower = [_free(name) for name in columns if name != column and re.fullmatch(mine, name)]
-    return "^" + "".join(f"(?!{expression}$)" for expression in narrower) + mine + "$"
+    members = _free(column)
+    narrower = [_free(name) for name in columns if name != column and re.fullmatch(members, name)]
+    return "^" + "".join(f"(?!{expression}$)" for expression in narrower) + members + "$"
 
 
 def _free(column: str) -> str:

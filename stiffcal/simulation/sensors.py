@@ -33,8 +33,8 @@ class Channels:
         result = rng.standard_normal(len(self.quantity))
         names = np.array(self.quantity)
         for name in dict.fromkeys(self.quantity):
-            mine = names == name
-            result[mine] *= getattr(amounts, name, 0.0) / np.sqrt(np.sum(result[mine] ** 2))
+            members = names == name
+            result[members] *= getattr(amounts, name, 0.0) / np.sqrt(np.sum(result[members] ** 2))
         return np.asarray(result)
 
 

@@ -217,9 +217,9 @@ def _settings_type(tables: tuple[tuple[str, type[TomlTable]], ...]) -> type[Simu
         name: (dict[str, Any], Field({}, description=f"keys of [{name}] that differ in this run")) for name, _ in tables
     }
     names = ["`[loads]`", *(f"`[{name}]`" for name, _ in tables)]
-    words = f"{', '.join(names[:-1])} or {names[-1]}" if len(names) > 1 else names[0]
+    text = f"{', '.join(names[:-1])} or {names[-1]}" if len(names) > 1 else names[0]
     bases: Any = (SimulatedRun, create_model("RunTables", __base__=RunHead, **changed))
-    doc = f"One run: where the robot stands, and what differs from {words}."
+    doc = f"One run: where the robot stands, and what differs from {text}."
     run: Any = create_model("SimulatedRun", __base__=bases, __doc__=doc)
     own: dict[str, Any] = {name: (table, table()) for name, table in tables}
     bases = (SimulationSettings, create_model("SettingsTables", __base__=SettingsHead, **own))

@@ -116,13 +116,13 @@ def simulate_runs(
     frames = true_frames(campaign, settings)
     for name in settings.sensors:
         if name not in campaign.manifest.sources:
-            known = ", ".join(campaign.manifest.sources)
+            known_names = ", ".join(campaign.manifest.sources)
             raise InputError.at(
                 FaultCode.SOURCE_UNKNOWN,
                 FILE_NAME,
                 f"sensors.{name}",
                 "campaign.toml has no such source",
-                f"use one of {known}",
+                f"use one of {known_names}",
             )
     planned_runs = draw_acts(campaign, settings, frames, seed)
     tool = tool_weight(campaign.manifest)
@@ -195,13 +195,13 @@ def _write_logs(
     for number, (name, source) in enumerate(manifest.sources.items()):
         progress(f"writing {name}", 0.6 + 0.4 * number / len(manifest.sources))
         by_file: dict[str, list[DeviceLog]] = {}
-        mine = [
+        members = [
             (device, log)
             for devices, written in zip(switched_on, logs, strict=True)
             for device, log in zip(devices, written, strict=True)
             if device.name == name
         ]
-        for device, log in mine:
+        for device, log in members:
             named = manifest.files_of(name, runs.get(device.run_name))
             if list(named) != [""]:
                 raise InputError.at(
@@ -214,7 +214,7 @@ def _write_logs(
             by_file.setdefault(named[""], []).append(log)
         for file, parts in by_file.items():
             check_inside(out, file)
-            _write_file(out / file, file, source, mine[0][0], parts)
+            _write_file(out / file, file, source, members[0][0], parts)
             files.append(file)
     return files
 

@@ -159,12 +159,15 @@ def solve_true_runs(
     for point in dict.fromkeys(planned.loads.point for planned in planned_runs):
         group = [planned for planned in planned_runs if planned.loads.point == point]
         nodes = [_nodes_of(planned) for planned in group]
-        joints = [_joints_of(planned, mine, commanded_change) for planned, mine in zip(group, nodes, strict=True)]
-        wrench = [planned.program.wrench_at(mine.path[mine.first]) for planned, mine in zip(group, nodes, strict=True)]
+        joints = [_joints_of(planned, visited, commanded_change) for planned, visited in zip(group, nodes, strict=True)]
+        wrench = [
+            planned.program.wrench_at(visited.path[visited.first])
+            for planned, visited in zip(group, nodes, strict=True)
+        ]
         batch = _LoadPointBatch(group, nodes, np.concatenate(joints), frames, tool)
         solve = partial(_solve, robot, batch, settle=settle or _balanced(robot))
         stiffness = [planned.loads.guide_N_per_m for planned in group]
-        sizes, at = [mine.first.size for mine in nodes], names.index(point)
+        sizes, at = [visited.first.size for visited in nodes], names.index(point)
         try:
             places, acting = balance_with_side_constraint(
                 np.concatenate(wrench), np.repeat(stiffness, sizes), sizes, at, solve
@@ -175,11 +178,11 @@ def solve_true_runs(
                 "lower guide_N_per_m, or take effects with play or friction out of model.toml",
             ) from None  # fmt: skip
         start = 0
-        for planned, mine in zip(group, nodes, strict=True):
-            stop = start + mine.first.size
-            run = _cut(planned, mine, places, slice(start, stop), names)
+        for planned, visited in zip(group, nodes, strict=True):
+            stop = start + visited.first.size
+            run = _cut(planned, visited, places, slice(start, stop), names)
             if planned.loads.guide_N_per_m > 0.0:
-                run = replace(run, wrench=acting[start:stop][mine.solved])
+                run = replace(run, wrench=acting[start:stop][visited.solved])
             true_run.append(run)
             start = stop
     order = {planned.name: number for number, planned in enumerate(planned_runs)}

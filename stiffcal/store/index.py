@@ -77,13 +77,13 @@ def error_of_reading(error: OSError, display_name: str, place: str) -> InputErro
     store: identify: damaged (No such file or directory); run stiffcal ingest again; \
 the history is kept as far as it can be read [store-damaged]
     """
-    words = error.strerror or str(error)
+    text = error.strerror or str(error)
     if not is_refused(error):
-        return DamagedStoreError.at(FaultCode.STORE_DAMAGED, display_name, place, f"damaged ({words})", REBUILD)
+        return DamagedStoreError.at(FaultCode.STORE_DAMAGED, display_name, place, f"damaged ({text})", REBUILD)
     no_right = error.errno in (errno.EACCES, errno.EPERM)
     mend = "get the right to read it" if no_right else MENDS.get(error.errno or 0, "look whether the disk is in order")
     return UnreadableError.at(
-        FaultCode.STORE_INACCESSIBLE, display_name, place, f"cannot be read ({words})", f"{mend}, then do this again"
+        FaultCode.STORE_INACCESSIBLE, display_name, place, f"cannot be read ({text})", f"{mend}, then do this again"
     )
 
 
@@ -135,10 +135,10 @@ def file_of(name: str, ending: str) -> str:
     >>> file_of("recordings/pose 1?/ft", ".parquet")
     'recordings/pose 1%3F/ft.parquet'
     """
-    parts = [file_name.stored(piece) for piece in name.split("/")]
-    if not all(parts):
+    pieces = [file_name.stored(piece) for piece in name.split("/")]
+    if not all(pieces):
         raise ValueError(f"no name for a table or document: {name!r}")
-    return "/".join(parts) + ending
+    return "/".join(pieces) + ending
 
 
 def read_index(store: Path, place: str, display_name: str) -> Index:

@@ -77,10 +77,10 @@ def open_inside(root: Path, inside: str) -> IO[bytes]:
     ...     len(file.read(3))
     3
     """
-    parts = inside.split("/")
-    if not all(parts) or {".", ".."} & set(parts):
+    pieces = inside.split("/")
+    if not all(pieces) or {".", ".."} & set(pieces):
         raise StrangeFileError(errno.EINVAL, "no path inside a store", inside)
-    descriptor = _descriptor(root, parts, inside) if _BY_DESCRIPTOR else _checked_by_path(root, parts, inside)
+    descriptor = _descriptor(root, pieces, inside) if _BY_DESCRIPTOR else _checked_by_path(root, pieces, inside)
     try:
         _check(os.fstat(descriptor), inside, folder=False)
         return cast("IO[bytes]", os.fdopen(descriptor, "rb"))

@@ -38,9 +38,9 @@ def writer_lock(path: Path, command: str, wait_s: float, display_name: str) -> I
                     FaultCode.STORE_LOCKED, display_name, "", reason, "wait until it has ended, then do this again"
                 )
             time.sleep(POLL_S)
-        who = json.dumps({"pid": os.getpid(), "command": command}).encode()
+        holder = json.dumps({"pid": os.getpid(), "command": command}).encode()
         os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, who, 0) if hasattr(os, "pwrite") else os.write(descriptor, who)
+        os.pwrite(descriptor, holder, 0) if hasattr(os, "pwrite") else os.write(descriptor, holder)
         yield
     finally:
         os.close(descriptor)
@@ -71,7 +71,7 @@ def _opened(path: Path, display_name: str) -> int:
 def _holder(path: Path) -> str:
     try:
         with open_inside(path.parent, path.name) as file:
-            who = json.loads(file.read(_MOST_BYTES))
-        return f"another stiffcal ({one_line(str(who['command']), 40)}, process {int(who['pid'])})"
+            holder = json.loads(file.read(_MOST_BYTES))
+        return f"another stiffcal ({one_line(str(holder['command']), 40)}, process {int(holder['pid'])})"
     except (OSError, ValueError, KeyError, TypeError, RecursionError, OverflowError):
         return "another stiffcal"

@@ -62,12 +62,12 @@ class Remote:
     """
 
     def __init__(self, address: str, display_name: str) -> None:
-        parts = urlsplit(address)
+        pieces = urlsplit(address)
         self.display_name = display_name
-        self._root = f"{parts.netloc}/{unquote(parts.path).strip('/')}".rstrip("/")
+        self._root = f"{pieces.netloc}/{unquote(pieces.path).strip('/')}".rstrip("/")
         # As it is used, so that two dots behind a percent sign lead out of no place that the user allows.
         self.address = f"s3://{self._root}"
-        if not parts.netloc:
+        if not pieces.netloc:
             raise InputError.at(
                 FaultCode.STORE_ADDRESS,
                 display_name,
@@ -85,8 +85,8 @@ class Remote:
             if generation is None:
                 return
             folder = self.mirror / GENERATIONS / generation
-            known = current_folder(self.mirror)
-            if known is not None and known.name == generation and (folder / INDEX).exists():
+            mirrored = current_folder(self.mirror)
+            if mirrored is not None and mirrored.name == generation and (folder / INDEX).exists():
                 return
             self.fetch(folder / INDEX, MOST_BYTES)
         switch(self.mirror, generation)
@@ -162,11 +162,11 @@ class Remote:
         if not ticket.holds() or (before[-1][2] if before else None) != began_from:
             self._give_up(place)
         number = int(before[-1][0]) + 1 if before else 1
-        own = f"{number:010d}-{ticket.number:08d}-{folder.name}"
-        self._write(f"{CURRENT}/{own}", folder.name.encode("ascii"))
+        entry_name = f"{number:010d}-{ticket.number:08d}-{folder.name}"
+        self._write(f"{CURRENT}/{entry_name}", folder.name.encode("ascii"))
         since = [pointer for pointer in self._pointers() if int(pointer[0]) >= number and pointer[2] != folder.name]
         if since:
-            self.delete(f"{CURRENT}/{own}")
+            self.delete(f"{CURRENT}/{entry_name}")
             self._give_up(place)
         for pointer in before:
             self.delete(f"{CURRENT}/{'-'.join(pointer)}")
@@ -288,15 +288,15 @@ def remote_lock(remote: Remote, command: str, wait_s: float) -> Iterator[Ticket]
     InputError
         If another still writes after `wait_s` seconds; it is named.
     """
-    own = secrets.token_hex(8)
-    who = {"command": command, "pid": os.getpid(), "host": socket.gethostname()}
+    token = secrets.token_hex(8)
+    holder = {"command": command, "pid": os.getpid(), "host": socket.gethostname()}
     with remote.faults():
-        remote.put(f"lock/{ENTERING}{own}", who)
+        remote.put(f"lock/{ENTERING}{token}", holder)
         try:
             numbers = [int(match[1]) for name in remote.names("lock") if (match := _TICKET.fullmatch(name))]
-            ticket = Ticket(remote, f"{TICKET}{max(numbers, default=0) + 1:08d}-{own}", who)
+            ticket = Ticket(remote, f"{TICKET}{max(numbers, default=0) + 1:08d}-{token}", holder)
         finally:
-            remote.delete(f"lock/{ENTERING}{own}")
+            remote.delete(f"lock/{ENTERING}{token}")
     try:
         with remote.faults():
             _wait(remote, ticket, wait_s)
@@ -322,8 +322,8 @@ def _wait(remote: Remote, ticket: Ticket, wait_s: float) -> None:
             return
         if now >= end:
             holder = remote.get(f"lock/{sorted(before, key=lambda name: name.startswith(ENTERING))[0]}")
-            words = [one_line(str(holder.get(key, "")), 60) for key in ("command", "pid", "host")]
-            writer = f" ({words[0]}, process {words[1]} on {words[2]})" if holder else ""
+            texts = [one_line(str(holder.get(key, "")), 60) for key in ("command", "pid", "host")]
+            writer = f" ({texts[0]}, process {texts[1]} on {texts[2]})" if holder else ""
             mend = f"wait until it has ended, then do this again; if it was killed, its lock ends {LEASE_S:g} s later"
             raise InputError.at(
                 FaultCode.STORE_LOCKED, remote.display_name, "", f"another stiffcal{writer} is writing to it", mend
@@ -337,8 +337,8 @@ def _file_system() -> Any:
     options: dict[str, Any] = {}
     endpoint = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL")
     if endpoint:
-        parts = urlsplit(endpoint if "://" in endpoint else f"https://{endpoint}")
-        options |= {"endpoint_override": parts.netloc, "scheme": parts.scheme}
+        pieces = urlsplit(endpoint if "://" in endpoint else f"https://{endpoint}")
+        options |= {"endpoint_override": pieces.netloc, "scheme": pieces.scheme}
     region = os.environ.get("AWS_REGION") or os.environ.get("AWS_DEFAULT_REGION")
     if region:
         options["region"] = region

@@ -82,10 +82,10 @@ class TrialWriting:
         documents: Documents | Callable[[Stored], Documents] | None,
     ) -> None:
         """Take tables and documents by name; a function makes the documents from those that stand there."""
-        made = documents(self._stored) if callable(documents) else documents
+        new_documents = documents(self._stored) if callable(documents) else documents
         for name, table in (tables or {}).items():
             self._made.tables[name] = table if isinstance(table, pa.Table) else table_of(table)
-        for name, document in (made or {}).items():
+        for name, document in (new_documents or {}).items():
             self._made.documents[name] = json.dumps(document)
 
     def keep_rest(self) -> None:
@@ -119,8 +119,8 @@ class TrialStore(Store):
     def snapshot(self) -> Iterator[Snapshot]:
         """Hold the store's generation, with the trial's results in place of its own."""
         with super().snapshot() as snapshot:
-            held = {entry.name: getattr(snapshot, entry.name) for entry in fields(snapshot)}
-            yield TrialSnapshot(**held, results=self.results)
+            entries = {entry.name: getattr(snapshot, entry.name) for entry in fields(snapshot)}
+            yield TrialSnapshot(**entries, results=self.results)
 
     @contextmanager
     def begin(self, command: str = "stiffcal", wait_s: float = 20.0) -> Iterator[Any]:

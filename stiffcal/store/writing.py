@@ -74,10 +74,10 @@ def _encoding_of(schema: pa.Schema) -> dict[str, Any]:
     third of the time of pyarrow's defaults and reads back faster, at about the same size; dictionaries suit words only.
     """
     floats = [column.name for column in schema if pa.types.is_floating(column.type)]
-    words = [column.name for column in schema if pa.types.is_string(column.type)]
+    text_columns = [column.name for column in schema if pa.types.is_string(column.type)]
     return {
         "compression": "lz4",
-        "use_dictionary": words or False,
+        "use_dictionary": text_columns or False,
         "use_byte_stream_split": floats or False,
         "write_page_checksum": True,
     }
@@ -227,10 +227,10 @@ class Writing:
         documents: Documents | Callable[[Stored], Documents] | None,
     ) -> None:
         """Write tables and documents by name; a function makes the documents from those of the old generation."""
-        made = documents(self.stored) if callable(documents) else documents
+        new_documents = documents(self.stored) if callable(documents) else documents
         for name, table in (tables or {}).items():
             self.write_table(name, table)
-        for name, document in (made or {}).items():
+        for name, document in (new_documents or {}).items():
             self.write_document(name, document)
 
     def keep_rest(self) -> None:

@@ -39,8 +39,8 @@ the store [content-untrusted]
     """
     if not _in_use:
         return None
-    words = " ".join(str(error).split())
-    reason = f"not computed by you, and of another shape than stiffcal writes ({type(error).__name__}: {words[:200]})"
+    text = " ".join(str(error).split())
+    reason = f"not computed by you, and of another shape than stiffcal writes ({type(error).__name__}: {text[:200]})"
     return InputError.at(
         FaultCode.CONTENT_UNTRUSTED, ", ".join(_in_use), "", reason, "ask for the logs, or remove the store"
     )

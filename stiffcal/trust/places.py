@@ -40,5 +40,5 @@ def is_within(place: str, allowed: str) -> bool:
     # what follows the question mark can name another server: such a place is allowed as a whole or not at all
     if "?" in place + allowed or "#" in place + allowed:
         return False
-    parts = place.split("/")
-    return place.startswith(allowed + "/") and not {"", ".", ".."} & set(parts[3:])
+    pieces = place.split("/")
+    return place.startswith(allowed + "/") and not {"", ".", ".."} & set(pieces[3:])

@@ -277,8 +277,8 @@ def hashes_of_environment() -> frozenset[str]:
     InputError : it holds something else.
     """
     text = os.environ.get(VARIABLE, "")
-    words = [word.lower() for word in re.split(r"[\s,]+|" + re.escape(os.pathsep), text) if word]
-    for word in words:
+    hashes = [word.lower() for word in re.split(r"[\s,]+|" + re.escape(os.pathsep), text) if word]
+    for word in hashes:
         if SHA256.fullmatch(word) is None:
             raise InputError.at(
                 FaultCode.OPTION_INVALID,
@@ -287,7 +287,7 @@ def hashes_of_environment() -> frozenset[str]:
                 f"{word!r} is no SHA-256",
                 "give what stiffcal trust --hash DIR prints",
             )
-    return frozenset((*words, *_allowed_in_process))
+    return frozenset((*hashes, *_allowed_in_process))
 
 
 def allow_in_process(*digests: str) -> None:
@@ -343,12 +343,14 @@ def _set_aside(folder: Path, error: ValueError, may_lock: bool) -> tuple[RecordC
                 return _read(folder)  # another process may have replaced it in between
         except (OSError, InputError) as refused:
             return RecordContent(), f"{file} is damaged ({error}) and cannot be set aside ({refused})"
-    aside = file.with_name(f"{RECORD}.damaged-{time.time_ns()}")
+    set_aside = file.with_name(f"{RECORD}.damaged-{time.time_ns()}")
     try:
-        file.replace(aside)
+        file.replace(set_aside)
     except OSError as refused:
         return RecordContent(), f"{file} is damaged ({error}) and cannot be set aside ({refused})"
-    notice(f"{file} is damaged ({error}) and was renamed to {aside.name}: nothing is trusted until you allow it again")
+    notice(
+        f"{file} is damaged ({error}) and was renamed to {set_aside.name}: nothing is trusted until you allow it again"
+    )
     return RecordContent(), ""
 
 

@@ -17,9 +17,9 @@ _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 def state_folder() -> Path | None:
     """Return the user's state folder, which need not exist; None where the user has no home."""
-    named = os.environ.get("STIFFCAL_STATE")
-    if named:
-        return Path(os.path.abspath(named))  # noqa: PTH100 - links stay: resolve() is for the check of the place
+    folder_setting = os.environ.get("STIFFCAL_STATE")
+    if folder_setting:
+        return Path(os.path.abspath(folder_setting))  # noqa: PTH100 - links stay: resolve() is for the check of the place
     if sys.platform == "win32":
         local = os.environ.get("LOCALAPPDATA")
         if local:

@@ -247,7 +247,7 @@ def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[Reduced
     from stiffcal.reduction.consistency import work_of_load
 
     clocks = {reduction.states.run[0]: reduction.clocks for reduction in reduced}
-    aside = [f"state {row}: {why}" if why else "" for row, why in zip(states.row, states.set_aside, strict=True)]
+    set_aside = [f"state {row}: {why}" if why else "" for row, why in zip(states.row, states.set_aside, strict=True)]
     loads = states.setup.targets and bool(np.any(states.wrench))
     work = work_of_load(states, campaign.chain).work if loads else np.full(len(states.runs), np.nan)
     return [
@@ -255,7 +255,7 @@ def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[Reduced
             id=info.name,
             experiment=info.experiment,
             n_states=int(states.used[own].sum()),
-            set_aside=[aside[i] for i in own if aside[i]],
+            set_aside=[set_aside[i] for i in own if set_aside[i]],
             largest_force_N=_number(np.linalg.norm(states.wrench[own, :3], axis=1).max(initial=0.0)),
             work_J=_number(work[k]),
             clock_ahead_s=dict(clocks.get(info.name, {})),

@@ -100,11 +100,11 @@ def _amplitude(parameter: IdentifiedParameter) -> float:
 
 
 def _warnings(fits: list[IdentifyResult], before: Path, after: Path) -> list[str]:
-    words = []
+    texts = []
     if fits[0].model != fits[1].model:
-        words.append("the two models differ: a change may come from the model and not from the robot")
+        texts.append("the two models differ: a change may come from the model and not from the robot")
     for folder, fit in zip((before, after), fits, strict=True):
         if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
             size = math.sqrt(fit.reduced_chi2)
-            words.append(f"{folder}: residuals are {size:.2g} times the noise: uncertainties are too small")
-    return words
+            texts.append(f"{folder}: residuals are {size:.2g} times the noise: uncertainties are too small")
+    return texts

@@ -155,13 +155,13 @@ def _check_reached(path: CompensationPath, corrected: Corrected) -> None:
     """Raise where not even the position can be reached: one fault a line of the table."""
     faults = []
     for row in np.flatnonzero(~corrected.position_reached):
-        left = 1e3 * float(np.linalg.norm(corrected.after[row, :3]))
+        remaining_mm = 1e3 * float(np.linalg.norm(corrected.after[row, :3]))
         if corrected.held[row]:
-            reason = f"{', '.join(corrected.held[row])} would have to go beyond the limit: {left:.3g} mm remain"
+            reason = f"{', '.join(corrected.held[row])} would have to go beyond the limit: {remaining_mm:.3g} mm remain"
         elif corrected.singular[row]:
-            reason = f"the robot stands beside a singular pose, where {left:.3g} mm cannot be taken back"
+            reason = f"the robot stands beside a singular pose, where {remaining_mm:.3g} mm cannot be taken back"
         else:
-            reason = f"the corrected pose is out of reach: {left:.3g} mm remain"
+            reason = f"the corrected pose is out of reach: {remaining_mm:.3g} mm remain"
         mend = "take another pose, or a path farther from the limits"
         faults.append(Fault(FaultCode.POSE_UNREACHABLE, path.table.file, f"line {path.table.lines[row]}", reason, mend))
     raise_faults(shortened(faults))
@@ -188,12 +188,12 @@ def _judgement(
         errors_of(judge.robot, path.joints, commanded, path.wrench, path.setup, solve)
         for commanded in (path.joints, corrected.joints)
     )
-    left, whole = _rms(after).translation, _rms(before).translation
+    rms_after, rms_before = _rms(after).translation, _rms(before).translation
     return PathJudgement(
         by=str(options.judge),
         rms_before=_rms(before),
         rms_after=_rms(after),
-        gone=1.0 - left / whole if left is not None and whole else None,
+        gone=1.0 - rms_after / rms_before if rms_after is not None and rms_before else None,
         campaign=judge.campaign.name,
         before=before,
         after=after,
@@ -317,6 +317,6 @@ def _centre_of_circle(place: Floats) -> Floats:
             'write "x,y,z" instead of radial',
         )
     flat = (place - middle) @ axes[:2].T
-    known = np.concatenate([2.0 * flat, np.ones((len(flat), 1))], axis=1)
-    solved = np.linalg.lstsq(known, np.sum(flat**2, axis=1), rcond=None)[0]
+    design = np.concatenate([2.0 * flat, np.ones((len(flat), 1))], axis=1)
+    solved = np.linalg.lstsq(design, np.sum(flat**2, axis=1), rcond=None)[0]
     return np.asarray(middle + solved[:2] @ axes[:2])

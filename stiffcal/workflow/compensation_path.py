@@ -164,7 +164,7 @@ def _from_poses(
     from stiffcal.quaternions import rotation_from_quaternion
 
     chain, target = fitted.campaign.chain, setup.targets[0]
-    near = None if start is None else pose_of_words(start, chain.joint_names, "--start")
+    start_angles = None if start is None else pose_of_words(start, chain.joint_names, "--start")
     if table.has(QUATERNION):
         quaternion = table.block(QUATERNION)
         wrong = np.abs(np.linalg.norm(quaternion, axis=1) - 1.0) > 0.01
@@ -181,11 +181,11 @@ def _from_poses(
     elif table.has(ANGLES):
         rotation = rotation_from_rpy(table.block(ANGLES))
     else:
-        home = middle_of_ranges(chain) if near is None else near
-        _, kept = attached_poses(chain, chain.model_angles(home[None]), target)
-        rotation = np.repeat(kept, len(table), axis=0)
+        home = middle_of_ranges(chain) if start_angles is None else start_angles
+        _, home_rotation = attached_poses(chain, chain.model_angles(home[None]), target)
+        rotation = np.repeat(home_rotation, len(table), axis=0)
     goal = PoseGoal(table.block(POSITION), rotation)
-    joints, reached = joints_along_path(chain, target, goal, near)
+    joints, reached = joints_along_path(chain, target, goal, start_angles)
     if not reached.all():
         reason = "the robot does not reach this pose within its joint limits"
         mend = "move the path, or say with --start from which joint angles it is reached"
@@ -245,13 +245,17 @@ def _in_frame(fitted: FittedRobot, setup: MeasurementSetup, forces: Forces) -> M
 def _wrench(
     fitted: FittedRobot, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
 ) -> Floats:
-    own = any(name in table.numbers for name in AXES)
+    has_columns = any(name in table.numbers for name in AXES)
     options_given = [name for name in ("everywhere", "segments", "log") if getattr(forces, name) is not None]
-    if len(options_given) + own != 1:
+    if len(options_given) + has_columns != 1:
         mend = "give the forces once: columns Fx … Tz of the path, --force, --segments or --log"
-        reason = "no forces are given" if not options_given and not own else "forces are given more than once"
+        reason = "no forces are given" if not options_given and not has_columns else "forces are given more than once"
         raise InputError.at(
-            FaultCode.OPTION_CONFLICT, table.file if own or not options_given else "command line", "", reason, mend
+            FaultCode.OPTION_CONFLICT,
+            table.file if has_columns or not options_given else "command line",
+            "",
+            reason,
+            mend,
         )
     if forces.log is None and (forces.filter_hz is not None or forces.tool is not None):
         option = "--filter" if forces.filter_hz is not None else "--tool"
@@ -313,8 +317,8 @@ def _segment_wrenches(table: WrittenTable, file: Path) -> Floats:
             Fault(FaultCode.NAME_DUPLICATE, listed.file, "segment", f"{doubled[0]} stands there twice", "leave one out")
         )
     raise_faults(shortened(faults))
-    which = [names.index(word) for word in table.words["segment"]]
-    return listed.block(AXES)[which]
+    segment_of_row = [names.index(word) for word in table.words["segment"]]
+    return listed.block(AXES)[segment_of_row]
 
 
 def _logged(

@@ -109,12 +109,14 @@ def _with_suspects(
     if sound is data:
         return diagnosis
     answer = diagnosis_result(data.states, everything)
-    kept = set(sound.states.run.tolist())
-    named = ", ".join(data.states.runs[suspect.run].name for suspect in suspicion.suspects if suspect.run not in kept)
+    remaining_runs = set(sound.states.run.tolist())
+    run_names = ", ".join(
+        data.states.runs[suspect.run].name for suspect in suspicion.suspects if suspect.run not in remaining_runs
+    )
     return replace(
         diagnosis,
         with_suspects=WithSuspects(missing=answer.missing, unexplained=answer.unexplained),
-        summary=f"Without what disagrees with all other runs ({named}): {diagnosis.summary}",
+        summary=f"Without what disagrees with all other runs ({run_names}): {diagnosis.summary}",
     )
 
 

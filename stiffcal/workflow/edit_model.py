@@ -101,8 +101,8 @@ def _edit(
 
     catalogue = effects_with(campaign, effect)
     if effect not in catalogue:
-        near = difflib.get_close_matches(effect, catalogue, n=1)
-        mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
+        suggestions = difflib.get_close_matches(effect, catalogue, n=1)
+        mend = f"did you mean {suggestions[0]}?" if suggestions else f"choose one of: {', '.join(sorted(catalogue))}"
         raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "EFFECT", f"no effect is called {effect}", mend)
     if wanted.curved and not catalogue[effect].curve:
         _no_curve(effect, catalogue)
@@ -130,8 +130,8 @@ def _edit(
         if wanted.curved:
             changes.append(_bend(folder, campaign, catalogue[effect], given))
     else:
-        gone = remove_effect(folder, effect, **given, n_joints=n_joints)
-        changes.append(f"removed {effect}: {', '.join(gone)}")
+        removed = remove_effect(folder, effect, **given, n_joints=n_joints)
+        changes.append(f"removed {effect}: {', '.join(removed)}")
     return changes
 
 
@@ -143,8 +143,10 @@ def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, 
     labels = place_names(given["joints"], given["links"], given["pairs"])
     names = [f"{effect.name}.{label}.{symbol}" for label in labels for symbol in effect.curve]
     new = set_starts(folder, effect.name, names, campaign.chain.n_joints)
-    bent = [label for label in labels if any(name.split(".")[1] == label for name in new)]
-    return f"curved: {', '.join(bent)}" if bent else f"{effect.name} was curved there already: nothing changed"
+    new_labels = [label for label in labels if any(name.split(".")[1] == label for name in new)]
+    return (
+        f"curved: {', '.join(new_labels)}" if new_labels else f"{effect.name} was curved there already: nothing changed"
+    )
 
 
 def _no_curve(effect: str, catalogue: Mapping[str, Effect]) -> NoReturn:
@@ -166,13 +168,13 @@ def _places(where: Mapping[str, str | None], kind: str, campaign: Campaign) -> d
                 f"this effect sits at {kind}",
                 f"say --{kind} instead",
             )
-        words = [word.strip() for word in text.split(",") if word.strip()]
+        labels = [word.strip() for word in text.split(",") if word.strip()]
         if name == "joints":
-            places[name] = [_joint(word, campaign, name) for word in words]
+            places[name] = [_joint(word, campaign, name) for word in labels]
         elif name == "links":
-            places[name] = words
+            places[name] = labels
         else:
-            places[name] = [_pair(word, campaign) for word in words]
+            places[name] = [_pair(word, campaign) for word in labels]
     return places
 
 
@@ -237,7 +239,7 @@ def _remove_replaced(folder: Path, campaign: Campaign, effect: Any, given: Mappi
         }
         if not any(shared.values()):
             continue
-        gone = remove_effect(folder, entry.type, **shared, n_joints=campaign.chain.n_joints)
+        removed = remove_effect(folder, entry.type, **shared, n_joints=campaign.chain.n_joints)
         verb = "includes" if entry.type in effect.includes else "excludes"
-        changes.append(f"removed {entry.type}: {', '.join(gone)} ({effect.name} {verb} it)")
+        changes.append(f"removed {entry.type}: {', '.join(removed)} ({effect.name} {verb} it)")
     return changes

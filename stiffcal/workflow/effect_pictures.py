@@ -223,35 +223,35 @@ def _drawn(
         return None
     # An effect that holds the joint's compliance stands in its place.
     included = effect.includes + ((effect.name,) if effect.name == "joint-compliance" else ())
-    kept = tuple(
+    effects = tuple(
         placed_effect
         for placed_effect in springs
         if not (placed_effect.effect.name in included and placed_effect.place == place)
     )
     try:
         without = _deflection(
-            plain if effect.name != "joint-compliance" else replace(plain, placed=kept), setup, example
+            plain if effect.name != "joint-compliance" else replace(plain, placed=effects), setup, example
         )
-        whole = max(float(np.abs(_deflection(plain, setup, example)).max()), LEAST_WHOLE)
+        largest = max(float(np.abs(_deflection(plain, setup, example)).max()), LEAST_WHOLE)
         factor, with_it = 1.0, without
         # What holds the joint's own compliance is never drawn stiffer than this.
         least = 1.0 if effect.includes else 1e-3
         for _ in range(3):
-            robot = replace(plain, placed=(*kept, _scaled(effect, place, usual, factor)))
+            robot = replace(plain, placed=(*effects, _scaled(effect, place, usual, factor)))
             with_it = _deflection(robot, setup, example)
             change = float(np.abs(with_it - without).max())
             if factor == 1.0:
                 visible = change
-            if change <= SHOWS * whole / MOST_ENLARGED:
+            if change <= SHOWS * largest / MOST_ENLARGED:
                 return None
-            factor = float(np.clip(factor * DRAWN_SIZE * whole / change, least, MOST_ENLARGED))
+            factor = float(np.clip(factor * DRAWN_SIZE * largest / change, least, MOST_ENLARGED))
     except NoBalanceError:
         return None
     difference = np.abs(with_it - without).max(axis=0)
-    if difference.max() < SHOWS * whole:
+    if difference.max() < SHOWS * largest:
         return None
     axis = int(np.argmax(difference))
-    return visible / whole, _as_picture(effect, example, axis, without[:, axis] * 1e3, with_it[:, axis] * 1e3)
+    return visible / largest, _as_picture(effect, example, axis, without[:, axis] * 1e3, with_it[:, axis] * 1e3)
 
 
 def _as_picture(effect: Effect, example: LeverExample, axis: int, without: Floats, with_it: Floats) -> EffectPicture:
@@ -269,8 +269,8 @@ def _as_picture(effect: Effect, example: LeverExample, axis: int, without: Float
 
 
 def _caption(effect: Effect) -> str:
-    words = (effect.fingerprint or effect.summary).rstrip(".")
-    return f"What {effect.name} does to a lever with two joints, enlarged: {words}."
+    text = (effect.fingerprint or effect.summary).rstrip(".")
+    return f"What {effect.name} does to a lever with two joints, enlarged: {text}."
 
 
 def _measured_late(effect: Effect, chain: Chain, setup: MeasurementSetup) -> EffectPicture | None:

@@ -36,8 +36,8 @@ def describe_effects(name: str | None = None, plugins: PluginCode | None = None)
     elif name in catalogue:
         chosen = [catalogue[name]]
     else:
-        near = difflib.get_close_matches(name, catalogue, n=1)
-        mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
+        suggestions = difflib.get_close_matches(name, catalogue, n=1)
+        mend = f"did you mean {suggestions[0]}?" if suggestions else f"choose one of: {', '.join(sorted(catalogue))}"
         raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "NAME", f"no effect is called {name}", mend)
     return EffectsResult(warnings=[], effects=[_describe(effect) for effect in chosen])
 

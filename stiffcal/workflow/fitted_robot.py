@@ -139,8 +139,8 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
         for placed_effect in robot.placed
         for spec in placed_effect.effect.parameters
     }
-    kept = [(k, name) for k, name in enumerate(names) if name in in_model]
-    covariance = {a: {b: float(matrix[i, j]) for j, b in kept} for i, a in kept}
+    in_both = [(k, name) for k, name in enumerate(names) if name in in_model]
+    covariance = {a: {b: float(matrix[i, j]) for j, b in in_both} for i, a in in_both}
     fitted_values = robot.with_values(identified.values())
     setup = _aimed(data.states.setup, campaign.chain.n_joints)
     # null where the rods do not identify it becomes NaN

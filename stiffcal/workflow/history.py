@@ -82,9 +82,13 @@ def restore_model(
     campaign = load_campaign(Path(folder), check_files=False)
     fits = {fit.id: fit for fit in reversed(_stored_fits(open_store(campaign.folder, context)))}
     if identifier not in fits:
-        known = ", ".join(reversed(fits)) or "none"
+        fit_ids = ", ".join(reversed(fits)) or "none"
         raise InputError.at(
-            FaultCode.OPTION_INVALID, "command line", "--restore", f"no fit has the id {identifier}", f"known: {known}"
+            FaultCode.OPTION_INVALID,
+            "command line",
+            "--restore",
+            f"no fit has the id {identifier}",
+            f"known: {fit_ids}",
         )
     fit = fits[identifier]
     if fit.origin == FOREIGN:

@@ -227,11 +227,11 @@ def _same_fit(fits: list[Document], entry: Document) -> Document | None:
     one becomes foreign where the user's record of trust is lost or cannot be written: of two foreign entries with these
     very numbers the last one is the user's own again. Without that, each command would append one more.
     """
-    named = [row for row in fits if isinstance(row.get("id"), str) and FIT_ID.fullmatch(row["id"])]
-    same = [row for row in named if row.get("key") == entry["key"]]
-    own = [row for row in same if row.get("origin", OWN) != FOREIGN]
-    if own:
-        return own[-1]
+    with_id = [row for row in fits if isinstance(row.get("id"), str) and FIT_ID.fullmatch(row["id"])]
+    same = [row for row in with_id if row.get("key") == entry["key"]]
+    own_fits = [row for row in same if row.get("origin", OWN) != FOREIGN]
+    if own_fits:
+        return own_fits[-1]
     equal = [row for row in same if all(row.get(name) == entry[name] for name in CONFIRMED)]
     return equal[-1] if len(equal) > 1 else None
 

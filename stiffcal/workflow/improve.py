@@ -150,8 +150,8 @@ def _climb(ladder: _Ladder, diagnosed: DiagnoseResult, ask: Ask) -> DiagnoseResu
             return diagnosed
         ladder.edit(*change)
         diagnosed = diagnose_campaign(ladder.folder, ladder.context)
-    words = f"stopped after {MOST_STEPS} steps: the model still changes; look at the history"
-    return replace(diagnosed, warnings=[*diagnosed.warnings, words]) if _next_change(diagnosed) else diagnosed
+    text = f"stopped after {MOST_STEPS} steps: the model still changes; look at the history"
+    return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if _next_change(diagnosed) else diagnosed
 
 
 def _next_change(diagnosed: DiagnoseResult) -> tuple[Change, ProposedEffect | EffectAt] | None:

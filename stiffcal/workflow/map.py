@@ -134,13 +134,13 @@ def map_campaign(
 
 
 def _check_outputs(picture: Path | None, table: Path | None) -> None:
-    for file, kinds, words in ((picture, PICTURES, "picture"), (table, TABLES, "table")):
+    for file, kinds, text in ((picture, PICTURES, "picture"), (table, TABLES, "table")):
         if file is not None and file.suffix.lower() not in kinds:
             raise InputError.at(
                 FaultCode.FORMAT_UNKNOWN,
                 str(file),
                 "",
-                f"no {words} format",
+                f"no {text} format",
                 f"end the name in one of {', '.join(kinds)}",
             )
         if file is not None and not file.parent.is_dir():
@@ -267,8 +267,8 @@ def _grid(
 
 def _ends(values: Floats) -> Floats | None:
     """Return (2,) the smallest and the largest known value, None where none is known."""
-    known = values[np.isfinite(values)]
-    return np.array([known.min(), known.max()]) if known.size else None
+    finite = values[np.isfinite(values)]
+    return np.array([finite.min(), finite.max()]) if finite.size else None
 
 
 def _nothing_reached(reached: NDArray[np.bool_]) -> Iterator[str]:

@@ -117,9 +117,9 @@ def _runs_drawn(data: Ingested) -> list[str]:
 def _kind_to_draw(data: Ingested, against: str | None) -> ExperimentKind | None:
     """Return the kind of experiment whose picture is asked for; None where it is one of load states."""
     axis = (against or "").partition(":")[0]
-    asked = next((kind for kind in all_kinds() if axis and kind.plot_axis == axis), None)
-    if asked is not None or against is not None or len(data.states):
-        return asked
+    requested = next((kind for kind in all_kinds() if axis and kind.plot_axis == axis), None)
+    if requested is not None or against is not None or len(data.states):
+        return requested
     measured = {run.experiment for run in data.campaign.manifest.runs}
     return next((kind for kind in all_kinds() if kind.fit_tables and kind.name in measured), None)
 
@@ -129,8 +129,8 @@ def _kind_plot(
 ) -> tuple[Figure, str] | None:
     from stiffcal.report.figures.panels import draw_panels
 
-    _, _, which = (against or "").partition(":")
-    joint = data.joint_names[_joint(which, data.joint_names)] if which else None
+    _, _, selection = (against or "").partition(":")
+    joint = data.joint_names[_joint(selection, data.joint_names)] if selection else None
     plot = kind.plot(runs_with_fits(data), document_of(identified), run, joint)
     return None if plot is None else (draw_panels(plot.picture), plot.drawn)
 
@@ -158,7 +158,7 @@ def _covariate(
     from stiffcal.report.content import ResidualCovariate
     from stiffcal.workflow.report_content import joint_torques
 
-    quantity, _, which = against.partition(":")
+    quantity, _, selection = against.partition(":")
     states = data.states
     simple = {
         "load": ("load", "N", report_states.load),
@@ -168,7 +168,7 @@ def _covariate(
     }
     if states.temperature.shape[1]:
         simple["temperature"] = ("temperature", "as logged", states.temperature[:, 0])
-    if quantity in simple and not which:
+    if quantity in simple and not selection:
         name, unit, values = simple[quantity]
         if not np.isfinite(values).any():
             mend = f"choose {AGAINST}"
@@ -176,10 +176,10 @@ def _covariate(
                 FaultCode.DATA_MISSING, "command line", "--against", f"{quantity} is not logged in this campaign", mend
             )
         return ResidualCovariate(name, unit, np.asarray(values, dtype=np.float64))
-    if quantity == "force" and which in ("x", "y", "z"):
-        return ResidualCovariate(f"force along {which}", "N", report_states.force[:, "xyz".index(which)])
+    if quantity == "force" and selection in ("x", "y", "z"):
+        return ResidualCovariate(f"force along {selection}", "N", report_states.force[:, "xyz".index(selection)])
     if quantity in ("torque", "angle"):
-        joint = _joint(which, data.joint_names)
+        joint = _joint(selection, data.joint_names)
         if quantity == "angle":
             return ResidualCovariate(f"angle of joint {joint + 1}", "°", np.degrees(states.joints[:, joint]))
         return ResidualCovariate(f"torque on joint {joint + 1}", "N·m", joint_torques(data, identified)[:, joint])

@@ -248,13 +248,13 @@ def _table(result: PredictResult) -> dict[str, Floats]:
         columns[f"{name} standard uncertainty [{unit}]"] = std[:, k]
     for number, link in enumerate(states[0].links):
         link_parts = [state.links[number] for state in states]
-        for ways, by in (
+        for by_method, by in (
             ([link_part.at_target for link_part in link_parts], ""),
             ([link_part.at_target_by_compliance for link_part in link_parts], " by its 6x6"),
         ):
-            known = [way for way in ways if way is not None]
-            if known:
+            given_ways = [direction for direction in by_method if direction is not None]
+            if given_ways:
                 columns |= {
-                    f"d{axis} of {link.link}{by} [mm]": 1e3 * np.array(known)[:, k] for k, axis in enumerate("xyz")
+                    f"d{axis} of {link.link}{by} [mm]": 1e3 * np.array(given_ways)[:, k] for k, axis in enumerate("xyz")
                 }
     return columns

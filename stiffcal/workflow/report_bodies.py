@@ -53,10 +53,10 @@ def _picture(
         curve = tuple(math.nan if value is None else float(value) for value in line.curve)
         fitted = sum(c * motion.wrench[:, axis] ** (k + 1) for k, c in enumerate(curve) if math.isfinite(c))
         for number in range(len(numbers)):
-            own = (run == number) & np.isfinite(displacement)
-            if own.any():
-                weight = motion.std[own, axis] ** -2
-                displacement[own] -= np.average((displacement - fitted)[own], weights=weight)
+            in_run = (run == number) & np.isfinite(displacement)
+            if in_run.any():
+                weight = motion.std[in_run, axis] ** -2
+                displacement[in_run] -= np.average((displacement - fitted)[in_run], weights=weight)
         curves.append(
             JointCurve(
                 component=line.component,
@@ -117,6 +117,6 @@ def _together(identified: IdentifyResult, robot: CompliantRobot, joint: int) -> 
             parameter = by_name.get(placed.parameter_name(spec.symbol)) if spec.along is not None else None
             if spec.along is None or parameter is None or parameter.value is None or parameter.std is None:
                 continue
-            own = (parameter.value, parameter.std, bool(parameter.above_noise))
-            result[COMPONENTS[spec.along]] = own
+            fitted = (parameter.value, parameter.std, bool(parameter.above_noise))
+            result[COMPONENTS[spec.along]] = fitted
     return result

@@ -69,14 +69,14 @@ def _delay_remark(data: Ingested) -> str:
 def _partner(states: LoadStates, first: dict[int, int], run: int) -> int | None:
     """Return the run without compensation in the same pose with the same tags, else in the same pose."""
     tags = set(states.runs[run].tags)
-    near = [
+    same_pose = [
         candidate
         for candidate, state in first.items()
         if not states.runs[candidate].compensated
         and np.abs(states.joints[state] - states.joints[first[run]]).max() < _SAME_POSE
     ]
-    alike = [candidate for candidate in near if set(states.runs[candidate].tags) == tags]
-    return next(iter(alike), next(iter(near), None))
+    same_tags = [candidate for candidate in same_pose if set(states.runs[candidate].tags) == tags]
+    return next(iter(same_tags), next(iter(same_pose), None))
 
 
 def _half(data: Ingested, states: LoadStates, run: int) -> HalfRun:
@@ -87,12 +87,12 @@ def _half(data: Ingested, states: LoadStates, run: int) -> HalfRun:
     _, axes = attached_poses(chain, chain.model_angles(states.joints[members]), states.setup.wrench_axes)
     force = np.einsum("nij,nj->ni", axes, states.wrench[members, :3])
     turn = states.rotation[members, 0] @ states.rotation[start, 0].T
-    turned = np.full((len(members), 3), np.nan)
-    known = np.isfinite(turn).all(axis=(1, 2))
-    turned[known] = vector_from_rotation(turn[known])
+    rotation = np.full((len(members), 3), np.nan)
+    finite = np.isfinite(turn).all(axis=(1, 2))
+    rotation[finite] = vector_from_rotation(turn[finite])
     at = int(np.flatnonzero(members == start)[0])
     return HalfRun(
-        states.runs[run].name, force - force[at], states.position[members, 0] - states.position[start, 0], turned
+        states.runs[run].name, force - force[at], states.position[members, 0] - states.position[start, 0], rotation
     )
 
 
@@ -121,9 +121,9 @@ def _over_time(data: Ingested, states: LoadStates, off: int, on: int, kind: str)
     traces = [_trace(data, states, run) for run in (off, on)]
     if traces[0] is None or traces[1] is None:
         return None
-    given = float(traces[0].displacement.max())
-    delay, left = _taken_back(traces[1])
-    return TimePair(kind, traces[0], traces[1], delay, left, given)
+    uncorrected = float(traces[0].displacement.max())
+    delay, remaining = _taken_back(traces[1])
+    return TimePair(kind, traces[0], traces[1], delay, remaining, uncorrected)
 
 
 def _taken_back(trace: Trace) -> tuple[float, float]:
@@ -131,13 +131,13 @@ def _taken_back(trace: Trace) -> tuple[float, float]:
     load = np.linalg.norm(trace.wrench[:, :3] - trace.wrench[0, :3], axis=1)
     loaded = load > _COME * load.max()
     between = np.interp(trace.time, trace.time[loaded], np.ones(int(loaded.sum())), left=0.0, right=0.0) > 0.0
-    gone = np.flatnonzero(between & ~loaded)
-    last = int(gone[0]) if gone.size else int(np.flatnonzero(loaded)[-1]) + 1
+    unloaded = np.flatnonzero(between & ~loaded)
+    last = int(unloaded[0]) if unloaded.size else int(np.flatnonzero(loaded)[-1]) + 1
     begin = int(np.flatnonzero(loaded)[0])
     stretch = trace.displacement[begin:last]
     top = int(np.argmax(stretch))
-    back = np.flatnonzero(stretch[top:] < _HALF * stretch[top])
-    delay = float(trace.time[begin + top + back[0]] - trace.time[begin]) if back.size else float("nan")
+    below_half = np.flatnonzero(stretch[top:] < _HALF * stretch[top])
+    delay = float(trace.time[begin + top + below_half[0]] - trace.time[begin]) if below_half.size else float("nan")
     tail = stretch[-max(3, len(stretch) // 4) :]
     return delay, float(np.median(tail))
 
@@ -154,24 +154,25 @@ def _trace(data: Ingested, states: LoadStates, run: int) -> Trace | None:
     if any(table not in data.store.tables for table in tables):
         return None
     ahead = _clocks(data, name)
-    read, pose_table = (data.store.read_table(table) for table in tables)
-    time = np.asarray(values_of(read.column("time_s"))) - ahead.get(wrench, 0.0)
+    force_table, pose_table = (data.store.read_table(table) for table in tables)
+    time = np.asarray(values_of(force_table.column("time_s"))) - ahead.get(wrench, 0.0)
     force = np.stack(
-        [np.asarray(values_of(read.column(key))) for key in read.column_names if key[:2] in _WRENCH], axis=1
+        [np.asarray(values_of(force_table.column(key))) for key in force_table.column_names if key[:2] in _WRENCH],
+        axis=1,
     )
     target = states.setup.target_names[0]
     place = np.stack([np.asarray(values_of(pose_table.column(f"{target}_{axis}_m"))) for axis in "xyz"], axis=1)
     at = np.asarray(values_of(pose_table.column("time_s"))) - ahead.get(pose, 0.0)
     whole = np.zeros((len(force), 6))
     whole[:, : force.shape[1]] = force
-    still = max(3, int(0.05 * len(place)))
-    distance = np.linalg.norm(place - np.median(place[:still], axis=0), axis=1)
+    n_initial = max(3, int(0.05 * len(place)))
+    distance = np.linalg.norm(place - np.median(place[:n_initial], axis=0), axis=1)
     size = np.linalg.norm(whole[:, :3] - np.median(whole[: max(3, len(whole) // 20), :3], axis=0), axis=1)
     begin = time[int(np.argmax(size > _HALF * size.max()))]
-    known = np.isfinite(distance)
-    inside = (time >= at[known][0]) & (time <= at[known][-1])
+    finite = np.isfinite(distance)
+    inside = (time >= at[finite][0]) & (time <= at[finite][-1])
     pick = np.flatnonzero(inside)[:: max(1, int(inside.sum() / _MOST_POINTS))]
-    return Trace(name, time[pick] - begin, whole[pick], np.interp(time[pick], at[known], distance[known]))
+    return Trace(name, time[pick] - begin, whole[pick], np.interp(time[pick], at[finite], distance[finite]))
 
 
 _WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")

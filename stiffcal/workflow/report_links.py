@@ -91,8 +91,8 @@ def _picture(link: MeasuredLink, observed: _ObservedLinks) -> LinkPicture:
 
 def _run(number: int, link: MeasuredLink, observed: _ObservedLinks, rigid: Floats | None) -> LinkRun:
     """Gather one run, in the states in which all the link's rods were read."""
-    own = np.flatnonzero(link.run == number)
-    where = link.index[own]
+    in_run = np.flatnonzero(link.run == number)
+    where = link.index[in_run]
     load = observed.load[where]
     direction = load[int(np.argmax(np.sum(load**2, axis=1)))]
     direction = direction / max(float(np.linalg.norm(direction)), 1e-300)
@@ -107,7 +107,7 @@ def _run(number: int, link: MeasuredLink, observed: _ObservedLinks, rigid: Float
     along = _tool_reader(observed, where, direction)
     tool, with_link = along(observed.data.measured), along(observed.predicted)
     offset = 0.0 if tool is None or with_link is None else float(np.mean(tool - with_link))
-    zero = link.estimate.displacement[own[reference]]
+    zero = link.estimate.displacement[in_run[reference]]
     return LinkRun(
         name=observed.states.runs[number].name,
         along=_words(direction),
@@ -115,9 +115,9 @@ def _run(number: int, link: MeasuredLink, observed: _ObservedLinks, rigid: Float
         unloading=observed.unloading[where],
         lengths=(measured - still).T,
         modelled=None if rigid is None else modelled.T,
-        end=link.estimate.displacement[own] - zero,
+        end=link.estimate.displacement[in_run] - zero,
         end_std=np.sqrt(np.diag(link.estimate.covariance)),
-        by_wrench=link.compliance.predict(link.wrench[own] - link.wrench[own[reference]]),
+        by_wrench=link.compliance.predict(link.wrench[in_run] - link.wrench[in_run[reference]]),
         tool=None if tool is None else tool - offset,
         with_link=with_link,
         without_link=None if rigid is None else along(rigid),
@@ -159,8 +159,8 @@ def _opposite(start: Floats, end: Floats) -> tuple[tuple[int, int], ...]:
     for second in range(len(middle)):
         for first in range(second):
             across = np.abs(middle[second, 1:] + middle[first, 1:]).max()
-            alike = abs(middle[second, 0] - middle[first, 0]) + abs(length[second] - length[first])
-            if across < OPPOSITE_M and alike < 2.0 * OPPOSITE_M:
+            distance = abs(middle[second, 0] - middle[first, 0]) + abs(length[second] - length[first])
+            if across < OPPOSITE_M and distance < 2.0 * OPPOSITE_M:
                 pairs.append((first, second))
     return tuple(pairs)
 

@@ -35,5 +35,5 @@ def simulate_campaign(
 
     campaign = load_campaign(Path(folder), check_files=False)
     played = play(campaign, load_settings(Path(folder)), Path(out), seed, progress)
-    kept = {name: value for name, value in played.items() if name != "truth"}
-    return SimulateResult(warnings=[], **kept)
+    without_truth = {name: value for name, value in played.items() if name != "truth"}
+    return SimulateResult(warnings=[], **without_truth)

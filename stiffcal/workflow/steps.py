@@ -315,9 +315,9 @@ def key_of_table(table: pa.Table) -> str:
 
     sink = pa.BufferOutputStream()
     # One batch: how the rows were cut into pieces is no property of them.
-    whole = table.combine_chunks()
-    with pa.ipc.new_stream(sink, whole.schema) as writer:
-        writer.write_table(whole)
+    combined = table.combine_chunks()
+    with pa.ipc.new_stream(sink, combined.schema) as writer:
+        writer.write_table(combined)
     return hashlib.sha256(sink.getvalue()).hexdigest()
 
 

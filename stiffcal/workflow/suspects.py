@@ -125,6 +125,6 @@ def _exclusion(suspect: Suspect, campaign: Campaign, states: LoadStates) -> list
         return ["[[runs]]", f"id = {json.dumps(suspect.run, ensure_ascii=False)}", "holdout = true"]
     name, source = tables[0]
     names = [run.name for run in states.runs]
-    own = states.row[states.run == names.index(suspect.run)]
-    rows = [suspect.row] if suspect.row is not None else [int(row) for row in own]
+    in_run = states.row[states.run == names.index(suspect.run)]
+    rows = [suspect.row] if suspect.row is not None else [int(row) for row in in_run]
     return exclusion_lines(name, rows, why, "" if source.run is not None else suspect.run)

@@ -57,14 +57,14 @@ class TrustOverview:
             )
             for file in self.plugins.files
         ]
-        own = CampaignCode(sha256=self.plugins.digest, trusted=self.plugins.allowed(), files=files)
+        code = CampaignCode(sha256=self.plugins.digest, trusted=self.plugins.allowed(), files=files)
         record = open_record()
         return TrustResult(
             warnings=[],
             action=action,
             entries=_items(entries),
             folder=str(self.folder),
-            plugins=own if files else None,
+            plugins=code if files else None,
             queries=[
                 CampaignQuery(sha256=digest, trusted=record.text_allowed(digest), place=place, text=text)
                 for digest, (place, text) in self.queries.items()
@@ -181,14 +181,14 @@ def revoke_trust(name: str) -> TrustResult:
     if Path(name).is_dir():
         with suppress(InputError):  # what was allowed of it before is found by the folder
             names |= set(read_campaign(Path(name)).hashes)
-    gone = open_record().revoke(*names)
-    still = sorted(names & hashes_of_environment())
-    if not gone and not still:
+    revoked = open_record().revoke(*names)
+    in_environment = sorted(names & hashes_of_environment())
+    if not revoked and not in_environment:
         raise InputError.at(
             FaultCode.OPTION_INVALID, "command line", "--revoke", f"{name} is not trusted", "see stiffcal trust --list"
         )
-    warnings = [f"STIFFCAL_TRUST still holds {digest}" for digest in still]
-    return TrustResult(warnings=warnings, action="revoked", entries=_items(gone))
+    warnings = [f"STIFFCAL_TRUST still holds {digest}" for digest in in_environment]
+    return TrustResult(warnings=warnings, action="revoked", entries=_items(revoked))
 
 
 def lines_of(text: str) -> list[str]:

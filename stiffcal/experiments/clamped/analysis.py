@@ -112,8 +112,8 @@ def analyse_runs(
     for number in range(1, MOST_PASSES + 1):
         before = laws
         runs = [
-            _analysed(own, chain, laws) if chain.is_excited else _unusable_run(own, chain)
-            for own, chain in zip(readings, chains, strict=True)
+            _analysed(run_readings, chain, laws) if chain.is_excited else _unusable_run(run_readings, chain)
+            for run_readings, chain in zip(readings, chains, strict=True)
         ]
         runs = judged(runs)
         laws = {joint: widest(runs, joint).fit.law for joint in sorted({run.joint for run in runs if not run.left_out})}
@@ -154,8 +154,8 @@ def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int,
         why = why_no_sweep(angle, torque, saturation)
         return replace(_unusable_run(readings, chain), left_out=why, saturation=saturation)
     branches = average_branches(angle, torque, used, sweeps.up, N_BINS)
-    apart = bool(readings.two_clocks[int(readings.run[0])])
-    fit = fit_series(branches, with_lag=apart)
+    has_two_clocks = bool(readings.two_clocks[int(readings.run[0])])
+    fit = fit_series(branches, with_lag=has_two_clocks)
     segment = play_segment(fit.law) if fit.play_found else None
     step = encoder_step(readings.joints[:, chain.joint - 1])
     outer = segment.outer_slope if segment is not None else abs(fit.law.curve[0])
@@ -215,10 +215,10 @@ def _between_cycles(angle: Floats, torque: Floats, used: NDArray[np.int64], swee
         return float("nan")
     widths = []
     for cycle in range(sweeps.cycles):
-        own = np.where((used == 2 * cycle) | (used == 2 * cycle + 1), used - 2 * cycle, -1)
-        if (own >= 0).sum() < 20:
+        sweep_of_cycle = np.where((used == 2 * cycle) | (used == 2 * cycle + 1), used - 2 * cycle, -1)
+        if (sweep_of_cycle >= 0).sum() < 20:
             continue
-        branches = average_branches(angle, torque, own, sweeps.up, N_BINS)
+        branches = average_branches(angle, torque, sweep_of_cycle, sweeps.up, N_BINS)
         widths.append(fit.law.width + fit.law.width_correction(branches))
     return float(np.std(widths, ddof=1)) if len(widths) > 1 else float("nan")
 

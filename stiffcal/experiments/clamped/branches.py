@@ -56,7 +56,10 @@ def average_branches(angle: Floats, torque: Floats, sweep: Integers, up: NDArray
     angles, torques = means(angle), means(torque)
     rising = np.zeros(n_sweeps, dtype=np.bool_)
     rising[sweep[used]] = up[used]
-    directions = [_one_direction(angles[rising == way], torques[rising == way], way) for way in (True, False)]
+    directions = [
+        _one_direction(angles[rising == is_rising], torques[rising == is_rising], is_rising)
+        for is_rising in (True, False)
+    ]
     stacked = [np.concatenate(column) for column in zip(*directions, strict=True)]
     spread, through = stacked[3], stacked[4].astype(np.int64)
     repeated = through > 1
@@ -94,14 +97,14 @@ def reversal_error(angle: Floats, torque: Floats, sweep: Integers, up: NDArray[n
     """
     crossing: dict[bool, list[float]] = {True: [], False: []}
     for number in range(int(sweep.max(initial=-1)) + 1):
-        own = np.flatnonzero(sweep == number)
-        if own.size < 2:
+        of_sweep = np.flatnonzero(sweep == number)
+        if of_sweep.size < 2:
             continue
-        a, t = angle[own], torque[own]
+        a, t = angle[of_sweep], torque[of_sweep]
         changes = np.flatnonzero(np.diff(np.signbit(t)))
         if changes.size:
             share = t[changes] / (t[changes] - t[changes + 1])
-            crossing[bool(up[own[0]])].append(float(np.median(a[changes] + share * (a[changes + 1] - a[changes]))))
+            crossing[bool(up[of_sweep[0]])].append(float(np.median(a[changes] + share * (a[changes + 1] - a[changes]))))
     if not crossing[True] or not crossing[False]:
         return None
     return float(np.mean(crossing[False]) - np.mean(crossing[True]))

@@ -135,7 +135,7 @@ def clamped_chain(
     give = np.zeros(len(readings)) if fixture is None else (wrench @ fixture.T) @ inverse[joint - 1]
     force = np.sqrt(np.sum(wrench[:, :3] ** 2, axis=1))
     pulled = force > 0.3 * force.max(initial=0.0)
-    own = torque[:, joint - 1] - (weight_torque[joint - 1] if measured else 0.0)
+    moved_torque = torque[:, joint - 1] - (weight_torque[joint - 1] if measured else 0.0)
     return ClampedChain(
         joint=joint,
         motion=motion,
@@ -145,7 +145,9 @@ def clamped_chain(
         source="force sensor" if measured else "motor torque",
         moments_measured=setup.moments_measured or not measured,
         weight=float(weight_torque[joint - 1]),
-        lever=float(np.median(np.abs(own[pulled]) / force[pulled])) if measured and pulled.any() else float("nan"),
+        lever=float(np.median(np.abs(moved_torque[pulled]) / force[pulled]))
+        if measured and pulled.any()
+        else float("nan"),
     )
 
 

@@ -120,9 +120,9 @@ def _pose(run: ClampedRunResult, columns: dict[str, NDArray[Any]]) -> ClampedPos
     sign = np.where(up, 1.0, -1.0)
     even = torque - law.zero - sign * law.friction
     spring = even / (1.0 + sign * np.sign(even) * law.drag)
-    turned = angle - sign * law.lag - law.middle
-    outside = np.abs(turned) > 0.5 * law.width
-    from_flank = turned - 0.5 * law.width * np.sign(turned)
+    spring_side = angle - sign * law.lag - law.middle
+    outside = np.abs(spring_side) > 0.5 * law.width
+    from_flank = spring_side - 0.5 * law.width * np.sign(spring_side)
     half = 0.5 * (run.play or 0.0)
     return ClampedPose(
         run=run.run,

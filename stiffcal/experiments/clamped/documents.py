@@ -254,28 +254,28 @@ def torque_angle(joint: ClampedJoint) -> TorqueAngle:
 
 def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: tuple[ClampedJoint, ...]) -> list[str]:
     """Return the warnings on the numbers, as sentences."""
-    words = []
+    texts = []
     names = data.joint_names
     for run in runs:
         if run.left_out and not run.holdout:
-            words.append(f"run {run.name} is left out for joint {names[run.joint - 1]}: {run.left_out}")
+            texts.append(f"run {run.name} is left out for joint {names[run.joint - 1]}: {run.left_out}")
         if run.saturation is not None and run.branches.angle.size:
-            words.append(f"run {run.name}: {run.saturation.sentence}")
+            texts.append(f"run {run.name}: {run.saturation.sentence}")
         elif contradiction := loaded_words(run.name, run.chain, names):
-            words.append(contradiction)
+            texts.append(contradiction)
         if run.others_share > 0.05:
-            words.append(
+            texts.append(
                 f"run {run.name}: other joints take up {100.0 * run.others_share:.0f} % of joint "
                 f"{names[run.joint - 1]}'s motion in this pose; it is taken off as their own curves say"
             )
     if any(run.chain.source == "motor torque" for run in runs):
-        words.append(
+        texts.append(
             "torque is measured by the motors alone: friction is in it, and half the torque between the branches is "
             "named friction"
         )
     if any(not run.chain.moments_measured for run in runs):
-        words.append("no moments are measured: a joint's torque is that of the force's lever about its axis alone")
+        texts.append("no moments are measured: a joint's torque is that of the force's lever about its axis alone")
     with_result = {joint.joint for joint in joints}
     for number in sorted({run.joint for run in runs} - with_result):
-        words.append(f"joint {names[number - 1]} cannot be identified: none of its clamped runs can be used")
-    return words
+        texts.append(f"joint {names[number - 1]} cannot be identified: none of its clamped runs can be used")
+    return texts

@@ -45,11 +45,11 @@ def loaded_words(run: str, chain: ClampedChain, names: Sequence[str]) -> str:
     if loaded is None:
         return ""
     other_joint, share = loaded
-    own, with_it = names[chain.joint - 1], names[other_joint - 1]
-    size = f"{100.0 * share:.0f} % of that on {own}" if share < 10.0 else f"{share:.0f} times that on {own}"
+    driven, with_it = names[chain.joint - 1], names[other_joint - 1]
+    size = f"{100.0 * share:.0f} % of that on {driven}" if share < 10.0 else f"{share:.0f} times that on {driven}"
     return (
-        f"run {run}: as {own} turns, a torque on {with_it} follows, {size}; a held flange loads the moved joint alone: "
-        "check the pose (joints_deg, units of the angles), the sensor's frame and the units of force and moment, and "
+        f"run {run}: as {driven} turns, a torque on {with_it} follows, {size}; a held flange loads the moved "
+        "joint alone: check the pose (joints_deg, units of the angles), the sensor's frame and the units of force and moment, and "
         "that these files belong together"
     )
 

@@ -47,9 +47,11 @@ def heldout_clamped(runs: Sequence[ClampedRun]) -> list[HeldoutRun]:
         if not (used or held_out) or not peers:
             continue
         joint = joints_of(peers)[0]
-        own = run.fit.law
+        run_law = run.fit.law
         friction = joint.friction or 0.0
-        expected = replace(own, width=joint.width, band=joint.band or own.band, curve=joint.curve, friction=friction)
+        expected = replace(
+            run_law, width=joint.width, band=joint.band or run_law.band, curve=joint.curve, friction=friction
+        )
         law = _moved_to_data(expected, run.branches)
         residual = run.branches.torque - law.torque_at(run.branches.angle, run.branches.up)
         angle = angle_residual(run.branches, law)
@@ -75,9 +77,9 @@ def _moved_to_data(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:
         best, least = (law, squares) if squares < least else (best, least)
         step = 1e-3 * max(high - low, 1e-12)
         size = 1e-3 * max(float(np.abs(data.torque).max()), 1e-12)
-        turned = (replace(law, middle=law.middle + step).torque_at(data.angle, data.up) - base) / step
+        slope = (replace(law, middle=law.middle + step).torque_at(data.angle, data.up) - base) / step
         lifted = (replace(law, zero=law.zero + size).torque_at(data.angle, data.up) - base) / size
-        columns = np.stack([turned * (high - low), lifted if law.width > 0.0 else np.zeros_like(lifted)], axis=1)
+        columns = np.stack([slope * (high - low), lifted if law.width > 0.0 else np.zeros_like(lifted)], axis=1)
         answer, *_ = np.linalg.lstsq(columns, data.torque - base, rcond=1e-6)
         law = replace(law, middle=law.middle + float(answer[0]) * (high - low), zero=law.zero + float(answer[1]))
         if abs(float(answer[0])) <= SETTLED and abs(float(answer[1])) <= SETTLED * 1e3 * size:
@@ -92,9 +94,9 @@ def angle_residual(data: Branches, law: TorqueAngleLaw) -> Floats:
     """
     grid, torque = law.grid()
     # friction that grows with the load: τ = P ± (F + μ |P|), solved for P on either side
-    way = np.where(data.up, 1.0, -1.0)
-    even = data.torque - law.zero - way * law.friction
-    total = law.zero + even / (1.0 + way * np.sign(even) * law.drag)
+    sign = np.where(data.up, 1.0, -1.0)
+    even = data.torque - law.zero - sign * law.friction
+    total = law.zero + even / (1.0 + sign * np.sign(even) * law.drag)
     band = 3.0 * max(law.band, data.noise) if law.width > 0.0 else 0.0
     outside = (np.abs(total - law.zero) > band) & (total > torque[0]) & (total < torque[-1])
     lag = np.where(data.up, law.lag, -law.lag)

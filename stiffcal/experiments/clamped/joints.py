@@ -94,10 +94,10 @@ def joints_of(runs: Sequence[ClampedRun]) -> list[ClampedJoint]:
     """Bring the runs of each joint together; joints without a usable run are left out."""
     joints = []
     for joint in sorted({run.joint for run in runs}):
-        mine = tuple(run for run in runs if run.joint == joint)
-        used = tuple(run for run in mine if not run.left_out)
+        joint_runs = tuple(run for run in runs if run.joint == joint)
+        used = tuple(run for run in joint_runs if not run.left_out)
         if used:
-            joints.append(_joint(joint, used, tuple(run for run in mine if run.left_out)))
+            joints.append(_joint(joint, used, tuple(run for run in joint_runs if run.left_out)))
     return joints
 
 
@@ -108,7 +108,7 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
     has_play = finest in with_play or len(with_play) * 2 > len(runs)
     # a motion that reached little torque carries little information on the curve
     most = max(_largest_torque(run) for run in runs)
-    far = tuple(run for run in runs if _largest_torque(run) >= FAR * most)
+    curve_runs = tuple(run for run in runs if _largest_torque(run) >= FAR * most)
     plays = np.array([run.play for run in with_play]) if has_play else np.zeros(0)
     resolution = float(np.mean([run.resolution for run in (with_play if has_play else [finest])]))
     within = [run.cycle_spread / np.sqrt(run.sweeps.cycles) for run in with_play if np.isfinite(run.cycle_spread)]
@@ -117,11 +117,11 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         _mean([(run.fit.law.width, run.fit.std("width")) for run in with_play]) if has_play else (0.0, 0.0)
     )
     band, band_std = _mean([(run.fit.law.band, run.fit.std("band")) for run in with_play]) if has_play else (0.0, 0.0)
-    curve, covariance = _pooled(far)
-    frictions = [run for run in far if run.friction_found]
+    curve, covariance = _pooled(curve_runs)
+    frictions = [run for run in curve_runs if run.friction_found]
     friction, friction_std = _mean([(run.fit.law.friction, run.fit.std("friction")) for run in frictions])
-    reversals = [run.reversal for run in far if run.reversal is not None]
-    reach = min(run.fit.law.reach[0] for run in far), max(run.fit.law.reach[1] for run in far)
+    reversals = [run.reversal for run in curve_runs if run.reversal is not None]
+    reach = min(run.fit.law.reach[0] for run in curve_runs), max(run.fit.law.reach[1] for run in curve_runs)
     ends = np.array(curve) @ np.array([[x, x * x, x**3] for x in reach]).T
     middle = 0.5 * resolution
     return ClampedJoint(
@@ -136,7 +136,7 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         band=band,
         band_std=band_std,
         resolution=resolution,
-        friction=friction if 2 * len(frictions) > len(far) else None,
+        friction=friction if 2 * len(frictions) > len(curve_runs) else None,
         friction_std=friction_std,
         reversal=float(np.mean(reversals)) if reversals else None,
         curve=curve,
@@ -144,7 +144,7 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         reach=reach,
         torque=(float(ends[0]), float(ends[1])),
         source=runs[0].chain.source,
-        curve_runs=far,
+        curve_runs=curve_runs,
     )
 
 
@@ -181,8 +181,8 @@ def _pooled(runs: Sequence[ClampedRun]) -> tuple[tuple[float, float, float], Flo
     covariance = np.linalg.inv(information)
     mean = covariance @ target
     if len(runs) > 1:
-        apart = sum(float((c * unit - mean) @ i @ (c * unit - mean)) for c, i in zip(curves, inverses, strict=True))
-        covariance = covariance * max(1.0, apart / (3.0 * (len(runs) - 1)))
+        chi2 = sum(float((c * unit - mean) @ i @ (c * unit - mean)) for c, i in zip(curves, inverses, strict=True))
+        covariance = covariance * max(1.0, chi2 / (3.0 * (len(runs) - 1)))
     # An encoder's step stretches the angle by its own error, alike in all cycles: no averaging takes that off.
     stretch = float(np.mean([run.encoder_step / np.sqrt(12.0) / max(np.ptp(run.fit.law.reach), 1e-12) for run in runs]))
     covariance = covariance + stretch**2 * np.outer(mean, mean)

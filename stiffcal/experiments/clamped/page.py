@@ -64,10 +64,10 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
     curves = clamped_curves(data, section)
     if not curves:
         return None
-    known = [(curve, curve.result) for curve in curves if curve.result is not None]
+    with_result = [(curve, curve.result) for curve in curves if curve.result is not None]
     blocks: list[Block] = [Sentence((_definitions(section.definition),), "definition")]
-    if known:
-        blocks += [_play_table(known), _curve_table(known)]
+    if with_result:
+        blocks += [_play_table(with_result), _curve_table(with_result)]
     remarks = [
         Sentence((f"{curve.joint}, run {pose.run}: left out, {pose.left_out}",), "run-left-out", "warning")
         for curve in curves
@@ -86,12 +86,12 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
         drawn = tuple(curve for curve in curves[start : start + _PER_PICTURE] if curve.widest_pose.angle.size)
         if drawn:
             blocks.append(branches_picture(drawn))
-    for start in range(0, len(known), _PER_PICTURE):
-        blocks.append(curves_picture(tuple(curve for curve, _ in known[start : start + _PER_PICTURE])))
+    for start in range(0, len(with_result), _PER_PICTURE):
+        blocks.append(curves_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
     if any(len(curve.poses) > 1 for curve in curves):
         blocks.append(play_picture(curves))
-    if known:
-        blocks.append(_tangent_table(known))
+    if with_result:
+        blocks.append(_tangent_table(with_result))
     title = "The clamped robot: play, friction and torque over angle"
     return Page(title, tuple(blocks), subject="clamped robot")
 

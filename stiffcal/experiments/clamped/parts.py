@@ -122,8 +122,8 @@ def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
     ]
     torque = np.concatenate([heldout_run.torque for heldout_run in heldout]) if heldout else np.zeros(0)
     angle = np.concatenate([heldout_run.angle for heldout_run in heldout]) if heldout else np.zeros(0)
-    whole = np.concatenate([heldout_run.measured for heldout_run in heldout]) if heldout else np.zeros(0)
-    zero = _rms(whole)
+    measured = np.concatenate([heldout_run.measured for heldout_run in heldout]) if heldout else np.zeros(0)
+    zero = _rms(measured)
     by_joint = [
         _slice(names[j - 1], [heldout_run for heldout_run in heldout if heldout_run.joint == j])
         for j in sorted({o.joint for o in heldout})

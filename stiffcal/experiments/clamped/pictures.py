@@ -30,9 +30,9 @@ def _branches(joint: str, pose: ClampedPose) -> Panel:
     series: list[Series] = []
     if pose.low is not None and pose.high is not None:
         series.append(Span(float(np.rad2deg(pose.low)), float(np.rad2deg(pose.high)), label="play"))
-    for way, marker, colour, label in ((True, "^", 0, "angle growing"), (False, "v", 1, "angle falling")):
-        own = np.flatnonzero(pose.up == way)
-        order = own[np.argsort(pose.angle[own])]
+    for is_rising, marker, colour, label in ((True, "^", 0, "angle growing"), (False, "v", 1, "angle falling")):
+        of_branch = np.flatnonzero(pose.up == is_rising)
+        order = of_branch[np.argsort(pose.angle[of_branch])]
         angle = np.rad2deg(pose.angle[order])
         series.append(Marks(angle, pose.torque[order], marker, colour, size=2.4, edge=0.6, label=label))
         series.append(Line(angle, pose.fitted[order], width=0.9, label="fit"))

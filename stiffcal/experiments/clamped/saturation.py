@@ -62,8 +62,8 @@ def find_saturation(readings: ClampedReadings, angle: Floats, torque: Floats, ch
         unit = "N" if axis < 3 else "N·m"
         signal = f"the force sensor's {_AXES[axis]}"
     else:
-        own = readings.torque[:, chain.joint - 1][:, None]
-        cut_off = _cut_off(own, angle)
+        joint_torque = readings.torque[:, chain.joint - 1][:, None]
+        cut_off = _cut_off(joint_torque, angle)
         if cut_off is None:
             return _of_motor(angle, torque)
         _, limit, beyond = cut_off
@@ -121,7 +121,7 @@ def _of_motor(angle: Floats, torque: Floats) -> Saturation | None:
     # a torque that goes to and fro at a steady rate comes as near as this for so long, limit or not
     steady = 0.5 * slack / limit
     for extreme in (torque > 0.0, torque < 0.0):
-        mine = beyond & extreme
-        if mine.mean() < max(0.5 * LONG, 4.0 * steady) or np.ptp(angle[mine]) > 0.1 * np.ptp(angle):
+        at_limit = beyond & extreme
+        if at_limit.mean() < max(0.5 * LONG, 4.0 * steady) or np.ptp(angle[at_limit]) > 0.1 * np.ptp(angle):
             return None
     return Saturation("the motor's torque", limit, "N·m", beyond, limit - slack)

@@ -101,25 +101,27 @@ def simulate_clamped(
     program = planned.program
     assert isinstance(program, MotionProgram)
     # Without a memory the same motor angles meet the same wrench: each place is solved once.
-    some, again = _distinct(program.joints[:, program.moved_joint - 1], robot.has_memory)
-    clamped = _ClampedRobot(robot, _nodes_of(program, some), planned.load_point, tool, fixture, int(again[0]))
+    distinct, index_of_node = _distinct(program.joints[:, program.moved_joint - 1], robot.has_memory)
+    clamped = _ClampedRobot(
+        robot, _nodes_of(program, distinct), planned.load_point, tool, fixture, int(index_of_node[0])
+    )
     wrench, balance = clamped.solve(planned.name)
     later = np.append(True, np.diff(program.node) > 0.0)  # without a rest before or after, two nodes share a moment
     moving = np.gradient(program.joints[later], program.node[later], axis=0)[np.cumsum(later) - 1]
     drives = robot.chain.drive_axes
-    torque = -(balance.joint_torque @ drives)[again] + _friction(robot, moving)
-    done = replace(program, wrench_at_node=wrench[again], torque=torque)
+    torque = -(balance.joint_torque @ drives)[index_of_node] + _friction(robot, moving)
+    solved_program = replace(program, wrench_at_node=wrench[index_of_node], torque=torque)
     setup = replace(clamped.setup, targets=tuple(frames.values()), target_names=tuple(frames))
-    model = robot.chain.model_angles(program.joints[some])
+    model = robot.chain.model_angles(program.joints[distinct])
     solved = solve_balance(robot, model, wrench, setup, clamped.order)
     position, turn, unloaded = {}, {}, {}
     for body, name in enumerate(frames):
-        places, rotations = solved.target_position[again, body], solved.target_rotation[again, body]
+        places, rotations = solved.target_position[index_of_node, body], solved.target_rotation[index_of_node, body]
         start = np.eye(4)
         start[:3, :3], start[:3, 3] = rotations[0], places[0]
         position[name], unloaded[name] = places, start
         turn[name] = vector_from_rotation(rotations @ rotations[0].T)
-    return TrueRun(replace(planned, program=done), program.node, position, turn, unloaded)
+    return TrueRun(replace(planned, program=solved_program), program.node, position, turn, unloaded)
 
 
 def _distinct(place: Floats, keep_all: bool) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -127,8 +129,8 @@ def _distinct(place: Floats, keep_all: bool) -> tuple[NDArray[np.int64], NDArray
     if keep_all:
         every = np.arange(place.size)
         return every, every
-    _, some, again = np.unique(np.round(place, 11), return_index=True, return_inverse=True)
-    return some, again
+    _, distinct, index_of_node = np.unique(np.round(place, 11), return_index=True, return_inverse=True)
+    return distinct, index_of_node
 
 
 def _nodes_of(program: MotionProgram, some: NDArray[np.int64]) -> MotionProgram:
@@ -209,30 +211,32 @@ class _ClampedRobot:
 
         motion = left_of(none, rest)
         angle = _first_order(drives, motion, coupling, sagged, weight) + sagged
-        bent = np.zeros_like(weight)  # what the drives carry more because the wrench acts on the deformed chain
+        geometric_torque = np.zeros_like(
+            weight
+        )  # what the drives carry more because the wrench acts on the deformed chain
 
         def at(angle: Floats) -> tuple[Floats, Balance, Floats]:
-            wrench = (drives.torque_of(angle) - weight - bent) @ inverse
+            wrench = (drives.torque_of(angle) - weight - geometric_torque) @ inverse
             balance = self._balance(model, wrench, setup, order, name)
             return wrench, balance, left_of(wrench, balance)
 
         for turn in range(MOST_STEPS):
-            wrench, balance, left = at(angle)
-            if np.abs(left).max() < SETTLED:
+            wrench, balance, residual = at(angle)
+            if np.abs(residual).max() < SETTLED:
                 return wrench, balance
             carried = balance.joint_torque @ chain.drive_axes
             if turn < 2:
-                bent = carried - (wrench @ jacobian + weight)
+                geometric_torque = carried - (wrench @ jacobian + weight)
                 angle = drives.angle_of(carried)
-                angle = angle - _newton(coupling, drives.stiffness(angle), left)
+                angle = angle - _newton(coupling, drives.stiffness(angle), residual)
                 continue
             # A wrench softens drives that stand in their play, and turns them against each other: the slope as it is.
             slopes = np.empty((*angle.shape, angle.shape[1]))
             for k in range(angle.shape[1]):
                 shifted = angle.copy()
                 shifted[:, k] += _SLOPE_STEP
-                slopes[:, :, k] = (at(shifted)[2] - left) / _SLOPE_STEP
-            angle = angle - np.linalg.solve(slopes, left[:, :, None])[:, :, 0]
+                slopes[:, :, k] = (at(shifted)[2] - residual) / _SLOPE_STEP
+            angle = angle - np.linalg.solve(slopes, residual[:, :, None])[:, :, 0]
         raise InputError.at(
             FaultCode.NO_CONVERGENCE,
             FILE_NAME, f'runs "{name}"', "no wrench is found that holds the flange while the motor turns",
@@ -292,8 +296,8 @@ class _Drives:
             wrench[joint_node(k + 1), RZ] = share * self.torque
         loads = NodeLoads(wrench, np.repeat(self._angles[:, None], _TABLE, axis=1))
         small = node_displacements(robot, law_terms(robot, loads), _TABLE)
-        turned = np.stack([small[joint_node(k + 1), RZ] for k in range(chain.n_joints)])
-        return np.asarray(self._inverse[joint] @ turned)
+        turns = np.stack([small[joint_node(k + 1), RZ] for k in range(chain.n_joints)])
+        return np.asarray(self._inverse[joint] @ turns)
 
     def turns(self, placed_effect: object) -> bool:
         """Return True where an effect turns a drive under its own torque: it is in the table."""
@@ -332,15 +336,15 @@ def _first_order(drives: _Drives, motion: Floats, coupling: Floats, sagged: Floa
     def left_of(at: Floats) -> Floats:
         return np.asarray(at + (drives.torque_of(at + sagged) - weight) @ coupling.T + motion)
 
-    left = left_of(angle)
+    residual = left_of(angle)
     for _ in range(200):
-        size = np.sqrt(np.sum(left**2, axis=1))
+        size = np.sqrt(np.sum(residual**2, axis=1))
         if size.max() < SETTLED:
             break
-        tried = angle - step[:, None] * _newton(coupling, drives.stiffness(angle + sagged), left)
+        tried = angle - step[:, None] * _newton(coupling, drives.stiffness(angle + sagged), residual)
         next_residual = left_of(tried)
         better = np.sqrt(np.sum(next_residual**2, axis=1)) < size
-        angle, left = np.where(better[:, None], tried, angle), np.where(better[:, None], next_residual, left)
+        angle, residual = np.where(better[:, None], tried, angle), np.where(better[:, None], next_residual, residual)
         step = np.where(better, np.minimum(2.0 * step, 1.0), 0.5 * step)
     return angle
 

@@ -43,9 +43,9 @@ def clamped_states(readings: ClampedReadings, joint: int) -> RawStates | None:
     # By time, not by angle: what falls into a step of angle would be chosen by the angle's own noise.
     place = np.full(len(readings), -1.0)
     for number in range(sweeps.count):
-        own = np.flatnonzero(sweeps.number == number)
+        of_sweep = np.flatnonzero(sweeps.number == number)
         # half a stretch at either end stays out: which reading is the corner of the loop, its own noise has chosen
-        place[own] = (np.arange(own.size) + 0.5) / own.size * (STEPS + 1) - 0.5
+        place[of_sweep] = (np.arange(of_sweep.size) + 0.5) / of_sweep.size * (STEPS + 1) - 0.5
     step = np.floor(place).astype(np.int64)
     used = np.flatnonzero((sweeps.number >= 0) & (step >= 0) & (step < STEPS))
     if not used.size:
@@ -54,11 +54,11 @@ def clamped_states(readings: ClampedReadings, joint: int) -> RawStates | None:
     poses, member = np.unique(key, return_inverse=True)
     middle = _middle_weights(place[used] - step[used] - 0.5, member)
     count = np.bincount(member)
-    rest = np.arange(max(3, len(readings) // 200))
+    initial = np.arange(max(3, len(readings) // 200))
 
     def middles(values: Floats) -> Floats:
         columns = [np.bincount(member, weights=middle * column[used]) for column in values.T]
-        first = np.median(values[rest], axis=0)
+        first = np.median(values[initial], axis=0)
         return np.concatenate([first[None], np.stack(columns, axis=1)])
 
     time = middles(readings.time[:, None])[:, 0]
@@ -71,7 +71,7 @@ def clamped_states(readings: ClampedReadings, joint: int) -> RawStates | None:
         hold=np.full(n, np.nan),
         signals={"joints": middles(readings.joints), "wrench": middles(readings.wrench)},
         scatter={},
-        n_readings=np.concatenate([[rest.size], count]),
+        n_readings=np.concatenate([[initial.size], count]),
         set_aside=[IN_USE] * n,
     )
 

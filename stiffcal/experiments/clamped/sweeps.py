@@ -169,8 +169,10 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> S
     value = 0.5 * (low + high)
     halves = time < np.median(time), time >= np.median(time)
     fine = np.linspace(value - 2.0 * step, value + 2.0 * step, 41)
-    own = [fine[int(np.argmin([_openness(time[h], angle[h], other_time, force, lag) for lag in fine]))] for h in halves]
-    return SourceClockOffset(float(value), float(max(0.5 * abs(own[0] - own[1]), 0.05 * step)))
+    half_lags = [
+        fine[int(np.argmin([_openness(time[h], angle[h], other_time, force, lag) for lag in fine]))] for h in halves
+    ]
+    return SourceClockOffset(float(value), float(max(0.5 * abs(half_lags[0] - half_lags[1]), 0.05 * step)))
 
 
 def leading_component(wrench: Floats) -> Floats | None:

@@ -238,7 +238,7 @@ def _fit(
 def _start(scaled: _Scaled, share: float) -> Floats:
     """Return middle, width, log band, zero, friction, lag, drag, slopes at the ends and what the middle has more."""
     grid = np.linspace(scaled.angle.min(), scaled.angle.max(), 121)
-    sides = [_over(scaled, grid, way) for way in (True, False) if np.any(scaled.data.up == way)]
+    sides = [_over(scaled, grid, direction) for direction in (True, False) if np.any(scaled.data.up == direction)]
     middle_curve = np.mean(sides, axis=0)
     friction = 0.5 * float(np.median(sides[0] - sides[-1])) if scaled.with_friction else 0.0
     # the play is where the middle of the branches rises least over so long a window

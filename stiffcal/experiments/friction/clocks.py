@@ -43,21 +43,21 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
     even_angle = np.stack([np.interp(even, time, column) for column in angle.T], axis=1)
     place, velocity, acceleration = smoothed(even_angle, WINDOW, step)
     even = even[WINDOW // 2 : WINDOW // 2 + velocity.shape[0]]
-    still = 0.01 * np.abs(velocity).max(axis=0)
-    way = np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
+    standstill = 0.01 * np.abs(velocity).max(axis=0)
+    direction = np.where(np.abs(velocity) > standstill, np.sign(velocity), 0.0)
     needed = np.stack([np.interp(away, other_time, column) for column in torque.T], axis=1)
-    coarse = _coarse(way, needed, step)
+    coarse = _coarse(direction, needed, step)
     if coarse is None:
         return SourceClockOffset(None, None, "the torques fit the motion at more than one time: the strokes repeat")
     lag = coarse + float(away[0] - even[0])
     designs = [
-        np.stack([way[:, k], velocity[:, k], acceleration[:, k], np.cos(place[:, k]), np.sin(place[:, k]),
+        np.stack([direction[:, k], velocity[:, k], acceleration[:, k], np.cos(place[:, k]), np.sin(place[:, k]),
                   np.ones(even.size)], axis=1)
-        for k in range(way.shape[1])
+        for k in range(direction.shape[1])
     ]  # fmt: skip
-    whole = np.ones(even.size, dtype=np.bool_)
-    value, left = _refined(designs, even, other_time, torque, lag, NEARBY_S, whole)
-    if left > 1.0 - LEAST_EXPLAINED:
+    everywhere = np.ones(even.size, dtype=np.bool_)
+    value, misfit = _refined(designs, even, other_time, torque, lag, NEARBY_S, everywhere)
+    if misfit > 1.0 - LEAST_EXPLAINED:
         return SourceClockOffset(None, None, "the torques do not follow the motion")
     blocks = np.array_split(np.arange(even.size), PARTS)
     answers = []
@@ -99,9 +99,9 @@ def _refined(
     share = 1.0
     for _ in range(6):
         lags = np.linspace(low, high, 13)
-        left = [_left(designs, time, other_time, torque, trial_lag, inside) for trial_lag in lags]
-        k = int(np.argmin(left))
-        share = left[k]
+        misfits = [_left(designs, time, other_time, torque, trial_lag, inside) for trial_lag in lags]
+        k = int(np.argmin(misfits))
+        share = misfits[k]
         low, high = float(lags[max(k - 1, 0)]), float(lags[min(k + 1, 12)])
     return 0.5 * (low + high), share
 

@@ -62,15 +62,15 @@ def friction_curves(data: MeasuredRuns, section: FrictionSection, identified: Do
     velocity, friction = (values_of(table.column(name)) for name in ("velocity_radps", "friction_measured_Nm"))
     curves = []
     for joint in section.joints:
-        own = names == joint.name
+        of_joint = names == joint.name
         laws = set(section.effects or ())
         parameters = [p for p in identified["parameters"] if p["effect"] in laws and _is_at(p, joint.joint)]
         curves.append(
             FrictionCurve(
                 joint=joint.name,
                 steady=joint.n_speeds is not None,
-                velocity=velocity[own],
-                friction=friction[own],
+                velocity=velocity[of_joint],
+                friction=friction[of_joint],
                 speed=joint.curve.velocity,
                 fitted=joint.curve.torque,
                 std=joint.curve.std,

@@ -106,11 +106,11 @@ def gaps(
 
 def _why_not_fitted(steady: SteadyReadings, joint: int) -> str:
     """Return why the readings of a joint gave no fit."""
-    own = steady.joint == joint
-    if steady.used[own].any():
+    of_joint = steady.joint == joint
+    if steady.used[of_joint].any():
         return "its friction runs are held out"
-    _, first = np.unique(steady.set_aside_code[own], return_index=True)
-    return "; ".join(str(steady.set_aside[own][k]) for k in sorted(first.tolist()))
+    _, first = np.unique(steady.set_aside_code[of_joint], return_index=True)
+    return "; ".join(str(steady.set_aside[of_joint][k]) for k in sorted(first.tolist()))
 
 
 def heldout_gap(joint: JointFrictionFit) -> UnidentifiedParameters:
@@ -127,7 +127,7 @@ def joint_friction(
     """Return the result for one joint: how it was measured, what is left, its curve with standard uncertainty."""
     from stiffcal.experiments.friction.fitting import friction_curve
 
-    own = fit.rows.joint == joint_fit.joint
+    of_joint = fit.rows.joint == joint_fit.joint
     effect = next(placed_effect for placed_effect in placed if placed_effect.place.joints == (joint_fit.joint,))
     low, high = joint_fit.lowest, joint_fit.highest
     # half on the slow part, which is drawn on its own
@@ -135,7 +135,7 @@ def joint_friction(
         np.concatenate([np.linspace(low, high, CURVE_POINTS // 2), np.geomspace(low, high, CURVE_POINTS)])
     )
     torque, std = friction_curve(joint_fit, effect, speed)
-    steady = bool(fit.rows.steady[own].any())
+    steady = bool(fit.rows.steady[of_joint].any())
     return JointFrictionResult(
         joint=joint_fit.joint,
         name=data.joint_names[joint_fit.joint - 1],
@@ -144,7 +144,7 @@ def joint_friction(
         n_speeds=joint_fit.n_speeds if steady else None,
         lowest_speed=low,
         highest_speed=high,
-        rms=rms_of(fit.residual[own]),
+        rms=rms_of(fit.residual[of_joint]),
         noise=joint_fit.noise,
         optional={
             symbol: OptionalTerm(seen=is_measured, why=joint_fit.verdict.get(symbol, ""))
@@ -158,11 +158,11 @@ def joint_friction(
 
 def between_directions(data: MeasuredRuns, fit: FrictionFit, joint: int) -> BetweenDirections | None:
     """Return the torque common to both directions (weight, its zero, friction that differs by direction), N·m."""
-    own = (fit.rows.joint == joint) & fit.rows.steady
-    if not own.any():
+    of_joint = (fit.rows.joint == joint) & fit.rows.steady
+    if not of_joint.any():
         return None
     shared = np.array(
-        [fit.nuisance[own & (fit.rows.piece == piece)].mean() for piece in np.unique(fit.rows.piece[own])]
+        [fit.nuisance[of_joint & (fit.rows.piece == piece)].mean() for piece in np.unique(fit.rows.piece[of_joint])]
     )
     axis_is_plumb = joint == 1 and bool(
         np.linalg.norm(np.cross(data.campaign.chain.fixed[0, :3, 2], data.campaign.chain.gravity)) < 1e-6
@@ -195,35 +195,35 @@ def bearing_frictions(fit: FrictionFit) -> list[BearingFriction]:
 
 def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
     """Return the warnings on the numbers, as sentences."""
-    words = []
+    texts = []
     for joint_fit in fit.joints:
         name = data.joint_names[joint_fit.joint - 1]
         shared = between_directions(data, fit, joint_fit.joint)
-        own = fit.rows.joint == joint_fit.joint
+        of_joint = fit.rows.joint == joint_fit.joint
         if shared is not None and not shared.weight_possible:
-            level, noise = abs(shared.mean), rms_of(fit.residual[own])
-            if level > 4.0 * noise / math.sqrt(own.sum()) and level > 0.02 * rms_of(fit.friction[own]):
-                words.append(
+            level, noise = abs(shared.mean), rms_of(fit.residual[of_joint])
+            if level > 4.0 * noise / math.sqrt(of_joint.sum()) and level > 0.02 * rms_of(fit.friction[of_joint]):
+                texts.append(
                     f"joint {name} carries no weight, yet its drive needs {2.0 * level:.3g} N·m more in one direction "
                     "than in the other: friction differs by direction, or the torque's zero is off"
                 )
         for parameter in joint_fit.parameters:
             if parameter.fixed and parameter.why:
-                words.append(f"{parameter.name}: {parameter.why}")
+                texts.append(f"{parameter.name}: {parameter.why}")
             elif parameter.at_bound:
-                words.append(f"{parameter.name} lies on the edge of what is possible")
+                texts.append(f"{parameter.name} lies on the edge of what is possible")
         if all((joint_fit.values().get(symbol, 0.0) <= 0.0) for symbol in ("coulomb",) if symbol in joint_fit.values()):
-            words.append(f"joint {name}: the drive pushes against its motion; check the sign of torque or gear_ratio")
+            texts.append(f"joint {name}: the drive pushes against its motion; check the sign of torque or gear_ratio")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
-        words.append(
+        texts.append(
             f"friction: residuals are {math.sqrt(fit.reduced_chi2):.2g} times the scatter between repeats: the curve "
             "has a shape that the law lacks, and the stated uncertainties cover the scatter only"
         )
     if fit.scaled:
-        words.append(
+        texts.append(
             "friction: too few repeats to know the noise; standard uncertainties come from the fit's residuals"
         )
-    return words
+    return texts
 
 
 def expected_words(fit: FrictionFit) -> str:
@@ -237,11 +237,11 @@ def expected_words(fit: FrictionFit) -> str:
 
 def noise_of_fit(fit: FrictionFit) -> dict[str, float | None]:
     """Return the scatter of repeats, N·m, over all joints; empty where a joint has too few."""
-    known = [(joint_fit.noise, joint_fit.n_rows) for joint_fit in fit.joints]
-    if not known or any(noise is None for noise, _ in known):
+    noise_and_rows = [(joint_fit.noise, joint_fit.n_rows) for joint_fit in fit.joints]
+    if not noise_and_rows or any(noise is None for noise, _ in noise_and_rows):
         return {}
-    squares = sum((noise or 0.0) ** 2 * n for noise, n in known)
-    return {"torque": math.sqrt(squares / sum(n for _, n in known))}
+    squares = sum((noise or 0.0) ** 2 * n for noise, n in noise_and_rows)
+    return {"torque": math.sqrt(squares / sum(n for _, n in noise_and_rows))}
 
 
 def rms_of(values: Floats) -> float:

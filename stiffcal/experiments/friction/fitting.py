@@ -134,9 +134,9 @@ def fit_friction(
         raise ValueError("no reading of friction belongs to a joint of the model")
     groups = []
     for group in together(rows):
-        own = rows.select(group)
-        laws = [initial_friction_law(effect, fixed) for effect in placed if effect.place.joints[0] in own.joint]
-        groups.append((group, PartFit(own, laws).run()))
+        group_rows = rows.select(group)
+        laws = [initial_friction_law(effect, fixed) for effect in placed if effect.place.joints[0] in group_rows.joint]
+        groups.append((group, PartFit(group_rows, laws).run()))
     return _whole(rows, groups)
 
 
@@ -176,7 +176,7 @@ def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]]) -> Fricti
 def _joint_fit(fit: PartFit, law: FrictionLaw) -> JointFrictionFit:
     free, covariance = fit.covariance(law)
     speed = np.abs(fit.rows.velocity[fit.own[law.joint]])
-    own = fit.own[law.joint]
+    of_joint = fit.own[law.joint]
     parameters = tuple(_parameter(fit, law, spec, free, covariance) for spec in law.placed.effect.parameters)
     return JointFrictionFit(
         joint=law.joint,
@@ -186,8 +186,8 @@ def _joint_fit(fit: PartFit, law: FrictionLaw) -> JointFrictionFit:
         detected=dict(law.detected),
         verdict=dict(law.verdict),
         noise=fit.noise[law.joint],
-        n_rows=int(own.sum()),
-        n_speeds=int(np.unique(fit.rows.piece[own]).size),
+        n_rows=int(of_joint.sum()),
+        n_speeds=int(np.unique(fit.rows.piece[of_joint]).size),
         lowest=float(speed.min()),
         highest=float(speed.max()),
     )
@@ -227,7 +227,10 @@ def friction_curve(joint_fit: JointFrictionFit, placed: PlacedEffect, speed: Flo
             slopes.append(columns[symbol])
             continue
         small = 1e-4 * shape[symbol]
-        ends = [placed.effect.torque_columns(speed, shape | {symbol: shape[symbol] + way * small}) for way in (1, -1)]
+        ends = [
+            placed.effect.torque_columns(speed, shape | {symbol: shape[symbol] + direction * small})
+            for direction in (1, -1)
+        ]
         slope = sum(values.get(s, 0.0) * (ends[0][s] - ends[1][s]) / (2.0 * small) for s in columns)
         slopes.append(np.asarray(slope))
     matrix = np.stack(slopes, axis=1) if slopes else np.zeros((speed.size, 0))

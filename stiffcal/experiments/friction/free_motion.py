@@ -43,9 +43,9 @@ def free_motion(info: RunInfo, chain: Chain, time: Floats, logged: Floats, torqu
     drives = velocity @ coupling @ to_drives
     noise = np.array([angle_noise(column) for column in logged.T])
     doubt = noise @ np.abs(coupling @ to_drives) * np.sqrt(12.0 / width**3) / step  # a fitted slope's
-    still = np.maximum(STANDS * np.abs(drives).max(axis=0), NOISE_BAND * doubt)
+    standstill = np.maximum(STANDS * np.abs(drives).max(axis=0), NOISE_BAND * doubt)
     windows = np.lib.stride_tricks.sliding_window_view(drives, width // 2 * 2 + 1, axis=0)
-    one_way = (windows.min(axis=-1) > still) | (windows.max(axis=-1) < -still)
+    one_way = (windows.min(axis=-1) > standstill) | (windows.max(axis=-1) < -standstill)
     # the smoothed signals lack half a window at each end, `one_way` another half
     edge = width // 2
     inside = slice(edge, drives.shape[0] - edge, max(1, edge))

@@ -68,25 +68,25 @@ def _left_out(
 ) -> Floats:
     joints = set(rows.joint[fitted_rows].tolist())
     effects = tuple(placed_effect for placed_effect in placed if placed_effect.place.joints[0] in joints)
-    kept = np.zeros(len(rows), dtype=np.bool_)
-    kept[fitted_rows] = True
-    fit = fit_friction(rows.select(kept), effects, fixed)
+    in_use = np.zeros(len(rows), dtype=np.bool_)
+    in_use[fitted_rows] = True
+    fit = fit_friction(rows.select(in_use), effects, fixed)
     friction = np.full(out.size, np.nan)
     values = {placed_effect.joint: placed_effect.values() for placed_effect in fit.joints}
     for placed_effect in effects:
         joint = placed_effect.place.joints[0]
-        own = rows.joint[out] == joint
+        of_joint = rows.joint[out] == joint
         shape = placed_effect.shape() | {
             symbol: values[joint][symbol] for symbol in placed_effect.shape() if symbol in values[joint]
         }
-        columns = placed_effect.effect.torque_columns(rows.velocity[out][own], shape)
-        friction[own] = sum(values[joint].get(symbol, 0.0) * column for symbol, column in columns.items())
-    left = np.asarray(rows.torque[out] - friction)
+        columns = placed_effect.effect.torque_columns(rows.velocity[out][of_joint], shape)
+        friction[of_joint] = sum(values[joint].get(symbol, 0.0) * column for symbol, column in columns.items())
+    residual = np.asarray(rows.torque[out] - friction)
     steady = rows.steady[out]
     if steady.any():
         n = int(steady.sum())
-        left[steady] = (left[steady] - left[steady].mean()) * (np.sqrt(n / (n - 1.0)) if n > 1 else np.nan)
+        residual[steady] = (residual[steady] - residual[steady].mean()) * (np.sqrt(n / (n - 1.0)) if n > 1 else np.nan)
     if not steady.all():
-        felt = felt_columns(rows.nuisance[kept])
-        left[~steady] -= rows.nuisance[np.ix_(out[~steady], felt)] @ fit.unknowns
-    return left
+        felt = felt_columns(rows.nuisance[in_use])
+        residual[~steady] -= rows.nuisance[np.ix_(out[~steady], felt)] @ fit.unknowns
+    return residual

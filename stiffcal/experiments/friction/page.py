@@ -39,8 +39,10 @@ def friction_overview(section: FrictionSection, identified: Document) -> Overvie
     section : of ``identify``. identified : the whole answer.
     """
     laws, joints = set(section.effects or ()), {joint.joint for joint in section.joints}
-    own = [p for p in identified["parameters"] if p["effect"] in laws and p["where"].get("joints", [0])[0] in joints]
-    by_name = {(p["where"]["joints"][0], p["name"].rsplit(".", 1)[-1]): p for p in own}
+    friction_parameters = [
+        p for p in identified["parameters"] if p["effect"] in laws and p["where"].get("joints", [0])[0] in joints
+    ]
+    by_name = {(p["where"]["joints"][0], p["name"].rsplit(".", 1)[-1]): p for p in friction_parameters}
     rows: list[tuple[Words, ...]] = []
     stribeck_rows: list[tuple[Words, ...]] = []
     without: dict[str, list[int]] = {}
@@ -54,7 +56,7 @@ def friction_overview(section: FrictionSection, identified: Document) -> Overvie
                 stribeck_rows.append(((name,), cells["stribeck"], cells["velocity"], cells["exponent"]))
             else:
                 without.setdefault(f"{symbol} friction is not seen: {term.why}", []).append(number)
-    parameters = frozenset(p["name"] for p in own)
+    parameters = frozenset(p["name"] for p in friction_parameters)
     if not rows:
         return Overview((), parameters)
     blocks: list[Sentence | Table] = [Table(_OVERVIEW_COLUMNS, tuple(rows))]
@@ -94,11 +96,11 @@ def _bearing_sentence(bearing: BearingFriction) -> Sentence:
     for value, std in ((bearing.coulomb, bearing.coulomb_std), (bearing.viscous, bearing.viscous_std)):
         half = NORMAL_95 * std
         terms.append(Interval(value, value - half, value + half))
-    words: Words = (
+    text: Words = (
         f"joint {bearing.joint}: its drive's shaft turns with other joints too; the joint's own bearing adds ",
         terms[0], " N·m and ", terms[1], " N·m·s/rad",
     )  # fmt: skip
-    return Sentence(words, "bearing-friction")
+    return Sentence(text, "bearing-friction")
 
 
 def friction_page(data: MeasuredRuns, section: FrictionSection, identified: Document) -> Page:
@@ -115,7 +117,7 @@ def friction_page(data: MeasuredRuns, section: FrictionSection, identified: Docu
         why = "no reading of the friction runs can be used"
         return Page(_TITLE, (), subject=_SUBJECT, why_empty=why, unused=unused)
     blocks: list[Block] = [Sentence((_law_words(curves),), "law"), _table(curves)]
-    remarks = [Sentence((f"{curve.joint}: {words}",), "not-identified") for curve in curves for words in curve.remarks]
+    remarks = [Sentence((f"{curve.joint}: {text}",), "not-identified") for curve in curves for text in curve.remarks]
     if remarks:
         blocks += [Sentence(("What these runs do not show:",), "not-identified"), Listing(tuple(remarks))]
     blocks += [friction_picture(curves[start : start + _PER_PICTURE]) for start in range(0, len(curves), _PER_PICTURE)]
@@ -163,24 +165,24 @@ def friction_plot(data: MeasuredRuns, section: FrictionSection | None, identifie
 def _parameters(section: FrictionSection, identified: Document) -> frozenset[str]:
     """Return the names of the parameters that the page shows: those of joints of which anything is known."""
     laws = set(section.effects or ())
-    own = [p for p in identified["parameters"] if p["effect"] in laws]
-    known = {str(p["where"]) for p in own if p["value"] is not None}
-    return frozenset(str(p["name"]) for p in own if str(p["where"]) in known)
+    friction_parameters = [p for p in identified["parameters"] if p["effect"] in laws]
+    known_places = {str(p["where"]) for p in friction_parameters if p["value"] is not None}
+    return frozenset(str(p["name"]) for p in friction_parameters if str(p["where"]) in known_places)
 
 
 def _law_words(curves: tuple[FrictionCurve, ...]) -> str:
-    words = (
+    text = (
         "Friction torque at a velocity ω, at the joint's side of the gear: (coulomb + stribeck · exp(−|ω / velocity|^"
         "exponent)) · sign ω + viscous · ω (paper 004, eq. 1). "
     )
     if any(curve.steady for curve in curves):
-        words += (
+        text += (
             "Velocities are as logged, both ways; half the difference of the two directions over the same stretch of "
             "angle is free of weight. "
         )
     if not all(curve.steady for curve in curves):
-        words += "Where no velocity was held, weight and inertia of the moving links were fitted with the friction. "
-    return words.strip()
+        text += "Where no velocity was held, weight and inertia of the moving links were fitted with the friction. "
+    return text.strip()
 
 
 def _table(curves: tuple[FrictionCurve, ...]) -> Table:
@@ -196,10 +198,10 @@ def _table(curves: tuple[FrictionCurve, ...]) -> Table:
     )
     rows: list[tuple[Words, ...]] = []
     for curve in curves:
-        known = {symbol: (value, half) for symbol, value, half, _ in curve.parameters}
+        value_and_half = {symbol: (value, half) for symbol, value, half, _ in curve.parameters}
         cells: list[Words] = []
         for symbol in _SYMBOLS:
-            value, half = known.get(symbol, (None, None))
+            value, half = value_and_half.get(symbol, (None, None))
             if value is None:
                 cells.append((Digits(None),))
             else:

@@ -56,15 +56,15 @@ def friction_picture(curves: tuple[FrictionCurve, ...]) -> Picture:
 def _panel(curve: FrictionCurve, limit: float | None, title: str) -> Panel:
     speed = np.abs(curve.velocity)
     friction = curve.friction * np.sign(curve.velocity)
-    drawn = speed <= (np.inf if limit is None else limit)
+    in_range = speed <= (np.inf if limit is None else limit)
     fitted = curve.speed <= (np.inf if limit is None else limit)
     size, opacity = (3.4, 1.0) if curve.steady else (1.4, 0.45)
     series: list[Series] = []
-    for way, marker, colour, label in ((1.0, "^", 0, "measured, forward"), (-1.0, "v", 1, "measured, backward")):
-        own = drawn & (np.sign(curve.velocity) == way)
+    for direction, marker, colour, label in ((1.0, "^", 0, "measured, forward"), (-1.0, "v", 1, "measured, backward")):
+        chosen = in_range & (np.sign(curve.velocity) == direction)
         series.append(
             Marks(
-                speed[own], friction[own], marker, colour, size=size, is_hollow=curve.steady, opacity=opacity,
+                speed[chosen], friction[chosen], marker, colour, size=size, is_hollow=curve.steady, opacity=opacity,
                 label=label,
             )
         )  # fmt: skip
@@ -74,7 +74,7 @@ def _panel(curve: FrictionCurve, limit: float | None, title: str) -> Panel:
     return Panel(
         title, "speed [rad/s]", "friction torque [N·m]", tuple(series),
         x_limits=(0.0, limit if limit is not None else 1.04 * float(speed.max())),
-        y_limits=_range(friction[drawn], low[fitted], high[fitted], zero=limit is None),
+        y_limits=_range(friction[in_range], low[fitted], high[fitted], zero=limit is None),
         x_ticks=6,
     )  # fmt: skip
 

@@ -64,8 +64,8 @@ class FrictionRunsReduction(RunsReduction):
         if motion is not None:
             measured |= {k + 1 for k, one_way in enumerate(motion.one_way.T) if one_way.any()}
         names = self.campaign.chain.joint_names
-        asked = [effect.place.joints[0] for effect in moving_effects(self.campaign)]
-        missing = [joint for joint in asked if joint not in measured]
+        requested = [effect.place.joints[0] for effect in moving_effects(self.campaign)]
+        missing = [joint for joint in requested if joint not in measured]
         return [f"joint {names[joint - 1]}: no run measures its friction: move it both ways" for joint in missing], []
 
 
@@ -74,13 +74,13 @@ def _entry(run: FrictionRun, friction: FrictionReduction) -> IngestedRun:
     name, steady, motion = run.info.name, friction.steady, friction.motion
     readings, dropped = 0, sum_up_dropped(friction.dropped.get(name, ()))
     if steady is not None:
-        own = np.array([steady.runs[k].name == name for k in steady.run], dtype=np.bool_)
-        readings += int((own & steady.used).sum())
+        in_run = np.array([steady.runs[k].name == name for k in steady.run], dtype=np.bool_)
+        readings += int((in_run & steady.used).sum())
         codes = steady.set_aside_code
-        for code in np.unique(codes[own & ~steady.used]):
-            alike = own & (codes == code)
-            why = str(steady.set_aside[alike][0])
-            dropped.append(UnusedData(why=why, code=str(code), pieces=int(alike.sum())))
+        for code in np.unique(codes[in_run & ~steady.used]):
+            of_code = in_run & (codes == code)
+            why = str(steady.set_aside[of_code][0])
+            dropped.append(UnusedData(why=why, code=str(code), pieces=int(of_code.sum())))
     if motion is not None:
         readings += int(np.sum([motion.runs[k].name == name for k in motion.run]))
     return IngestedRun(id=name, clock_ahead_s=dict(run.clocks), n_states=0, n_readings=readings, dropped=dropped)

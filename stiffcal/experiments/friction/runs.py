@@ -207,9 +207,9 @@ def _check_velocity(place: str, time: Floats, angle: Floats, velocity: Floats) -
     integrated = np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None], axis=0)
     joint = int(np.argmax(np.ptp(angle, axis=0)))
     travel, logged = float(np.ptp(angle[:, joint])), float(np.ptp(integrated[:, joint]))
-    way = float((angle[1:, joint] - angle[1:, joint].mean()) @ integrated[:, joint])
-    if travel > LEAST_TRAVEL_RAD and (abs(logged - travel) > VELOCITY_AGREES * travel or way < 0.0):
-        factor = (logged / travel) * (1.0 if way > 0.0 else -1.0)
+    correlation = float((angle[1:, joint] - angle[1:, joint].mean()) @ integrated[:, joint])
+    if travel > LEAST_TRAVEL_RAD and (abs(logged - travel) > VELOCITY_AGREES * travel or correlation < 0.0):
+        factor = (logged / travel) * (1.0 if correlation > 0.0 else -1.0)
         raise InputError.at(
             FaultCode.UNIT_IMPLAUSIBLE, "campaign.toml", f"{place}, joints.velocity",
             f"the logged velocity of joint {joint + 1} is {factor:.3g} times that of its angles",
@@ -290,10 +290,10 @@ def _moved(run: FrictionRun, chain: Chain) -> list[int]:
 def _passes(run: FrictionRun, number: int, joint: int) -> tuple[list[JointPass], list[UnusedStretch]]:
     k = joint - 1
     velocity = None if run.velocity is None else run.velocity[:, k]
-    steady, lost = steady_passes(JointLog(run.time, run.angle[:, k], run.torque[:, k], velocity))
+    steady, refused = steady_passes(JointLog(run.time, run.angle[:, k], run.torque[:, k], velocity))
     other_angles = run.angle.mean(axis=0)
     other_angles[k] = 0.0
-    return [JointPass(steady_pass, number, joint, other_angles) for steady_pass in steady], lost
+    return [JointPass(steady_pass, number, joint, other_angles) for steady_pass in steady], refused
 
 
 def _unused_warnings(run: FrictionRun, chain: Chain, joint: int, lost: Sequence[UnusedStretch]) -> list[str]:
@@ -330,14 +330,14 @@ def _steady(infos: tuple[RunInfo, ...], passes: Sequence[JointPass]) -> SteadyRe
 
 def _one_way_words(steady: SteadyReadings, chain: Chain) -> list[str]:
     """Say of which joints nothing can be determined because they moved one way only, and what else was set aside."""
-    words = []
+    texts = []
     for joint in np.unique(steady.joint):
-        own = steady.joint == joint
+        of_joint = steady.joint == joint
         name = chain.joint_names[int(joint) - 1]
-        for code in np.unique(steady.set_aside_code[own & ~steady.used]):
-            alike = own & (steady.set_aside_code == code)
-            speeds = np.unique(np.abs(steady.velocity[alike]).round(3))
+        for code in np.unique(steady.set_aside_code[of_joint & ~steady.used]):
+            of_code = of_joint & (steady.set_aside_code == code)
+            speeds = np.unique(np.abs(steady.velocity[of_code]).round(3))
             listed = ", ".join(f"{speed:.3g}" for speed in speeds[:4]) + (", …" if speeds.size > 4 else "")
-            count, reason = alike.sum(), steady.set_aside[alike][0]
-            words.append(f"joint {name}: {count} of {own.sum()} readings set aside (at {listed} rad/s): {reason}")
-    return words
+            count, reason = of_code.sum(), steady.set_aside[of_code][0]
+            texts.append(f"joint {name}: {count} of {of_joint.sum()} readings set aside (at {listed} rad/s): {reason}")
+    return texts

@@ -60,13 +60,13 @@ def strokes_program(motion: FrictionMotion, joints: Floats, moved_joint: int) ->
     [0.5, -0.5, 0.0]
     """
     time, place, speed, acceleration = [np.array([0.0])], [np.zeros(1)], [np.zeros(1)], [np.zeros(1)]
-    for asked in motion.speeds_rad_s:
-        fastest = asked if motion.reachable_rad_s is None else min(asked, motion.reachable_rad_s)
+    for requested in motion.speeds_rad_s:
+        fastest = requested if motion.reachable_rad_s is None else min(requested, motion.reachable_rad_s)
         length = min(2.0 * np.deg2rad(motion.amplitude_deg), fastest * motion.longest_s)
-        ways = [1.0, -1.0] * motion.cycles if motion.both_ways else [1.0]
+        directions = [1.0, -1.0] * motion.cycles if motion.both_ways else [1.0]
         moves = [
             (-0.5 * length - float(place[-1][-1]), motion.approach_rad_s),
-            *((way * length, fastest) for way in ways),
+            *((direction * length, fastest) for direction in directions),
         ]
         for distance, pace in moves:
             for segment in (_rest(motion.rest_s), _stroke(distance, pace, motion.acceleration_rad_s2)):
@@ -88,7 +88,7 @@ def _rest(seconds: float) -> tuple[Floats, Floats, Floats, Floats]:
 
 def _stroke(distance: float, pace: float, acceleration: float) -> tuple[Floats, Floats, Floats, Floats]:
     """Return times, places, speeds and accelerations of one trapezoidal stroke, after its start."""
-    length, way = abs(distance), float(np.sign(distance))
+    length, direction = abs(distance), float(np.sign(distance))
     if length == 0.0:
         return _rest(0.0)
     pace = min(pace, float(np.sqrt(length * acceleration)))
@@ -107,7 +107,7 @@ def _stroke(distance: float, pace: float, acceleration: float) -> tuple[Floats, 
     # two nodes at one moment: where the acceleration jumps, so does the torque
     time[0] = 1e-9
     time[1:] = np.maximum.accumulate(np.maximum(time[1:], time[:-1] + 1e-9))
-    return time, way * place, way * speed, way * change
+    return time, direction * place, direction * speed, direction * change
 
 
 def simulate_friction(

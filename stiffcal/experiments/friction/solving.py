@@ -55,8 +55,8 @@ def initial_friction_law(placed: PlacedEffect, fixed: frozenset[str]) -> Frictio
     """Begin without the optional parts, but for those that the model file gives."""
     optional = placed.effect.optional
     amplitudes = [spec.symbol for spec in placed.specs(ParameterRole.AMPLITUDE)]
-    kept = [s for s in amplitudes if s not in optional or placed.parameter_name(s) in fixed]
-    return FrictionLaw(placed, fixed, kept, dict(placed.shape()))
+    initial = [s for s in amplitudes if s not in optional or placed.parameter_name(s) in fixed]
+    return FrictionLaw(placed, fixed, initial, dict(placed.shape()))
 
 
 class PartFit:
@@ -103,13 +103,13 @@ class PartFit:
             self.solve()
             before = self.sigma.copy()
             for law in self.laws:
-                own = self.own[law.joint]
+                of_joint = self.own[law.joint]
                 for steady in (True, False):
-                    chosen = own & (self.rows.steady == steady)
+                    chosen = of_joint & (self.rows.steady == steady)
                     if chosen.any() and not (steady and self.noise[law.joint]):
-                        left = self.residual[chosen] * self.sigma[chosen]
+                        residual = self.residual[chosen] * self.sigma[chosen]
                         share = max(1.0 - self._unknowns(chosen) / chosen.sum(), 0.2)
-                        self.sigma[chosen] = max(float(np.sqrt(np.mean(left**2) / share)), 1e-12)
+                        self.sigma[chosen] = max(float(np.sqrt(np.mean(residual**2) / share)), 1e-12)
             self._whiten()
             # What is left of data without noise is rounding, and never the same.
             if np.all(np.abs(self.sigma - before) <= SETTLED * self.sigma + 1e-9 * largest):
@@ -129,11 +129,11 @@ class PartFit:
 
     def whitened(self, law: FrictionLaw, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
         """Return the columns of one joint, whitened and projected, for all rows."""
-        own = self.own[law.joint]
+        of_joint = self.own[law.joint]
         whitened_columns = {}
-        for symbol, column in law.columns(self.rows.velocity[own], shape).items():
+        for symbol, column in law.columns(self.rows.velocity[of_joint], shape).items():
             wide = np.zeros(len(self.rows))
-            wide[own] = column / self.sigma[own]
+            wide[of_joint] = column / self.sigma[of_joint]
             whitened_columns[symbol] = self._projected(wide)
         return whitened_columns
 
@@ -170,12 +170,12 @@ class PartFit:
 
     def _try(self, law: FrictionLaw, symbol: str) -> None:
         """Put an optional part in where some shape of it explains more than chance would."""
-        own = self.own[law.joint]
-        if not (own & self.rows.steady).any():
+        of_joint = self.own[law.joint]
+        if not (of_joint & self.rows.steady).any():
             law.detected[symbol] = False
             law.verdict[symbol] = "not looked for, as no steady velocity was measured"
             return
-        speed = np.abs(self.rows.velocity[own])
+        speed = np.abs(self.rows.velocity[of_joint])
         self.solve()
         basis = np.linalg.qr(self.matrix)[0]
         before = float(self.residual @ self.residual)
@@ -188,8 +188,8 @@ class PartFit:
             if size > 1e-9 and along > 0.0 and along**2 / size > best:
                 best, best_shape = along**2 / size, shape
         law.shape = best_shape
-        own_part = float(self.residual[own] @ self.residual[own])
-        n = self._effective(own)
+        own_part = float(self.residual[of_joint] @ self.residual[of_joint])
+        n = self._effective(of_joint)
         gain = n * np.log(own_part / max(own_part - best, 1e-12 * own_part)) if best > 0.0 else 0.0
         cost = (1.0 + len(law.placed.effect.optional[symbol])) * np.log(max(n, 2.0))
         law.detected[symbol] = bool(gain > cost and before > 0.0)
@@ -271,16 +271,18 @@ class PartFit:
             robust = inverse @ (scores.T @ scores) @ inverse * len(scores) / max(len(scores) - 1, 1)
             larger = np.sqrt(np.maximum(np.diagonal(robust) / np.diagonal(inverse), 1.0))
             whole = inverse * larger[:, None] * larger[None, :]
-        own = [k for k, (owner, _) in enumerate(names) if owner is law]
-        return [names[k][1] for k in own], np.asarray(whole[np.ix_(own, own)], dtype=np.float64)
+        columns_of_law = [k for k, (owner, _) in enumerate(names) if owner is law]
+        return [names[k][1] for k in columns_of_law], np.asarray(
+            whole[np.ix_(columns_of_law, columns_of_law)], dtype=np.float64
+        )
 
     def friction(self) -> Floats:
         """Return (k,) N·m, the friction of every row as fitted."""
         torque = np.zeros(len(self.rows))
         for law in self.laws:
-            own = self.own[law.joint]
-            columns = law.columns(self.rows.velocity[own])
-            torque[own] = sum(self.amplitude[law.joint, symbol] * columns[symbol] for symbol in law.amplitudes)
+            of_joint = self.own[law.joint]
+            columns = law.columns(self.rows.velocity[of_joint])
+            torque[of_joint] = sum(self.amplitude[law.joint, symbol] * columns[symbol] for symbol in law.amplitudes)
         return torque
 
     def unknowns(self) -> Floats:
@@ -288,8 +290,8 @@ class PartFit:
         nuisance = self.rows.nuisance / self.sigma[:, None]
         size = np.linalg.norm(nuisance, axis=0)
         scale = np.where(size > 0.0, size, 1.0)
-        left = (self.rows.torque - self.friction()) / self.sigma
-        return np.asarray(np.linalg.lstsq(nuisance / scale, left, rcond=RANK)[0] / scale)
+        remaining = (self.rows.torque - self.friction()) / self.sigma
+        return np.asarray(np.linalg.lstsq(nuisance / scale, remaining, rcond=RANK)[0] / scale)
 
     def unknowns_std(self) -> Floats:
         """Return (m,) standard uncertainties of these, neighbouring samples taken by whole pieces of motion."""
@@ -315,7 +317,10 @@ class PartFit:
         for law in self.laws:
             for symbol in law.free_nonlinear:
                 small = 1e-4 * law.shape[symbol]
-                ends = [self.whitened(law, law.shape | {symbol: law.shape[symbol] + way * small}) for way in (1, -1)]
+                ends = [
+                    self.whitened(law, law.shape | {symbol: law.shape[symbol] + direction * small})
+                    for direction in (1, -1)
+                ]
                 slope = sum(
                     self.amplitude[law.joint, amplitude_symbol]
                     * (ends[0][amplitude_symbol] - ends[1][amplitude_symbol])

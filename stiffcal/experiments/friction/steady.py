@@ -110,18 +110,18 @@ def turning_points(angle: Floats) -> list[int]:
     """
     least = max(TURN_SHARE * float(np.ptp(angle)), TURN_NOISE * angle_noise(angle))
     values = angle.tolist()
-    turns, low, high, way = [0], 0, 0, 0
+    turns, low, high, direction = [0], 0, 0, 0
     for k, value in enumerate(values):
-        if way >= 0 and value > values[high]:
+        if direction >= 0 and value > values[high]:
             high = k
-        elif way >= 0 and value < values[high] - least:  # it went back from the top
-            turns += [high] if way > 0 else []
-            way, low = -1, k
-        if way <= 0 and value < values[low]:
+        elif direction >= 0 and value < values[high] - least:  # it went back from the top
+            turns += [high] if direction > 0 else []
+            direction, low = -1, k
+        if direction <= 0 and value < values[low]:
             low = k
-        elif way <= 0 and value > values[low] + least:
-            turns += [low] if way < 0 else []
-            way, high = 1, k
+        elif direction <= 0 and value > values[low] + least:
+            turns += [low] if direction < 0 else []
+            direction, high = 1, k
     return list(dict.fromkeys([*turns, len(values) - 1]))
 
 
@@ -150,8 +150,8 @@ def steady_passes(log: JointLog) -> tuple[list[Pass], list[UnusedStretch]]:
 def _without_rests(angle: Floats, first: int, last: int) -> tuple[int, int]:
     """Take the rests at its ends off a stroke."""
     size = float(angle[last] - angle[first])
-    way = (angle[first : last + 1] - angle[first]) / size if size else np.zeros(last - first + 1)
-    moving = np.flatnonzero((way > REST_SHARE) & (way < 1.0 - REST_SHARE))
+    progress = (angle[first : last + 1] - angle[first]) / size if size else np.zeros(last - first + 1)
+    moving = np.flatnonzero((progress > REST_SHARE) & (progress < 1.0 - REST_SHARE))
     if moving.size == 0:
         return first, last
     return first + max(int(moving[0]) - 1, 0), first + min(int(moving[-1]) + 1, last - first)
@@ -213,17 +213,17 @@ def _narrowed(time: Floats, angle: Floats, width: int) -> tuple[int, int] | None
     if n <= 2 * width:
         return None
     slope = (angle[width:] - angle[:-width]) / (time[width:] - time[:-width])
-    wanted = float(np.median(slope))
-    off = np.abs(slope - wanted) > 2.0 * HELD * abs(wanted) + 1e-12
+    usual_slope = float(np.median(slope))
+    off = np.abs(slope - usual_slope) > 2.0 * HELD * abs(usual_slope) + 1e-12
     inside = np.flatnonzero(~off)
     if inside.size == 0:
         return None
     edges = np.flatnonzero(np.diff(inside) > 1)
     runs = np.split(inside, edges + 1)
-    whole = max(runs, key=len)
+    longest = max(runs, key=len)
     # a piece may reach two thirds of its width into the acceleration before its slope shows it: left out at each end
     margin = 3 * width // 4 + 1
-    return int(whole[0]) + margin, int(whole[-1]) + width - margin
+    return int(longest[0]) + margin, int(longest[-1]) + width - margin
 
 
 def _pass_of(log: JointLog, rows: slice) -> Pass:
@@ -324,19 +324,24 @@ def _reading(joint_pass: JointPass, stretch: int, low: float, high: float, set_a
 def _levels(passes: Sequence[JointPass]) -> list[list[int]]:
     """Return indices of passes of one joint, with the others alike, at one speed."""
     levels: list[list[int]] = []
-    taken: set[int] = set()
+    assigned: set[int] = set()
     order = sorted(range(len(passes)), key=lambda k: abs(passes[k].steady_pass.velocity))
     for k in order:
-        if k in taken:
+        if k in assigned:
             continue
         level, last = [k], abs(passes[k].steady_pass.velocity)
         for candidate in order:
             speed = abs(passes[candidate].steady_pass.velocity)
-            alike = passes[candidate].joint == passes[k].joint and _same_pose(passes[k], passes[candidate])
-            if candidate != k and candidate not in taken and alike and last <= speed <= last * (1.0 + SAME_SPEED):
+            same_level = passes[candidate].joint == passes[k].joint and _same_pose(passes[k], passes[candidate])
+            if (
+                candidate != k
+                and candidate not in assigned
+                and same_level
+                and last <= speed <= last * (1.0 + SAME_SPEED)
+            ):
                 level.append(candidate)
                 last = speed
-        taken.update(level)
+        assigned.update(level)
         levels.append(sorted(level))
     return sorted(levels)
 

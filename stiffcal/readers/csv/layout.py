@@ -171,8 +171,8 @@ def _read_layout(text: LogText, path: Path, options: Options, display_name: str,
     header_line = text.line_number
     cells = LogLayout((), {}, delimiter, decimal, "", 0, False).split(header)
     COLUMNS.check(len(cells), display_name, f"line {header_line}")
-    asked = set(wanted.names)
-    columns = tuple(cell if cell in asked else csv_cell.original(cell) for cell in cells)
+    requested = set(wanted.names)
+    columns = tuple(cell if cell in requested else csv_cell.original(cell) for cell in cells)
     scope = _read_scope(text, columns, delimiter, decimal) if columns[:1] == (NAME,) else None
     if scope is not None:
         check_columns(wanted, scope.columns, display_name, f"line {header_line}")
@@ -321,5 +321,5 @@ def _all_units(words: Sequence[str]) -> bool:
             else ["-"]
         )
 
-    known = set(UNIT_WORDS.split())
-    return bool(words) and all(parts(word) and all(factor in known for factor in parts(word)) for word in words)
+    unit_words = set(UNIT_WORDS.split())
+    return bool(words) and all(parts(word) and all(factor in unit_words for factor in parts(word)) for word in words)

@@ -256,8 +256,8 @@ def _longest_statement_s() -> int:
 def _near_table(connection: Any, servers_words: str, source: _What) -> str:
     """Return the nearest name of a table in the database, where there is one."""
     relation = re.search(r'relation "(.*)" does not exist', servers_words)
-    wanted = ".".join(source.table) if source.table else relation[1] if relation else None
-    if wanted is None:
+    table_name = ".".join(source.table) if source.table else relation[1] if relation else None
+    if table_name is None:
         return ""
     connection.rollback()
     with connection.cursor() as cursor:
@@ -267,7 +267,7 @@ def _near_table(connection: Any, servers_words: str, source: _What) -> str:
         )
         rows = cursor.fetchall()
     names = [table if schema == "public" else f"{schema}.{table}" for schema, table in rows]
-    return nearest_name(wanted, names, "tables:") if names else "the database has no tables"
+    return nearest_name(table_name, names, "tables:") if names else "the database has no tables"
 
 
 def _server_message(error: Exception, address: Address) -> str:

@@ -83,19 +83,19 @@ def _read_pairs(text: str) -> dict[str, str] | None:
 
 
 def _read_uri(text: str) -> dict[str, str] | None:
-    rest = _SCHEME.sub("", text, count=1)
-    user = re.match(r"(?P<user>[^@/:]*)(?P<password>:[^@/]*)?@", rest)
-    rest = rest[user.end() :] if user is not None else rest
-    before, _, query = rest.partition("?")
+    address = _SCHEME.sub("", text, count=1)
+    user = re.match(r"(?P<user>[^@/:]*)(?P<password>:[^@/]*)?@", address)
+    address = address[user.end() :] if user is not None else address
+    before, _, query = address.partition("?")
     hosts, _, database = before.partition("/")
-    parts = [_HOST.fullmatch(host_port) for host_port in hosts.split(",")]
-    if "@" in before or any(match is None for match in parts):
+    pieces = [_HOST.fullmatch(host_port) for host_port in hosts.split(",")]
+    if "@" in before or any(match is None for match in pieces):
         return None
     raw = {
         "user": user["user"] if user is not None else "",
         "password": (user["password"] or "")[1:] if user is not None else "",
-        "host": ",".join(match["host"].strip("[]") for match in parts if match is not None),
-        "port": ",".join(match["port"] or "" for match in parts if match is not None),
+        "host": ",".join(match["host"].strip("[]") for match in pieces if match is not None),
+        "port": ",".join(match["port"] or "" for match in pieces if match is not None),
         "dbname": database,
     }
     raw = {key: value for key, value in raw.items() if value.strip(",")}

@@ -231,14 +231,14 @@ class _Topic:
 
 def _topic(bag: Any, option: str, options: Options, display_name: str) -> _Topic:
     topics = sorted({connection.topic for connection in bag.connections})
-    asked = options.get("topic")
-    if asked is None and len(topics) != 1:
+    requested = options.get("topic")
+    if requested is None and len(topics) != 1:
         listed = ", ".join(f"{name} ({bag.topics[name].msgtype})" for name in topics[:12]) or "none"
         reason = f"the bag holds {len(topics)} topics"
         raise InputError.at(
             FaultCode.LOG_PART_AMBIGUOUS, display_name, f"{option}.topic", reason, f"say which: {listed}"
         )
-    name = str(asked) if asked is not None else topics[0]
+    name = str(requested) if requested is not None else topics[0]
     connections = [connection for connection in bag.connections if connection.topic == name]
     if not connections:
         raise InputError.at(
@@ -330,13 +330,13 @@ def _taker(column: str) -> Callable[[int, Any], Any]:
     if column == RECORDED:
         return lambda recorded, message: recorded * 1e-9
     # A joint's name may hold points itself, and the order of the names may change between messages.
-    parts = column.split(".")
-    place = next((k for k, name in enumerate(parts[:-1]) if name in NAMED), None)
+    pieces = column.split(".")
+    place = next((k for k, name in enumerate(pieces[:-1]) if name in NAMED), None)
     if place is None:
-        return _by_path(parts)
-    by_name = _by_name(parts[: place + 1], ".".join(parts[place + 1 :]))
-    by_path = _by_path(parts)
-    inside = _steps(parts[: place + 1])
+        return _by_path(pieces)
+    by_name = _by_name(pieces[: place + 1], ".".join(pieces[place + 1 :]))
+    by_path = _by_path(pieces)
+    inside = _steps(pieces[: place + 1])
 
     def take(recorded: int, message: Any) -> Any:
         # `position` is an array in a joint's state, three members in a pose.

@@ -50,13 +50,13 @@ def parsed_types(connections: Iterable[Any], display_name: str) -> Types:
     from rosbags.typesys import get_types_from_idl, get_types_from_msg
 
     types: Types = {}
-    read: set[tuple[str, str]] = set()
+    parsed: set[tuple[str, str]] = set()
     total = 0
     for connection in connections:
         text, kind = connection.msgdef.data, connection.msgdef.format
-        if kind == MessageDefinitionFormat.NONE or (connection.msgtype, text) in read:
+        if kind == MessageDefinitionFormat.NONE or (connection.msgtype, text) in parsed:
             continue
-        read.add((connection.msgtype, text))
+        parsed.add((connection.msgtype, text))
         total += len(text)
         if len(text) > MOST_TEXT or total > MOST_TEXT_IN_ALL:
             raise _refused(display_name, connection.msgtype, f"the definition has {len(text) / 1e6:.1f} MB")
@@ -84,7 +84,7 @@ def checked_types(types: Types, wanted: str, display_name: str) -> Types:
     InputError
         A name is no identifier, a type is unknown or holds itself, a size is beyond all use.
     """
-    kept: Types = {}
+    checked: Types = {}
     levels: dict[str, int] = {}
     waiting: list[tuple[str, tuple[str, ...]]] = [(wanted, ())]
     while waiting:
@@ -96,16 +96,16 @@ def checked_types(types: Types, wanted: str, display_name: str) -> Types:
         if levels.get(name, -1) >= len(above):
             continue
         levels[name] = len(above)
-        if name not in kept:
+        if name not in checked:
             if name not in types:
                 raise _refused(display_name, name, "no definition of this type")
-            kept[name] = ([], _checked_fields(name, types[name][1], display_name))
-            if len(kept) > MOST_TYPES:
+            checked[name] = ([], _checked_fields(name, types[name][1], display_name))
+            if len(checked) > MOST_TYPES:
                 raise _refused(display_name, name, f"more than {MOST_TYPES} types")
-        waiting += [(inner, (*above, name)) for inner in dict.fromkeys(_inner_types(kept[name][1]))]
-    if len({name.replace("/", "__") for name in kept}) < len(kept):
+        waiting += [(inner, (*above, name)) for inner in dict.fromkeys(_inner_types(checked[name][1]))]
+    if len({name.replace("/", "__") for name in checked}) < len(checked):
         raise _refused(display_name, wanted, "two of its types have one name")
-    return kept
+    return checked
 
 
 def _checked_fields(type_name: str, fields: Sequence[tuple[str, Any]], display_name: str) -> list[tuple[str, Any]]:

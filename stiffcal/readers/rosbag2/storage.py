@@ -127,9 +127,9 @@ def _check_database(path: Path, display_name: str) -> None:
     Views, generated columns and virtual tables are programs: one can yield rows for ever, or a row of gigabytes.
     """
     for ending in ("-wal", "-journal"):
-        rest = path.with_name(path.name + ending)
-        if rest.exists() and rest.stat().st_size > 0:
-            reason = f"the recorder was interrupted: part of the messages lies in {rest.name}"
+        journal = path.with_name(path.name + ending)
+        if journal.exists() and journal.stat().st_size > 0:
+            reason = f"the recorder was interrupted: part of the messages lies in {journal.name}"
             mend = f"""put both into one file in a copy: sqlite3 {path.name} "PRAGMA wal_checkpoint(TRUNCATE)\""""
             raise InputError.at(FaultCode.FILE_INCOMPLETE, display_name, "", reason, mend)
     with closing(sqlite3.connect(f"file:{QuotedPath(path)}?mode=ro&immutable=1", uri=True)) as database:

@@ -53,26 +53,26 @@ def draw_along_lines(states: ReportStates, runs: list[int], names: list[str]) ->
 def _largest_left(states: ReportStates, runs: list[int]) -> float:
     """Return the largest residual of these runs, µm: their lower panels have one scale."""
     inside = states.used & np.isin(states.run, runs)
-    left = np.linalg.norm((states.measured - states.predicted)[inside, :3], axis=1)
-    return float(np.nanmax(1e6 * left, initial=1.0))
+    residual = np.linalg.norm((states.measured - states.predicted)[inside, :3], axis=1)
+    return float(np.nanmax(1e6 * residual, initial=1.0))
 
 
 def _draw_run(above: Axes, below: Axes, states: ReportStates, run: int, name: str) -> None:
     """Draw one run."""
-    own = np.flatnonzero(states.used & (states.run == run))
+    run_states = np.flatnonzero(states.used & (states.run == run))
     assert states.along is not None
-    line = states.along[own]
+    line = states.along[run_states]
     force, measured, predicted = (
-        np.sum(line * values[own, :3], axis=1) for values in (states.force, states.measured, states.predicted)
+        np.sum(line * values[run_states, :3], axis=1) for values in (states.force, states.measured, states.predicted)
     )
     for panel in (above, below):
         canvas.zero_lines(panel)
-    back = states.branch[own] == "unloading"
-    for going_back, words in ((False, "loading, measured"), (True, "unloading, measured")):
-        these = back == going_back
+    is_unloading = states.branch[run_states] == "unloading"
+    for going_back, text in ((False, "loading, measured"), (True, "unloading, measured")):
+        these = is_unloading == going_back
         colour = canvas.COLOURS[1 if going_back else 0]
         face, size = ("none", 3.2) if going_back else (colour, 2.0)
-        for panel, values, label in ((above, 1e3 * measured, words), (below, 1e6 * (measured - predicted), None)):
+        for panel, values, label in ((above, 1e3 * measured, text), (below, 1e6 * (measured - predicted), None)):
             panel.plot(
                 force[these], values[these], linestyle="none", marker="o", color=colour, markerfacecolor=face,
                 markersize=size, markeredgewidth=0.5, label=label, zorder=3,

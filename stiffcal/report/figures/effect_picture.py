@@ -60,8 +60,8 @@ def draw_on(axes: Axes, picture: EffectPicture) -> None:
 
 def _parts(unloading: Booleans) -> tuple[Booleans, Booleans]:
     """Return which points belong to each branch; the turning points to both, so that no gap is left."""
-    back = unloading.copy()
-    back[:-1] |= unloading[1:]
+    on_unloading = unloading.copy()
+    on_unloading[:-1] |= unloading[1:]
     loading = ~unloading
     loading[:-1] |= ~unloading[1:]
-    return loading, back
+    return loading, on_unloading

@@ -39,15 +39,15 @@ def draw_evidence(drawn: EvidenceFigure) -> Figure:
         example.set_title("what it does (example)")
     value, covariate = covariate_axis(drawn)
     factor, unit = residual_scale(drawn)
-    known = np.flatnonzero(np.isfinite(drawn.before) & np.isfinite(drawn.after) & np.isfinite(value))
-    known = known[canvas.thinned(np.abs(drawn.before[known]), MOST_POINTS)]
+    finite = np.flatnonzero(np.isfinite(drawn.before) & np.isfinite(drawn.after) & np.isfinite(value))
+    finite = finite[canvas.thinned(np.abs(drawn.before[finite]), MOST_POINTS)]
     for panel, residual, title in ((without, drawn.before, "without it"), (with_it, drawn.after, "with it")):
-        _draw_points(panel, value, residual * factor, drawn, known)
+        _draw_points(panel, value, residual * factor, drawn, finite)
         panel.set_title(f"{drawn.evidence.effect}: {title}" if len(drawn.evidence.effect) < 14 else title)
         panel.set_xlabel(covariate)
     without.set_ylabel(f"residual along the effect [{unit}]")
     with_it.tick_params(labelleft=False)
-    extremes = np.concatenate([drawn.before[known], drawn.after[known]]) * factor
+    extremes = np.concatenate([drawn.before[finite], drawn.after[finite]]) * factor
     without.set_ylim(*canvas.padded_limits(np.concatenate([extremes, -extremes])))
     handles = {handle.get_label(): handle for handle in without.get_legend_handles_labels()[0]}
     canvas.share_legend(figure, list(handles.values()))

@@ -61,8 +61,8 @@ def _draw(
     load_scale, moved_scale = _scales(curve)
     canvas.zero_lines(panel)
     for number in range(len(runs)):
-        own = np.flatnonzero((curve.run == number) & np.isfinite(curve.displacement))
-        drawn_points = own[canvas.thinned(np.abs(curve.displacement[own]), MOST_POINTS // max(len(runs), 1))]
+        in_run = np.flatnonzero((curve.run == number) & np.isfinite(curve.displacement))
+        drawn_points = in_run[canvas.thinned(np.abs(curve.displacement[in_run]), MOST_POINTS // max(len(runs), 1))]
         panel.plot(
             curve.load[drawn_points] * load_scale, curve.displacement[drawn_points] * moved_scale, linestyle="none",
             marker=canvas.MARKERS[number % len(canvas.MARKERS)], markersize=1.7, markeredgewidth=0.4,

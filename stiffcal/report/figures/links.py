@@ -129,12 +129,12 @@ def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: flo
         # rods of one height lie one behind the other: their names stand apart along the link
         wanted = float(bent.x1[-1]) * (0.08 + 0.84 * rod / max(len(picture.rods) - 1, 1))
         place = float(np.clip(wanted, min(x), max(x)))
-        words = f"{name} {1e6 * bent.change[rod]:+.1f} µm"
+        text = f"{name} {1e6 * bent.change[rod]:+.1f} µm"
         # the outermost rods are named on their outer side, the others towards the axis
         outermost = abs(y[0]) >= float(np.abs(bent.start[:, across]).max()) - 1e-9
         up = (y[0] >= 0.0) == outermost
         panel.annotate(
-            words, (place, y[0]), xytext=(0, 2.5 if up else -2.5), textcoords="offset points", fontsize=5.5,
+            text, (place, y[0]), xytext=(0, 2.5 if up else -2.5), textcoords="offset points", fontsize=5.5,
             color=colour, ha="center", va="bottom" if up else "top",
         )  # fmt: skip
     panel.set_ylabel(f"x{across + 1} [m]")
@@ -153,11 +153,12 @@ def _grid(count: int) -> tuple[Figure, list[Axes]]:
 
 def _marks(panel: Axes, run: LinkRun, values: Floats, colour: str, marker: str, label: str | None) -> None:
     """Draw readings, hollow where the load went back."""
-    for back in (False, True):
-        own = run.unloading == back
+    for unloading in (False, True):
+        of_branch = run.unloading == unloading
         panel.plot(
-            run.force[own], values[own], linestyle="none", marker=marker, color=colour, markersize=2.6,
-            markerfacecolor="none" if back else colour, markeredgewidth=0.5, label=None if back else label, zorder=3,
+            run.force[of_branch], values[of_branch], linestyle="none", marker=marker, color=colour, markersize=2.6,
+            markerfacecolor="none" if unloading else colour, markeredgewidth=0.5, zorder=3,
+            label=None if unloading else label,
         )  # fmt: skip
 
 

@@ -108,8 +108,16 @@ def _draw_panel(axes: Axes, states: ReportStates, run: int, axis: int, styles: d
         force[unloaded], measured[unloaded], linestyle="none", marker="+", color=canvas.QUIET, markersize=3, zorder=2.5
     )
     if states.set_aside is not None:
-        aside = np.flatnonzero((states.run == run) & (states.set_aside != ""))
-        axes.plot(force[aside], measured[aside], linestyle="none", marker="x", color=canvas.INK, markersize=4, zorder=4)
+        set_aside = np.flatnonzero((states.run == run) & (states.set_aside != ""))
+        axes.plot(
+            force[set_aside],
+            measured[set_aside],
+            linestyle="none",
+            marker="x",
+            color=canvas.INK,
+            markersize=4,
+            zorder=4,
+        )
 
 
 def _joined(stretches: list[Integers]) -> Integers:

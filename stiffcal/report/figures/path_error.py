@@ -52,16 +52,22 @@ def draw_path_error(path: PathError) -> Figure:
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 76)
     plan, along = figure.subplots(1, 2, width_ratios=(1.0, 1.35))
     _draw_plan(plan, path)
-    way = 1e3 * np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.place, axis=0), axis=1))])
+    distance = 1e3 * np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.place, axis=0), axis=1))])
     canvas.zero_lines(along)
-    along.plot(way, 1e3 * shown_error(path, path.before), **_WITHOUT)
+    along.plot(distance, 1e3 * shown_error(path, path.before), **_WITHOUT)
     after, half = 1e3 * shown_error(path, path.after), 1e3 * half_width(path)
-    along.plot(way, after, **_WITH)
+    along.plot(distance, after, **_WITH)
     handles = along.get_legend_handles_labels()[0]
     if half.any():
         low = after - half if path.direction is not None else np.maximum(after - half, 0.0)
         band = along.fill_between(
-            way, low, after + half, color=canvas.COLOURS[0], alpha=0.25, linewidth=0, label="left by the model's 95 %"
+            distance,
+            low,
+            after + half,
+            color=canvas.COLOURS[0],
+            alpha=0.25,
+            linewidth=0,
+            label="left by the model's 95 %",
         )
         handles.append(band)
     along.set_xlabel("way along the path [mm]")

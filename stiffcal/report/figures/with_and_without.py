@@ -46,10 +46,10 @@ def draw_before_and_after(pose: ComparedPose) -> Figure:
 def _mostly_along(force: Floats, axis: int) -> Integers:
     """Return the states whose load is mostly along an axis, with the unloaded ones between, in order."""
     size = np.linalg.norm(force, axis=1)
-    mine = np.abs(force[:, axis]) > 0.7 * size
+    along_axis = np.abs(force[:, axis]) > 0.7 * size
     idle = size < 0.02 * size.max(initial=1.0)
-    beside = np.convolve(mine, [1, 1, 1], mode="same") > 0
-    return np.flatnonzero((mine & ~idle) | (idle & beside))
+    beside = np.convolve(along_axis, [1, 1, 1], mode="same") > 0
+    return np.flatnonzero((along_axis & ~idle) | (idle & beside))
 
 
 @canvas.styled
@@ -60,19 +60,19 @@ def draw_errors_by_pose(pairs: WithAndWithout) -> Figure:
     -------
     Figure; mm and mrad.
     """
-    turned = all(np.isfinite([pose.error_off[1], pose.error_on[1]]).all() for pose in pairs.poses)
+    has_rotation = all(np.isfinite([pose.error_off[1], pose.error_on[1]]).all() for pose in pairs.poses)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 62)
-    panels = figure.subplots(1, 2 if turned else 1, squeeze=False)[0]
+    panels = figure.subplots(1, 2 if has_rotation else 1, squeeze=False)[0]
     place = np.arange(len(pairs.poses))
-    for which, panel in enumerate(panels):
+    for component, panel in enumerate(panels):
         for side, (key, largest, style, hatch, label) in enumerate(
             (
                 ("error_off", "largest_off", _OFF, "////", _WITHOUT),
                 ("error_on", "largest_on", _ON, "", _WITH),
             )
         ):
-            values = 1e3 * np.array([getattr(pose, key)[which] for pose in pairs.poses])
-            top = 1e3 * np.array([getattr(pose, largest)[which] for pose in pairs.poses])
+            values = 1e3 * np.array([getattr(pose, key)[component] for pose in pairs.poses])
+            top = 1e3 * np.array([getattr(pose, largest)[component] for pose in pairs.poses])
             at = place + (side - 0.5) * 0.38
             panel.bar(
                 at, values, width=0.36, color="white" if hatch else style["color"], edgecolor=style["color"],
@@ -80,7 +80,7 @@ def draw_errors_by_pose(pairs: WithAndWithout) -> Figure:
             )  # fmt: skip
             panel.plot(at, top, linestyle="none", marker="_", markersize=8, color=canvas.INK, zorder=4)
         panel.set_xticks(place, [pose.off.name for pose in pairs.poses], rotation=30 if len(place) > 4 else 0)
-        panel.set_ylabel(("position error [mm]", "orientation error [mrad]")[which])
+        panel.set_ylabel(("position error [mm]", "orientation error [mrad]")[component])
         panel.grid(visible=False, axis="x")
     canvas.share_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure

@@ -46,8 +46,8 @@ def _quantities(result: MapResult) -> list[_Quantity]:
             values = (1e6 if small else 1e3) * size.reshape(shape)
             quantities.append(_Quantity(name, units[0] if small else units[1], values))
     if task.direction is not None:
-        words = ", ".join(f"{value:.3g}" for value in task.direction)
-        quantities.append(_Quantity(f"stiffness along ({words})", "N/mm", 1e-3 * workspace.stiffness.reshape(shape)))
+        text = ", ".join(f"{value:.3g}" for value in task.direction)
+        quantities.append(_Quantity(f"stiffness along ({text})", "N/mm", 1e-3 * workspace.stiffness.reshape(shape)))
     return quantities
 
 
@@ -148,16 +148,16 @@ def _draw_panel(figure: Figure, axes: Axes, result: MapResult, level: int, quant
 
 def _scale(values: Floats) -> tuple[float, float]:
     """Return the ends of the colours: all but the outermost hundredth, which singular poses would stretch it by."""
-    known = values[np.isfinite(values)]
-    if not known.size:
+    finite = values[np.isfinite(values)]
+    if not finite.size:
         return 0.0, 1.0
-    low, high = (float(np.quantile(known, share)) for share in (0.01, 0.99))
+    low, high = (float(np.quantile(finite, share)) for share in (0.01, 0.99))
     if low > 0.0 and low < 0.3 * high:
         low = 0.0
     return low, high if high > low else low + 1.0
 
 
 def _beyond(values: Floats, low: float, high: float) -> str:
-    known = values[np.isfinite(values)]
-    below, above = bool((known < low).any()), bool((known > high).any())
+    finite = values[np.isfinite(values)]
+    below, above = bool((finite < low).any()), bool((finite > high).any())
     return {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")

@@ -82,8 +82,8 @@ def _instruments(content: ReportContent) -> TableBlock:
 
 def _runs(content: ReportContent) -> TableBlock:
     few = len(content.joint_names) <= _MOST_ANGLE_COLUMNS
-    known = any(np.isfinite(run.joints).any() for run in content.runs)
-    angles = content.joint_names if few and known else ()
+    finite = any(np.isfinite(run.joints).any() for run in content.runs)
+    angles = content.joint_names if few and finite else ()
     columns = [TableColumn("run", align="left"), *(TableColumn(name, "°") for name in angles)]
     states = content.states
     if states is not None:
@@ -99,7 +99,7 @@ def _runs(content: ReportContent) -> TableBlock:
             cells += _run_cells(states, number)
         rows.append(tuple(cells[: len(columns)]))
     caption = "Runs: joint angles as logged (mean over the run), loads and deflections."
-    if not known:
+    if not finite:
         columns += [TableColumn("experiment", align="left"), TableColumn("tags", align="left", width=1.0)]
         rows = [(*row, run.kind, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]
         caption = "Runs; joints move in them, and no load state is taken."

@@ -99,10 +99,10 @@ def _caption(figure: EvidenceFigure) -> str:
 
 def _parameter_words(parameter: IdentifiedParameter) -> str:
     symbol, unit = parameter.name.rpartition(".")[2], wording.unit_words(parameter.unit)
-    words = f"{symbol} = {wording.digits(parameter.value)}"
+    text = f"{symbol} = {wording.digits(parameter.value)}"
     if parameter.std is not None:
-        words += f" ± {wording.digits(parameter.std, 2)}"
-    return words if unit in ("", "1") else f"{words} {unit}"
+        text += f" ± {wording.digits(parameter.std, 2)}"
+    return text if unit in ("", "1") else f"{text} {unit}"
 
 
 def _capital(text: str) -> str:

@@ -84,10 +84,10 @@ def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
     for joint in joints:
         for curve in sorted(joint.curves, key=lambda drawn_curve: drawn_curve.component[0] != "r"):
             scale, unit = (1.0, "N·m/rad") if curve.component[0] == "r" else (1e-6, "N/µm")
-            own = _stiffness(curve.compliance, curve.std, curve.above_noise, scale)
+            measured = _stiffness(curve.compliance, curve.std, curve.above_noise, scale)
             whole = joint.together.get(curve.component)
             together = (wording.DASH, wording.DASH) if whole is None else _stiffness(*whole, scale)
-            rows.append((joint.name, _NAMES[curve.component], *own, *together, unit, _verdict(curve, whole)))
+            rows.append((joint.name, _NAMES[curve.component], *measured, *together, unit, _verdict(curve, whole)))
     caption = (
         "All displacements, turns first. By itself: a straight line through the joint’s own displacements. All "
         "together: the fit of this report, from all bodies at once; a dash where its model holds no such spring. Where "
@@ -111,9 +111,9 @@ def _couplings(joints: tuple[JointPicture, ...]) -> str:
         for joint in coupled
     )
     text += f"Beside the diagonal rise above the noise (a false one in a hundred campaigns): {descriptions}."
-    bent = [joint.name for joint in coupled if any(curve.curved for curve in joint.curves)]
-    if bent:
-        text += f" A line that is not straight ({wording.listing(bent)}) leaves remainders that look like couplings."
+    curved = [joint.name for joint in coupled if any(curve.curved for curve in joint.curves)]
+    if curved:
+        text += f" A line that is not straight ({wording.listing(curved)}) leaves remainders that look like couplings."
     return text
 
 
@@ -128,24 +128,21 @@ def _stiffness(compliance: float, std: float, above: bool, scale: float) -> tupl
 
 
 def _verdict(curve: JointCurve, whole: tuple[float, float, bool] | None) -> str:
-    words = ("yes, curved" if curve.curved else "yes") if curve.above_noise else "no"
+    text = ("yes, curved" if curve.curved else "yes") if curve.above_noise else "no"
     if whole is not None and whole[2] != curve.above_noise:
-        words += "; all together " + ("yes" if whole[2] else "no")
-    return words
+        text += "; all together " + ("yes" if whole[2] else "no")
+    return text
 
 
 def _caption_about_axes(joints: tuple[JointPicture, ...]) -> str:
-    bent = [joint.name for joint in joints if joint.curves[5].curved]
-    words = "The dominant compliances: each joint’s turn about its own axis over the torque (paper 001, Fig. 2b)."
-    if bent:
-        words += (
-            f" A straight line does not do for {wording.listing(bent)}: play, or a spring that stiffens or softens."
-        )
+    curved = [joint.name for joint in joints if joint.curves[5].curved]
+    text = "The dominant compliances: each joint’s turn about its own axis over the torque (paper 001, Fig. 2b)."
+    if curved:
+        names = wording.listing(curved)
+        text += f" A straight line does not do for {names}: play, or a spring that stiffens or softens."
     if any(joint.laws for joint in joints):
-        words += (
-            " “All together”: what the laws of this report’s model, fitted to all bodies at once, say of the joint."
-        )
-    return words
+        text += " “All together”: what the laws of this report’s model, fitted to all bodies at once, say of the joint."
+    return text
 
 
 def _caption(joint: JointPicture) -> str:
@@ -173,12 +170,12 @@ def _cartesian(poses: list[CartesianStiffnessResult]) -> list[Block]:
         for words, matrix in (("001, eq. 15", pose.equation_15), ("from the compliance", pose.from_compliance)):
             diagonal = [float(matrix[k, k]) * (1e-6 if k < 3 else 1e-3) for k in range(6)]
             rows.append((pose.run, words, *(wording.digits(value) for value in diagonal)))
-    left = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)
+    shares = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)
     text = (
         "Where loads at one pose fill all six directions, the Cartesian stiffness at the target follows from wrenches "
         "and displacements alone. Eq. 15 of paper 001 takes the displacements for exact; what they err by draws the "
-        f"stiffness down, in the weakest direction to {left}. The compliance, fitted the other way round and inverted, "
-        "does not suffer from it."
+        f"stiffness down, in the weakest direction to {shares}. The compliance, fitted the other way round and "
+        "inverted, does not suffer from it."
     )
     caption = f"Diagonal of the Cartesian stiffness at {poses[0].target}, base axes, the other directions held."
     return [SubheadingBlock("Cartesian stiffness"), Paragraph(text), TableBlock(columns, tuple(rows), caption)]

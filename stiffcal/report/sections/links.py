@@ -60,12 +60,12 @@ def section(content: ReportContent) -> ReportSection | None:
 
 
 def _of_link(picture: LinkPicture, link_result: LinkResult | None) -> list[Block]:
-    words = (
+    text = (
         f"{wording.count(len(picture.rods), 'rod')} on link {picture.link} measure how the link itself bends and "
         "stretches, apart from drives and bearings. Beam axes: x1 along the link from its clamped end, x3 along its "
         "joint’s axis made perpendicular to it, x2 across both."
     )
-    blocks: list[Block] = [Paragraph(words)]
+    blocks: list[Block] = [Paragraph(text)]
     if link_result is not None:
         blocks.append(_compliance(picture, link_result))
     if picture.sentences:
@@ -82,19 +82,19 @@ def _of_link(picture: LinkPicture, link_result: LinkResult | None) -> list[Block
 def _coupling(coupling: CouplingResult) -> list[Block]:
     """Lay out what measuring without the rods does to every parameter."""
     columns = [TableColumn("parameter", align="left", mono=True)]
-    columns += [TableColumn(_HEADS[way.way]) for way in coupling.ways]
+    columns += [TableColumn(_HEADS[direction.way]) for direction in coupling.ways]
     rows = []
     for parameter in coupling.parameters:
-        cells = [_estimate(parameter[way.way], way.way) for way in coupling.ways]
+        cells = [_estimate(parameter[direction.way], direction.way) for direction in coupling.ways]
         rows.append((parameter["name"], *cells))
-    words = (
+    text = (
         "A test at the tool measures all parts at once, and what one part does is laid at another’s door. The same "
         "load states identified in four ways; the first three against tool and rods together, with their own 95 % "
         "half-width."
     )
     return [
         SubheadingBlock("What the rods change"),
-        Paragraph(words),
+        Paragraph(text),
         TableBlock(
             tuple(columns),
             tuple(rows),
@@ -115,16 +115,16 @@ def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
 def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
     rows = []
     low, high = link_result.compliance_interval
-    for row, column, words, factor, unit in _ELEMENTS:
+    for row, column, text, factor, unit in _ELEMENTS:
         value, ends = link_result.compliance[row][column], (low[row][column], high[row][column])
         if value is None or ends[0] is None or ends[1] is None:
-            rows.append((words, "not identifiable", "", unit))
+            rows.append((text, "not identifiable", "", unit))
             continue
         half = 0.5 * factor * (ends[1] - ends[0])
         if half > abs(factor * value):
-            rows.append((words, f"below {wording.digits(factor * ends[1], 2)}", "", unit))
+            rows.append((text, f"below {wording.digits(factor * ends[1], 2)}", "", unit))
             continue
-        rows.append((words, wording.digits(factor * value), wording.digits(half, 2), unit))
+        rows.append((text, wording.digits(factor * value), wording.digits(half, 2), unit))
     share = link_result.share_of_tool
     apart = "" if link_result.torsion.identifiable else ", its twist left out"
     of_tool = "" if share is None else f" {wording.percent(share)} of the tool’s deflection is this link’s{apart}."
@@ -147,10 +147,10 @@ def _rods_caption(picture: LinkPicture) -> str:
     for first, second in picture.opposite:
         reads = [float(np.abs(picture.runs[number].lengths[:, [first, second]]).max()) for number in picture.large_runs]
         run, size = picture.runs[picture.large_runs[int(np.argmax(reads))]], max(reads)
-        apart = np.abs(run.lengths[:, first] + run.lengths[:, second]).max()
+        asymmetry = np.abs(run.lengths[:, first] + run.lengths[:, second]).max()
         text += (
             f" {picture.rods[first]} and {picture.rods[second]} are on opposite sides: in run {run.name} they mirror "
-            f"each other within {wording.percent(float(apart / size))} of their reading."
+            f"each other within {wording.percent(float(asymmetry / size))} of their reading."
         )
     return text
 
@@ -175,8 +175,8 @@ def _tool_caption(picture: LinkPicture) -> str:
     if first.without_link is None:
         return text + " The model holds no effect on this link: its part is in the others."
     assert first.with_link is not None
-    parts = [float(np.abs(run.with_link - run.without_link).max()) for run in chosen if run.without_link is not None]  # type: ignore[operator]
-    return text + f" The link’s part is up to {wording.length(max(parts))} in these runs."
+    shares = [float(np.abs(run.with_link - run.without_link).max()) for run in chosen if run.without_link is not None]  # type: ignore[operator]
+    return text + f" The link’s part is up to {wording.length(max(shares))} in these runs."
 
 
 def _bent_caption(picture: LinkPicture) -> str:
