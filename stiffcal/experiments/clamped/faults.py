@@ -49,8 +49,8 @@ def loaded_words(run: str, chain: ClampedChain, names: Sequence[str]) -> str:
     size = f"{100.0 * share:.0f} % of that on {driven}" if share < 10.0 else f"{share:.0f} times that on {driven}"
     return (
         f"run {run}: as {driven} turns, a torque on {with_it} follows, {size}; a held flange loads the moved "
-        "joint alone: check the pose (joints_deg, units of the angles), the sensor's frame and the units of force and moment, and "
-        "that these files belong together"
+        "joint alone: check the pose (joints_deg, units of the angles), the sensor's frame and the units of force and "
+        "moment, and that these files belong together"
     )
 
 
