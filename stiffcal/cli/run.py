@@ -36,12 +36,12 @@ def show_run(console: Console, result: RunResult) -> None:
     show_fit(console, result.identify)
     validation = result.validate
     relative = dict(validation.relative.items())
-    left, of = relative["translation"], "the deflection"
-    if left is None:
-        left, of = relative.get("torque"), "the torque"
+    error_share, of = relative["translation"], "the deflection"
+    if error_share is None:
+        error_share, of = relative.get("torque"), "the torque"
     if any(value is not None for _, value in validation.rms.items()):
         sentence = f"unseen poses: {deviation(validation.rms)} rms"
-        sentence += f", {share(left)} of {of} is left" if left is not None else ""
+        sentence += f", {share(error_share)} of {of} is left" if error_share is not None else ""
         console.print(f"{sentence} (no model: {deviation(validation.zero_model)})")
     else:
         console.print("unseen poses: none, so nothing is judged there")

@@ -156,11 +156,11 @@ def identify_parameters(
     progress : called with what is being done.
     """
     problem, settings = fit_problem(states, robot), settings or Settings()
-    known = settings.noise or problem.stated
-    fit = fit_observations(problem, robot, _without_noise_dominated(problem, robot, settings, known), progress)
-    if known is None and fit.noise is not None:
-        rest = _without_noise_dominated(problem, robot, settings, fit.noise)
-        return fit if rest == settings else fit_observations(problem, robot, rest, progress)
+    prior_noise = settings.noise or problem.stated
+    fit = fit_observations(problem, robot, _without_noise_dominated(problem, robot, settings, prior_noise), progress)
+    if prior_noise is None and fit.noise is not None:
+        without_dominated = _without_noise_dominated(problem, robot, settings, fit.noise)
+        return fit if without_dominated == settings else fit_observations(problem, robot, without_dominated, progress)
     return fit
 
 
@@ -178,11 +178,11 @@ def fit_observations(
     problem: Problem, robot: CompliantRobot, settings: Settings, progress: Progress = no_progress
 ) -> Fit:
     """Identify from prepared observations; see `identify_parameters`."""
-    some = _some_runs(problem)
-    settings = replace(settings, redundant=redundant_gains(robot, some.data, settings.fixed))
+    first_runs = _some_runs(problem)
+    settings = replace(settings, redundant=redundant_gains(robot, first_runs.data, settings.fixed))
     progress("first-order pass", 0.1)
-    settled = _gauss_newton(some, _first_pass(some, robot, settings), settings, None, progress)
-    if some is not problem:
+    settled = _gauss_newton(first_runs, _first_pass(first_runs, robot, settings), settings, None, progress)
+    if first_runs is not problem:
         settled = _gauss_newton(problem, settled.robot, settings, settled.weights, progress)
     return _summarise(problem, settled, settings)
 
@@ -227,8 +227,8 @@ def _gauss_newton(
         predicted_without_pose = change * min(1.0, change / last) if iterations > 1 else change
         settled = change < small or (predicted_without_pose < small and not robust)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
-            left = change if (robot.deformed or robust) and not settled else None
-            return _Settled(robot, weights, columns, reduced, checked, iterations, left)
+            last_step = change if (robot.deformed or robust) and not settled else None
+            return _Settled(robot, weights, columns, reduced, checked, iterations, last_step)
         last = change
 
 
@@ -250,9 +250,11 @@ def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> 
     columns = [c for c in free_columns(robot, settings.fixed) if c.role is ParameterRole.AMPLITUDE]
     unshaped = [placed_effect for placed_effect in robot.placed if lacks_nonlinear_value(placed_effect)]
     # Laws whose shape is not known yet wait for it: their columns at some typical shape would mislead the others.
-    known = [c for c in columns if robot.placed[c.placed] not in unshaped]
-    reduced = reduce_blocks(evaluate(robot, data, known, rigid=True), data, whitening)
-    start = _with_estimates(robot, known, _solve(reduced, robot, known, amplitudes(robot, known), settings)[0])
+    first_columns = [c for c in columns if robot.placed[c.placed] not in unshaped]
+    reduced = reduce_blocks(evaluate(robot, data, first_columns, rigid=True), data, whitening)
+    start = _with_estimates(
+        robot, first_columns, _solve(reduced, robot, first_columns, amplitudes(robot, first_columns), settings)[0]
+    )
     if not unshaped:
         return start
     blocks = list(evaluate(start, data, (), with_sensitivity=wrench_matters(settings.noise)))
@@ -351,21 +353,21 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
     free, known_ones = ~checked.left_at_neutral, checked.identifiable
     dof = reduced.dof - int(np.count_nonzero(free))
     chi2 = float(np.sum(white**2)) / dof if dof > 0 else np.nan
-    known = weights.noise is not None and not settings.equal_weights
-    variance = 1.0 if known else chi2
+    noise_known = weights.noise is not None and not settings.equal_weights
+    variance = 1.0 if noise_known else chi2
     factor = reduced.factor[:, free]
     scale = np.sqrt(np.sum(factor * factor, axis=0))
     inverse = np.linalg.pinv(factor / scale, rcond=1e-13) / scale[:, None]
     covariance = inverse @ inverse.T * variance
-    quantile = NORMAL_95 if known else student_95(dof)
+    quantile = NORMAL_95 if noise_known else student_95(dof)
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     free_names = tuple(name for name, is_known in zip(names, known_ones, strict=True) if is_known)
     solved = [name for name, is_free in zip(names, free, strict=True) if is_free]
     ambiguities = tuple(
         _with_value(ambiguity, robot, columns, names, solved, covariance) for ambiguity in checked.ambiguities
     )
-    kept = known_ones[free]
-    covariance = covariance[np.ix_(kept, kept)]
+    identified = known_ones[free]
+    covariance = covariance[np.ix_(identified, identified)]
     spread = dict(zip(free_names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     parameters = tuple(reported_parameters(robot, spread, quantile, settings.fixed))
     noise_length: dict[str, float | None] = {"translation": None, "rotation": None}
@@ -380,8 +382,8 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
         ambiguities=ambiguities,
         noise=weights.noise,
         noise_length=noise_length,
-        scaled=not known,
-        reduced_chi2=chi2 if known else None,
+        scaled=not noise_known,
+        reduced_chi2=chi2 if noise_known else None,
         dof=dof,
         residual=residual,
         predicted=np.where(data.measured_mask, data.measured - residual, 0.0),

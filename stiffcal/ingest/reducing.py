@@ -153,8 +153,8 @@ def collect_raw_states(
     runs: list[ReducedRun] = []
     for k, (run, sources) in enumerate(chosen):
         if ingest_options.collected is not None:  # files that are still to be measured are no faults there
-            named, manifest_sources = log_files(campaign, run, sources), campaign.manifest.sources
-            sources = [name for name, file in named if is_there(campaign.folder, manifest_sources[name], file)]
+            files, manifest_sources = log_files(campaign, run, sources), campaign.manifest.sources
+            sources = [name for name, file in files if is_there(campaign.folder, manifest_sources[name], file)]
         if not sources:
             continue
         logs = _read_logs(
@@ -201,9 +201,9 @@ def _read_logs(
     """Read the logs of a run; faulty ones are left out where faults are collected."""
     logs: dict[str, Blocks] = {}
     for k, name in enumerate(sources):
-        tell = partial(_within, progress, k / len(sources), 1 / len(sources))
+        report_progress = partial(_within, progress, k / len(sources), 1 / len(sources))
         try:
-            logs[name] = _read_log(campaign, run, name, tell, ingest_options, quality)
+            logs[name] = _read_log(campaign, run, name, report_progress, ingest_options, quality)
         except InputError as error:
             ingest_options.fault(error)
     return logs
@@ -231,7 +231,7 @@ def _ingested_runs(states: LoadStates, runs: Sequence[ReducedRun]) -> list[Inges
     used = states.used
     for info, members in zip(states.runs, states.members(), strict=True):
         reduced = by_name.get(info.name)
-        aside = [
+        set_aside = [
             UnusedData(state=int(states.row[k]), why=str(states.set_aside[k]), code=str(states.set_aside_code[k]))
             for k in members[~used[members]]
         ]
@@ -240,7 +240,7 @@ def _ingested_runs(states: LoadStates, runs: Sequence[ReducedRun]) -> list[Inges
                 id=info.name,
                 clock_ahead_s={} if reduced is None else dict(reduced.clocks),
                 n_states=int(used[members].sum()),
-                dropped=([] if reduced is None else sum_up_dropped(reduced.dropped)) + aside,
+                dropped=([] if reduced is None else sum_up_dropped(reduced.dropped)) + set_aside,
                 passes=None if reduced is None else reduced.passes or None,
             )
         )
@@ -266,13 +266,13 @@ def _read_log(
         if len(rows) == 0:
             continue
         excluded = exclusions.mask(rows.number, rows.run)
-        kept = rows.chosen(~excluded) if excluded.any() else rows
-        quality.update(name, file, kept, run.id)
+        rows_in_use = rows.chosen(~excluded) if excluded.any() else rows
+        quality.update(name, file, rows_in_use, run.id)
         if ingest_options.writing is not None:
             if stream is None:
                 stream = ingest_options.writing.stream(recording_name(run.id, name), recording_columns(source, rows))
             stream.append(recording_table(source, rows))
-        averager.add(kept.time, kept.signals)
+        averager.add(rows_in_use.time, rows_in_use.signals)
         # a guess from the first piece is good enough for a bar
         rows_reported = rows_reported or max(len(rows) * size / PIECE_BYTES, float(len(rows)))
         progress(f"reading {file}", min(float(rows.number[-1]) / rows_reported, 1.0) if len(rows) else None)
@@ -293,11 +293,11 @@ def _tabled_holds(campaign: Campaign, run: Run, first: str) -> Holds | None:
     if run.states is None:
         return None
     source = campaign.manifest.sources[first]
-    wanted = WantedColumns(("start", "end"))
+    columns = WantedColumns(("start", "end"))
     start: list[Floats] = []
     end: list[Floats] = []
     plain = Source()
-    for batch in read_batches(campaign.folder, plain, run.states, wanted):
+    for batch in read_batches(campaign.folder, plain, run.states, columns):
         start.append(batch.numbers["start"])
         end.append(batch.numbers["end"])
     holds = given_holds(np.concatenate(start), np.concatenate(end))

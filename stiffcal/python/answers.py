@@ -248,12 +248,12 @@ class ModelDiagnosis(CampaignAnswer):
         frame = frame_of_table(self._evidence)
         for column, wanted in (("effect", effect), ("place", place)):
             if wanted is not None:
-                known = ", ".join(sorted(set(frame[column].astype(str))))
+                known_names = ", ".join(sorted(set(frame[column].astype(str))))
                 frame = frame[frame[column] == wanted].reset_index(drop=True)
                 if frame.empty:
                     reason = f"there is no evidence of {wanted}"
                     raise InputError.at(
-                        FaultCode.EFFECT_ABSENT, "evidence", column, reason, f"choose {known or 'none'}"
+                        FaultCode.EFFECT_ABSENT, "evidence", column, reason, f"choose {known_names or 'none'}"
                     )
         return frame
 

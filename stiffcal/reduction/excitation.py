@@ -48,13 +48,15 @@ def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
         return [JointExcitation(name, 0.0, np.nan, False, "no load was applied yet") for name in names]
     torque, design, measured = _first_order(used, chain)
     largest = np.abs(torque).max(axis=0)
-    sees = largest > NO_TORQUE * largest.max()
-    if not sees.any():  # every axis runs along or through every force
+    is_loaded = largest > NO_TORQUE * largest.max()
+    if not is_loaded.any():  # every axis runs along or through every force
         return [_verdict(name, float(largest[k]), np.nan, False) for k, name in enumerate(names)]
-    relative = _relative_std(design[:, sees], measured)
+    relative = _relative_std(design[:, is_loaded], measured)
     uncertainty = np.full(largest.size, np.nan)
-    uncertainty[sees] = relative
-    return [_verdict(name, float(largest[k]), float(uncertainty[k]), bool(sees[k])) for k, name in enumerate(names)]
+    uncertainty[is_loaded] = relative
+    return [
+        _verdict(name, float(largest[k]), float(uncertainty[k]), bool(is_loaded[k])) for k, name in enumerate(names)
+    ]
 
 
 def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
@@ -88,8 +90,8 @@ def _relative_std(design: Floats, measured: Floats) -> Floats:
     free = design.shape[0] - design.shape[1]
     if free <= 0:
         return np.full(design.shape[1], np.inf)
-    left = measured - design / scale @ value
-    variance = float(left @ left) / free
+    residual = measured - design / scale @ value
+    variance = float(residual @ residual) / free
     _, singular, turned = np.linalg.svd(right)
     safe = np.where(singular > 1e-9 * singular[0], singular, np.nan)
     spread = np.sqrt(variance * np.nansum((turned / safe[:, None]) ** 2, axis=0))
@@ -102,12 +104,12 @@ def _relative_std(design: Floats, measured: Floats) -> Floats:
 
 def _verdict(name: str, torque: float, relative: float, sees: bool) -> JointExcitation:
     if not sees:
-        words = "sees no torque in these poses: load it with a lever arm about its axis"
-        return JointExcitation(name, torque, np.nan, False, words)
+        text = "sees no torque in these poses: load it with a lever arm about its axis"
+        return JointExcitation(name, torque, np.nan, False, text)
     if relative > NOT_KNOWN:
-        words = "its stiffness cannot be distinguished from the others': add poses or load directions that turn it more"
-        return JointExcitation(name, torque, relative, False, words)
+        text = "its stiffness cannot be distinguished from the others': add poses or load directions that turn it more"
+        return JointExcitation(name, torque, relative, False, text)
     if is_poorly_known(1.0, relative):
-        words = f"poorly known, to about {100.0 * relative:.0f} %: more load about its axis would help"
-        return JointExcitation(name, torque, relative, True, words)
+        text = f"poorly known, to about {100.0 * relative:.0f} %: more load about its axis would help"
+        return JointExcitation(name, torque, relative, True, text)
     return JointExcitation(name, torque, relative, True, f"known to about {100.0 * relative:.2g} %")

@@ -109,14 +109,14 @@ class LogQuality:
         step = time - before
         if not np.nanmin(step, initial=np.inf) > 0.0:
             k = int(np.flatnonzero(step <= 0.0)[0])
-            words = "stands still" if step[k] == 0.0 else "runs backwards"
-            again = np.flatnonzero(time[k:] > before[k])
-            last = int(number[k + int(again[0]) - 1] if again.size else number[-1])
+            text = "stands still" if step[k] == 0.0 else "runs backwards"
+            resumed = np.flatnonzero(time[k:] > before[k])
+            last = int(number[k + int(resumed[0]) - 1] if resumed.size else number[-1])
             rows = f"row {number[k]}" if last == number[k] else f"rows {number[k]}-{last}"
             mend = f"leave {rows} out with [[exclude]], or remove what is repeated or misplaced in a copy of the log"
             if self._is_hour(step[k]):
-                words, mend = "runs backwards by an hour", _WALL
-            reason = f"time {words}: {time[k]:.10g} s after {before[k]:.10g} s"
+                text, mend = "runs backwards by an hour", _WALL
+            reason = f"time {text}: {time[k]:.10g} s after {before[k]:.10g} s"
             ticks = coarse_clock(time) if step[k] == 0.0 else None
             if ticks is not None:
                 reason = f"time ticks every {1e3 * ticks.tick_s:.3g} ms, over {ticks.rows_per_tick:.3g} rows each"
@@ -228,16 +228,16 @@ class LogQuality:
         file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         if self.sampled and self.longest > GAP * self.interval:
             where = ", ".join(f"{begin:.3f} … {end:.3f} s" for begin, end in self.gaps)
-            more = f" and {self.n_gaps - len(self.gaps)} more" if self.n_gaps > len(self.gaps) else ""
+            suffix = f" and {self.n_gaps - len(self.gaps)} more" if self.n_gaps > len(self.gaps) else ""
             text = (
                 f"a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
-                f"(usual interval {self.interval:.3g} s; all: {where}{more}); nothing is filled in, "
+                f"(usual interval {self.interval:.3g} s; all: {where}{suffix}); nothing is filled in, "
                 "a hold is the mean of the readings that are there"
             )
             remarks.append(ChannelRemark(self.file, text))
-        still = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
-        if still.any() and not still.all() and self.n_rows > SATURATED:
-            for k in np.flatnonzero(still & (self.high["wrench"] != 0.0)):
+        is_constant = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
+        if is_constant.any() and not is_constant.all() and self.n_rows > SATURATED:
+            for k in np.flatnonzero(is_constant & (self.high["wrench"] != 0.0)):
                 text = f"{self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}"
                 remarks.append(ChannelRemark(file, text, is_stuck=True))
         ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
@@ -353,11 +353,11 @@ def check_displacements(run_names: list[str], run: NDArray[np.int64], position: 
     """Return a fault for each run in which the target moved by more than a loaded arm can: position (n, B, 3) m."""
     faults = []
     for name, members in zip(run_names, members_of(run, len(run_names)), strict=True):
-        own = position[members]
-        if own.size == 0 or not np.isfinite(own).any():
+        run_positions = position[members]
+        if run_positions.size == 0 or not np.isfinite(run_positions).any():
             continue
-        own = own[:, np.isfinite(own).any(axis=(0, 2))]
-        largest = float(np.nanmax(np.nanmax(own, axis=0) - np.nanmin(own, axis=0)))
+        run_positions = run_positions[:, np.isfinite(run_positions).any(axis=(0, 2))]
+        largest = float(np.nanmax(np.nanmax(run_positions, axis=0) - np.nanmin(run_positions, axis=0)))
         if largest > LARGEST_DEFLECTION_M:
             faults.append(
                 Fault(

@@ -57,9 +57,9 @@ def check_thresholds(
     from stiffcal.validation.thresholds import judge, not_counted
 
     campaign = data.campaign
-    limits, asked = campaign.manifest.thresholds, None
+    limits, requested = campaign.manifest.thresholds, None
     if file is not None:
-        asked = file.own_limits(campaign.name, campaign.folder.resolve().name)
+        requested = file.own_limits(campaign.name, campaign.folder.resolve().name)
         limits = file.limits_for(campaign.name, campaign.folder.resolve().name, limits)
         for key, name in strange_joints(limits, data.joint_names):
             mend = "use " + ", ".join(data.joint_names)
@@ -73,7 +73,7 @@ def check_thresholds(
         # Not even looked at: a baseline would be computed for nothing.
         checks = judge(limits, parameters, validation, data.joint_names, None)
         return Verdict(not_counted(checks, data.uncounted), limits.written())
-    checks = judge(limits, parameters, validation, data.joint_names, _baseline(data, limits, context), asked)
+    checks = judge(limits, parameters, validation, data.joint_names, _baseline(data, limits, context), requested)
     return Verdict(checks, limits.written())
 
 
