@@ -148,7 +148,7 @@ def report_states_of(data: Ingested) -> ReportStates:
         names = [gauge.name for gauge in states.setup.gauges]
         block = partial(gauge_block, names=names, directions=along, n_states=len(states))
     measured, predicted = block(fit, kind="measured"), block(fit, kind="predicted")
-    heldout_measured, left = block(heldout, kind="measured"), block(heldout, kind="residual")
+    heldout_measured, heldout_residual = block(heldout, kind="measured"), block(heldout, kind="residual")
     # Runs held out of the fit are in the second table alone.
     outside = ~np.isfinite(measured).any(axis=1)
     measured[outside] = heldout_measured[outside]
@@ -165,7 +165,7 @@ def report_states_of(data: Ingested) -> ReportStates:
         branch=branch,
         measured=measured[:, :width],
         predicted=predicted[:, :width],
-        predicted_heldout=(measured - left)[:, :width],
+        predicted_heldout=(measured - heldout_residual)[:, :width],
         set_aside=states.set_aside,
         reference=states.reference & (not states.deflection_given),
         along=None if along is None else _read_along(states, along),
@@ -207,10 +207,10 @@ def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> 
     A direction between two axes keeps one label, and two directions nearest to the same axis are kept apart.
     """
     labels = np.full(len(force), "", dtype="<U16")
-    for own in members_of(states.run):
+    for in_run in members_of(states.run):
         taken: list[str] = []
-        for direction in np.unique(cycles.direction[own][cycles.direction[own] >= 0]):
-            members = own[cycles.direction[own] == direction]
+        for direction in np.unique(cycles.direction[in_run][cycles.direction[in_run] >= 0]):
+            members = in_run[cycles.direction[in_run] == direction]
             total = force[members].sum(axis=0)
             axis = int(np.argmax(np.abs(total)))
             word = f"mostly {'+' if total[axis] > 0.0 else '−'}{'xyz'[axis]}"
@@ -260,13 +260,13 @@ def _provenance(data: Ingested, identified: IdentifyResult, history: HistoryResu
 
 def _sources(data: Ingested, read: Sequence[SourceFile]) -> tuple[ReportSource, ...]:
     """Return the logs as they were read, and the campaign's own files and the user's effects as they stand."""
-    named = {source.file for source in read}
+    read_files = {source.file for source in read}
     folder = data.campaign.folder
     manifest = data.campaign.manifest
-    own = [MANIFEST_FILE, manifest.robot, MODEL_FILE, *manifest.plugins]
+    campaign_files = [MANIFEST_FILE, manifest.robot, MODEL_FILE, *manifest.plugins]
     entries = []
-    for name in dict.fromkeys(own):
-        if name not in named and (folder / name).is_file():
+    for name in dict.fromkeys(campaign_files):
+        if name not in read_files and (folder / name).is_file():
             content = read_regular(folder / name, name)
             entries.append(ReportSource(name, hashlib.sha256(content).hexdigest(), len(content)))
     return (*entries, *(ReportSource(source.file, source.sha256, source.bytes) for source in read))
@@ -314,11 +314,11 @@ def _sigma_in_words(signal: Any) -> str:
     if sigma is None:
         return ""
     units = getattr(signal, "units", None)
-    words = []
+    texts = []
     for quantity, value in sigma.model_dump(exclude_none=True).items():
         unit = getattr(units, quantity, None) or {"rotation": "rad", "force": "N", "moment": "N·m"}.get(quantity, "")
-        words.append(f"{quantity} {value:g} {unit}".strip())
-    return ", ".join(words)
+        texts.append(f"{quantity} {value:g} {unit}".strip())
+    return ", ".join(texts)
 
 
 _OF_ONE_STATE = (SetAsideCode.BUMPED, SetAsideCode.HELD_BRIEFLY)

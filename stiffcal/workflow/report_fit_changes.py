@@ -33,14 +33,14 @@ def _change(before: StoredFit, after: StoredFit) -> FitChange | None:
     """Return what changed from one fit to the next; None where the models are the same."""
     if before.model.same_as(after.model):
         return None
-    words = wording.model_change(before.model, after.model)
+    text = wording.model_change(before.model, after.model)
     if before.model.balance != after.model.balance:
         balance = f"balance {before.model.balance} → {after.model.balance}"
-        words = f"{words}; {balance}" if words else balance
+        text = f"{text}; {balance}" if text else balance
     return FitChange(
         before=before.id,
         after=after.id,
-        change=words,
+        change=text,
         values=tuple(values_before_and_after(before.parameters or [], after.parameters or [])),
         own=FOREIGN not in (before.origin, after.origin),
     )

@@ -93,8 +93,8 @@ def ladder_rungs(fits: Sequence[HistoryEntry], zero_model: Rms | None, component
         rungs.append(Rung("no model", wording.part(zero_model, component), None))
     before: ModelSummary | None = None
     for fit in fits:
-        words = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
-        label = f"fit {fit.id}: {_shortened(words or 'the same model')}"
+        text = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
+        label = f"fit {fit.id}: {_shortened(text or 'the same model')}"
         rungs.append(Rung(label, wording.part(fit.heldout_rms, component), wording.part(fit.fit_rms, component)))
         before = fit.model
     return rungs
@@ -115,13 +115,13 @@ def _draw_rung(axes: Axes, row: int, rung: Rung, unit: str, above: float | None)
         )
     if rung.heldout is not None:
         axes.plot(rung.heldout * 1e3, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
-        words = f"{wording.digits(rung.heldout * 1e3)} {unit}"
+        text = f"{wording.digits(rung.heldout * 1e3)} {unit}"
         factor = above / rung.heldout if above and rung.heldout else 1.0
         if max(factor, 1.0 / factor) > _SIGNIFICANT:
             sign = "÷" if factor > 1.0 else "×"
-            words += f"  ({sign} {wording.digits(max(factor, 1.0 / factor), 2)})"
+            text += f"  ({sign} {wording.digits(max(factor, 1.0 / factor), 2)})"
         axes.annotate(
-            words, (rung.heldout * 1e3, row), xytext=(8, -7 if above else 0), textcoords="offset points", va="center",
+            text, (rung.heldout * 1e3, row), xytext=(8, -7 if above else 0), textcoords="offset points", va="center",
             fontsize=6.5, zorder=5,
         )  # fmt: skip
     elif rung.fitted is None:
