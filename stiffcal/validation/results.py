@@ -30,6 +30,8 @@ class ErrorSlice:
     """The largest residual, in the same measures."""
     zero_model: OrAbsent[Rms] = None
     """What a model without parameters leaves; None where that is not asked for."""
+    joint: OrAbsent[int] = None
+    """The joint by whose angle the data are cut, from 1; None of other parts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

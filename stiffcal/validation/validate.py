@@ -222,5 +222,6 @@ def _by_joint_angle(states: LoadStates, heldout: HeldoutResiduals) -> list[Error
         if high - low < np.radians(1.0):
             continue
         edges = np.linspace(low, high, ANGLE_BINS + 1)
-        slices.extend(_binned(angle, edges, "°", f"joint {joint + 1}: ", 180.0 / np.pi, heldout))
+        parts = _binned(angle, edges, "°", f"joint {joint + 1}: ", 180.0 / np.pi, heldout)
+        slices.extend(replace(part, joint=joint + 1) for part in parts)
     return slices

@@ -27,10 +27,10 @@ from stiffcal.validation.results import ErrorSlice
 
 ORDER = 70
 _TITLE = "Where the model fails"
-_GROUPS: tuple[tuple[Callable[[ValidateResult], list[ErrorSlice]], str], ...] = (
-    (lambda validation: validation.by_direction, "direction of force"),
-    (lambda validation: validation.by_load, "load [N]"),
-    (lambda validation: validation.by_branch, "branch"),
+_GROUPS: tuple[tuple[Callable[[ValidateResult], list[ErrorSlice]], str, str], ...] = (
+    (lambda validation: validation.by_direction, "direction of force", ""),
+    (lambda validation: validation.by_load, "load", " [N]"),
+    (lambda validation: validation.by_branch, "branch", ""),
 )
 _COVARIATES_PER_PICTURE = 4
 _MOST_RUNS_PER_PICTURE = 60
@@ -105,40 +105,31 @@ def _by_run(validation: ValidateResult) -> list[Block]:
 
 
 def _by_groups(validation: ValidateResult) -> list[Block]:
-    several = [(title, parts) for select, title in _GROUPS if len(parts := select(validation)) > 1]
+    several = [(title, unit, parts) for select, title, unit in _GROUPS if len(parts := select(validation)) > 1]
     blocks: list[Block] = []
     if several:
-        text = " ".join(f"By {_plain(title)}: {_extremes(parts)}" for title, parts in several)
-        missing = [_plain(title) for select, title in _GROUPS if len(select(validation)) <= 1]
+        text = " ".join(f"By {title}: {_extremes(parts)}" for title, _, parts in several)
+        missing = [title for select, title, _ in _GROUPS if len(select(validation)) <= 1]
         if missing:
             text += f" Not sorted by {wording.listing(missing)}: these data hold only one kind."
-        names = wording.listing([_plain(title) for title, _ in several])
+        names = wording.listing([title for title, _, _ in several])
         caption = f"Residual by {names}. {text}{_noise_words(validation)}"
-        groups = [(title, _short(parts, "")) for title, parts in several]
+        groups = [(f"{title}{unit}", _short(parts, "")) for title, unit, parts in several]
         blocks.append(PictureBlock(partial(draw_residuals_by, groups, validation.noise), caption))
     angles = validation.by_joint_angle
     if len(angles) > 1:
         caption = f"Residual by joint angle: {_extremes(angles)}{_noise_words(validation)}"
-        joints = list(dict.fromkeys(_joint_of(part) for part in angles))
+        joints = list(dict.fromkeys(part.joint for part in angles))
         for sheet in wording.in_sheets(range(len(joints)), _JOINTS_PER_PICTURE):
             groups = [
                 (
-                    f"{joints[number]} [°]",
-                    _short([part for part in angles if _joint_of(part) == joints[number]], "°"),
+                    f"joint {joints[number]} [°]",
+                    _short([part for part in angles if part.joint == joints[number]], "°"),
                 )
                 for number in sheet
             ]
             blocks.append(PictureBlock(partial(draw_residuals_by, groups, validation.noise), caption))
     return blocks
-
-
-def _plain(title: str) -> str:
-    return title.partition(" [")[0]
-
-
-def _joint_of(part: ErrorSlice) -> str:
-    """Which joint a part of ``by_joint_angle`` is about: its label before the colon."""
-    return part.label.partition(":")[0]
 
 
 def _short(parts: Sequence[ErrorSlice], unit: str) -> list[ErrorSlice]:
