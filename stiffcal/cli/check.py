@@ -11,6 +11,7 @@ from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.clocks import clock_rates
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, angle, length, significant
@@ -56,6 +57,7 @@ def check(
 
 def show_check(console: Console, result: CheckResult) -> None:
     """Draw what was understood: sources, ranges, runs, kinematics, joints; then the verdict."""
+    show_registration(console, result.registration)
     _show_sources(console, result.sources)
     _show_ranges(console, result.sources)
     _show_runs(console, result.runs)

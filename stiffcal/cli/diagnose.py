@@ -9,6 +9,7 @@ from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
@@ -74,6 +75,7 @@ def effect_words(effect: EffectAt | ProposedEffect) -> str:
 
 def show_diagnosis(console: Console, result: DiagnoseResult) -> None:
     """Draw the answer first, then the evidence, the ranking, and what was not tried."""
+    show_registration(console, result.registration)
     console.print(result.summary, soft_wrap=True)
     show_suspects(console, result.suspects, result.suspects_not_checked)
     if result.with_suspects is not None:

@@ -12,6 +12,7 @@ from stiffcal.cli.endings import OK
 from stiffcal.cli.experiments import overviews, show_overviews
 from stiffcal.cli.links import show_coupling, show_links
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.wording import deviation, significant
@@ -54,6 +55,7 @@ def identify(
 
 def show_fit(console: Console, result: IdentifyResult) -> None:
     """Draw a fit: the table, how well it fits, what these data do not identify."""
+    show_registration(console, result.registration)
     count_text = f"{result.n_readings} readings" if result.n_readings else f"{result.n_states} load states"
     console.print(f"{count_text} in {result.n_runs} runs")
     kinds = overviews(result)

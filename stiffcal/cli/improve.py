@@ -13,6 +13,7 @@ from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.diagnose import effect_words
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, deviation, places
@@ -68,6 +69,7 @@ def _step_words(step: ImproveStep) -> str:
 
 def show_ladder(console: Console, result: ImproveResult) -> None:
     """Draw the ladder of errors, from no model down to the noise."""
+    show_registration(console, result.registration)
     table = plain_table("step", "unseen poses, rms>")
     table.add_row("no model", deviation(result.steps[0].zero_model))
     for step in result.steps:

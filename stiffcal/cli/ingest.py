@@ -8,6 +8,7 @@ from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.clocks import clock_rates
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.registration import show_registration
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import length, significant
 from stiffcal.uncertainty import NORMAL_95
@@ -37,6 +38,7 @@ def ingest(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None
 
 def show_ingest(console: Console, result: IngestResult) -> None:
     """Draw states and clocks of each run."""
+    show_registration(console, result.registration)
     if result.unchanged:
         console.print("nothing has changed since the last time: the store stays as it is")
     table = plain_table("run", "states>", "dropped", "clocks ahead of the first source's")

@@ -11,6 +11,7 @@ import typer
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt, Thresholds
+from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, length, share
@@ -57,6 +58,7 @@ def validate(
 
 def show_validation(console: Console, result: ValidateResult) -> None:
     """Draw the error in held-out poses next to the noise, then where it is largest, then what does not hold."""
+    show_registration(console, result.registration)
     console.print(f"unseen poses ({result.scheme})")
     table = plain_table("", "rms>")
     table.add_row("model", deviation(result.rms))

@@ -12,6 +12,7 @@ from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
+from stiffcal.reduction.registration import RegistrationSummary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -210,6 +211,8 @@ class DiagnoseResult(CommandResult):
     """Answer of ``diagnose``."""
 
     schema: Literal["stiffcal/diagnose/1"] = "stiffcal/diagnose/1"
+    registration: OrAbsent[RegistrationSummary] = None
+    """What is left between the kinematics and the places of the frames that were estimated; None where none was."""
     adequate: bool | None
     """Whether what is left is noise; null where the noise is not known."""
     noise: Rms | None

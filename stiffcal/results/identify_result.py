@@ -22,6 +22,7 @@ from stiffcal.identification.link_results import CouplingResult, LinkResult
 from stiffcal.identification.noise import NoiseSource
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
+from stiffcal.reduction.registration import RegistrationSummary
 
 Loss: TypeAlias = Literal["linear", "huber"]
 
@@ -31,6 +32,8 @@ class IdentifyResult(CommandResult):
     """Answer of ``identify``; SI."""
 
     schema: Literal["stiffcal/identify/1"] = "stiffcal/identify/1"
+    registration: OrAbsent[RegistrationSummary] = None
+    """What is left between the kinematics and the places of the frames that were estimated; None where none was."""
     model: ModelSummary
     """What was fitted."""
     parameters: list[IdentifiedParameter]

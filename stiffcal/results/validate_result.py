@@ -10,6 +10,7 @@ from stiffcal.documents import MANY_KEYS, NOT_PROMISED, CommandResult, KeyIf, Or
 from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
+from stiffcal.reduction.registration import RegistrationSummary
 from stiffcal.validation.results import ErrorSlice, ThresholdCheck, Verdict, WorstState
 
 
@@ -18,6 +19,8 @@ class ValidateResult(CommandResult):
     """Answer of ``validate``."""
 
     schema: Literal["stiffcal/validate/1"] = "stiffcal/validate/1"
+    registration: OrAbsent[RegistrationSummary] = None
+    """What is left between the kinematics and the places of the frames that were estimated; None where none was."""
     scheme: str
     """How data were left out, in words."""
     n_states: Annotated[int, NOT_PROMISED]

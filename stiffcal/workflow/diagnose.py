@@ -62,7 +62,7 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     diagnosis = diagnosis_of(sound, search)
     context.progress("gathering the evidence", 0.9)
     table, evidence = evidence_of(sound, search)
-    diagnosis = replace(diagnosis, evidence=evidence, fit_id=fit_id, key=key)
+    diagnosis = replace(diagnosis, evidence=evidence, fit_id=fit_id, key=key, registration=data.registration)
     diagnosis = _with_suspects(diagnosis, suspicion, (data, sound), search, loss, context)
     data.commit(
         {EVIDENCE: table},

@@ -196,7 +196,7 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
         tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
         suspects, not_checked = suspects_in(data.campaign, data.states, loss, present=fit)
         result = replace(result, suspects=suspects, suspects_not_checked=not_checked)
-    result = replace(result, loss=loss, key=key_of_fit(data, loss))
+    result = replace(result, loss=loss, key=key_of_fit(data, loss), registration=data.registration)
     numbered = result
 
     def with_history(stored: Stored) -> Documents:

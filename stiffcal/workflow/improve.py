@@ -74,6 +74,7 @@ def improve_campaign(
     judged = validate_campaign(folder, context)
     return ImproveResult(
         warnings=list(diagnosed.warnings),
+        registration=diagnosed.registration,
         steps=ladder.steps,
         model=_present_model(folder),
         adequate=diagnosed.adequate,

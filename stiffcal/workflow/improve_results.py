@@ -11,6 +11,7 @@ from stiffcal.documents import NOT_PROMISED, CommandResult, OrAbsent
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary, Where
+from stiffcal.reduction.registration import RegistrationSummary
 
 Action: TypeAlias = Literal["start", "add", "remove", "would add"]
 
@@ -40,6 +41,8 @@ class ImproveResult(CommandResult):
     """Answer of ``improve``."""
 
     schema: Literal["stiffcal/improve/1"] = "stiffcal/improve/1"
+    registration: OrAbsent[RegistrationSummary] = None
+    """What is left between the kinematics and the places of the frames that were estimated; None where none was."""
     steps: list[ImproveStep]
     """The rungs in the order in which they were reached."""
     model: ModelSummary

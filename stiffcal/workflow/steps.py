@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from stiffcal.ingest.results import IngestResult
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.model.composite import CompliantRobot
+    from stiffcal.reduction.registration import RegistrationSummary
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.results.validate_result import ValidateResult
     from stiffcal.store import Store
@@ -110,6 +111,12 @@ class Ingested:
         if self.origin == "foreign":
             return "the results were not computed by you, and the logs to compute them from are missing"
         return f"the logs are missing ({self.missing[0]})" if self.missing else ""
+
+    @property
+    def registration(self) -> RegistrationSummary | None:
+        """What is left between the kinematics and the places of estimated frames; None where none is estimated."""
+        result = stored_ingest(self.store)
+        return None if result is None else result.registration
 
     def commit(self, tables: Mapping[str, Any], documents: Any, command: str) -> None:
         """Write what was made of these states into the store; it comes from whom they come.

@@ -148,6 +148,7 @@ def validate_now(
         suspects_not_checked=identified.suspects_not_checked,
         fit_id=identified.fit_id,
         key=_key(identified),
+        registration=data.registration,
     )
     result = result.judged(check_thresholds(data, identified.parameters, result, context))
     document = document_of(result)

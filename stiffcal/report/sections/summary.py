@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from stiffcal.reduction.registration import RegistrationSummary
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, ReportSection
 from stiffcal.report.content import ReportContent
@@ -20,6 +21,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     blocks: list[Block] = []
     if content.identify is not None and content.identify.origin == "foreign":
         blocks.append(Paragraph(NOT_YOURS, "key"))
+    if content.ingest is not None and content.ingest.registration is not None:
+        blocks.append(Paragraph(_registration_sentence(content.ingest.registration)))
     sentences = _fit_sentences(content)
     if content.readings_alone and content.validate is not None:
         sentences += _heldout_readings(content.validate)
@@ -36,6 +39,15 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if 0 < len(content.provenance.sources) <= FIRST_PAGE_HOLDS:
         blocks.append(sources_table(content.provenance.sources))
     return ReportSection("In short", tuple(blocks))
+
+
+def _registration_sentence(registration: RegistrationSummary) -> str:
+    """Return how well the kinematics meets the places by which frames were estimated."""
+    missed = wording.both({"translation": registration.rms_m, "rotation": registration.rms_rad})
+    return (
+        f"Registration of {wording.listing(registration.frames)} in {wording.count(registration.n_poses, 'pose')}: the "
+        f"kinematics misses the measured places by {missed} rms."
+    )
 
 
 def _fit_sentences(content: ReportContent) -> list[str]:

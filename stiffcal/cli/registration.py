@@ -1,0 +1,25 @@
+"""How well the kinematics meets the places of the frames that were estimated, as a line of a terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiffcal.cli.wording import angle, length
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from stiffcal.reduction.registration import RegistrationSummary
+
+
+def show_registration(console: Console, registration: RegistrationSummary | None) -> None:
+    """Draw what is left between the kinematics and the measured places; nothing where no frame was estimated."""
+    if registration is None:
+        return
+    names, turned = ", ".join(registration.frames), registration.rms_rad
+    turn = "" if turned is None or turned != turned else f", {angle(turned)}"
+    console.print(
+        f"registration of {names} in {registration.n_poses} poses: the kinematics misses the measured places by "
+        f"{length(registration.rms_m)}{turn} rms",
+        soft_wrap=True,
+    )
