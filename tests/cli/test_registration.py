@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from stiffcal.workflow.history_results import HistoryResult
 
 from stiffcal.cli.app import main
 from stiffcal.report.blocks import Paragraph, ReportSection
@@ -54,7 +55,7 @@ def test_the_report_begins_with_it(campaign: Path) -> None:
     fit, validation = stored_fit(data.store), stored_validation(data.store)
     assert fit is not None
     assert validation is not None
-    page = section(report_content(data, fit, validation, {"fits": []}))
+    page = section(report_content(data, fit, validation, HistoryResult(warnings=[], fits=[])))
     assert isinstance(page, ReportSection)
     assert isinstance(page.blocks[0], Paragraph)
     assert page.blocks[0].text.startswith("Registration of tracker in 4 poses")
