@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
 from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.results import IngestedRun
-from stiffcal.reduction.states import RawStates
 
 if TYPE_CHECKING:
     import pyarrow as pa

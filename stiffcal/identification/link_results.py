@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 from typing_extensions import TypedDict
 
 from stiffcal.documents import Number
-from stiffcal.links.rod_faults import FaultKind
+from stiffcal.links.rod_fault_trials import FaultKind
 from stiffcal.links.rods import SigmaSource
 from stiffcal.measurements.rms import Rms
 

@@ -29,11 +29,12 @@ from stiffcal.reduction.holds import Holds, given_holds
 from stiffcal.reduction.logs import is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.outliers import reject_outliers
+from stiffcal.reduction.raw_states import RawStates, no_states, of_run, stacked
 from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
 from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
 from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
-from stiffcal.reduction.states import RawStates, load_states, no_states, of_run, stacked, tabled_states
+from stiffcal.reduction.states import load_states, tabled_states
 from stiffcal.store import TableStream, Writing
 
 PIECE_BYTES = 1 << 22  # what a reader of text takes at a time

@@ -9,23 +9,26 @@ free numbers (Schwarz' criterion), and only when it leaves little of it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from itertools import combinations
-from typing import Literal, TypeAlias
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.links.rods import RodDesign, rod_design
+from stiffcal.links.rod_fault_trials import (
+    FaultKind,
+    RodReadings,
+    Trial,
+    centred_by_run,
+    count_of,
+    left_over,
+    trials_of,
+)
+from stiffcal.links.rods import rod_design
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
 from stiffcal.reduction.rod_temperature import smooth_in_time
-
-FaultKind: TypeAlias = Literal["loose", "swapped-sign", "exchanged", "drifting", "warming", "unexplained"]
 
 # A contradiction smaller than this share of the readings may be the beam's own: sections taper, links shear. The second
 # where the rods' noise is not known: then it may be that, too.
@@ -65,49 +68,6 @@ class RodFault:
     """What was measured and what to do, in words."""
 
 
-@dataclass(frozen=True)
-class _RodReadings:
-    """The rods' readings and what holds them together."""
-
-    lengths: Floats
-    """(n, m) m, less their run's mean."""
-    sigma: float
-    """m, one number, or 0 where not known."""
-    time: Floats | None
-    """(n,) s, or None."""
-    run: Integers | None
-    """(n,) or None."""
-    columns: Floats | None
-    """(p, n, m) what the rods read per unknown of the load model; None: the field alone."""
-    design: RodDesign
-    """Of the field."""
-    used: NDArray[np.bool_]
-    """(m,) False for rods that were already found loose."""
-    signed: bool = True
-    """True where flexibilities cannot be negative."""
-    growth: Floats | None = None
-    """(n, m) m, what the rods would grow by the logged temperature if the link expanded by 1/K more than they, less its
-    run's mean; None where no temperature changes.
-    """
-
-
-@dataclass(frozen=True)
-class _Trial:
-    """One fault, tried: its readings mended, the squared contradiction left, and how many numbers that took."""
-
-    kind: FaultKind | None
-    rods: tuple[int, ...]
-    mended: _RodReadings
-    squares: float
-    numbers: int
-    size: float
-
-    def score(self, count: int, sigma: float) -> float:
-        """Schwarz' criterion; noise is the least that can be left."""
-        mean = max(self.squares / count, sigma**2, 1e-22)
-        return count * float(np.log(mean)) + self.numbers * float(np.log(count))
-
-
 def find_rod_faults(
     rods: Rods,
     shape: BeamProperties,
@@ -138,10 +98,10 @@ def find_rod_faults(
     stated = float(np.sqrt(np.mean(rods.sigma**2))) if np.isfinite(rods.sigma).all() else 0.0
     ticking = None if time is None or not np.isfinite(time).all() or not varies(time) else time - time.min()
     # Signs, exchanges and flexibilities leave a run's offset an offset: it is taken out once.
-    centred = _centred(run, lengths)
-    columns = None if columns is None else np.stack([_centred(run, column) for column in columns])
+    centred = centred_by_run(run, lengths)
+    columns = None if columns is None else np.stack([centred_by_run(run, column) for column in columns])
     used = np.ones(len(rods.names), dtype=np.bool_)
-    readings = _RodReadings(
+    readings = RodReadings(
         centred, stated, ticking, run, columns, design, used, growth=_growth(rods, run, time, temperature)
     )
     if columns is None and design.redundancy < 1:
@@ -166,7 +126,7 @@ def _growth(rods: Rods, run: Integers | None, time: Floats | None, temperature: 
         for number in np.unique(run):
             members = run == number
             warm[members] = smooth_in_time(time[members], temperature[members])
-    return _centred(run, np.outer(warm, rods.length))
+    return centred_by_run(run, np.outer(warm, rods.length))
 
 
 def _load_columns(rods: Rods, shape: BeamProperties, wrench: Floats) -> Floats:
@@ -175,9 +135,9 @@ def _load_columns(rods: Rods, shape: BeamProperties, wrench: Floats) -> Floats:
     return np.stack([wrench @ (fields @ per_load).T for per_load in flexibility_patterns(shape)])
 
 
-def _next_fault(rods: Rods, readings: _RodReadings) -> tuple[RodFault | None, _RodReadings]:
-    trials = [trial for trial in _trials(readings) if _is_large(trial, readings)]
-    count, sigma = max(_count(readings), 2), readings.sigma
+def _next_fault(rods: Rods, readings: RodReadings) -> tuple[RodFault | None, RodReadings]:
+    trials = [trial for trial in trials_of(readings) if _is_large(trial, readings)]
+    count, sigma = max(count_of(readings), 2), readings.sigma
     ranked = sorted(trials, key=lambda trial: trial.score(count, sigma))
     plain, best = trials[0], _closest(ranked, count, sigma)
     before, after = float(np.sqrt(plain.squares / count)), float(np.sqrt(best.squares / count))
@@ -211,7 +171,7 @@ def _next_fault(rods: Rods, readings: _RodReadings) -> tuple[RodFault | None, _R
     return fault, best.mended
 
 
-def _closest(ranked: list[_Trial], count: int, sigma: float) -> _Trial:
+def _closest(ranked: list[Trial], count: int, sigma: float) -> Trial:
     """Return the first; of faults that a stated noise cannot distinguish from it, the one that leaves least."""
     first = ranked[0]
     if first.kind is None:
@@ -226,24 +186,24 @@ def _closest(ranked: list[_Trial], count: int, sigma: float) -> _Trial:
     return plain[0] if best.kind == "loose" and plain and plain[0].squares <= PLAINER * best.squares else best
 
 
-def _size(trial: _Trial, readings: _RodReadings) -> float:
+def _size(trial: Trial, readings: RodReadings) -> float:
     """Return the rms of what is wrong, m; of rods that grow, their growth."""
     if trial.kind != "warming":
         return trial.size
     return float(np.sqrt(np.mean((trial.mended.lengths - readings.lengths) ** 2)))
 
 
-def _is_large(trial: _Trial, readings: _RodReadings) -> bool:
+def _is_large(trial: Trial, readings: RodReadings) -> bool:
     """Return whether a fault is large enough to be one."""
     if trial.kind != "loose":
         return True
     (rod,) = trial.rods
-    should = np.sqrt(np.mean((readings.lengths - _left(trial.mended, readings.lengths))[:, rod] ** 2))
+    should = np.sqrt(np.mean((readings.lengths - left_over(trial.mended, readings.lengths))[:, rod] ** 2))
     return bool(trial.size > max(LOOSE * should, 2.0 * readings.sigma))
 
 
-def _unexplained(rods: Rods, readings: _RodReadings, before: float) -> RodFault:
-    off = np.sqrt(np.mean(_left(readings, readings.lengths) ** 2, axis=0)) * readings.used
+def _unexplained(rods: Rods, readings: RodReadings, before: float) -> RodFault:
+    off = np.sqrt(np.mean(left_over(readings, readings.lengths) ** 2, axis=0)) * readings.used
     names = (rods.names[int(np.argmax(off))],)
     sentence = (
         f"the rods contradict each other by {1e6 * before:.3g} µm rms, most of all {names[0]}, and no single fault "
@@ -252,137 +212,11 @@ def _unexplained(rods: Rods, readings: _RodReadings, before: float) -> RodFault:
     return RodFault("unexplained", names, float(off.max()), before, before, (), sentence)
 
 
-def _trials(readings: _RodReadings) -> Iterator[_Trial]:
-    """Try no fault first, then each fault at each place."""
-    count = np.flatnonzero(readings.used)
-    known = 0 if readings.columns is None else len(readings.columns)
-    yield _Trial(None, (), readings, *_squares(readings), 0.0)
-    flips = [(int(i),) for i in count] + ([tuple(int(i) for i in count)] if known else [])
-    for rods in flips:
-        sign = np.ones(readings.lengths.shape[1])
-        sign[list(rods)] = -1.0
-        yield _mended("swapped-sign", rods, readings, readings.lengths * sign)
-    if known and readings.growth is not None:
-        yield _warming(readings)
-    for a, b in combinations(count, 2):
-        order = np.arange(readings.lengths.shape[1])
-        order[[a, b]] = order[[b, a]]
-        yield _mended("exchanged", (int(a), int(b)), readings, readings.lengths[:, order])
-    for i in count:
-        if readings.time is not None:
-            yield _drifting(int(i), readings)
-        used = readings.used.copy()
-        used[i] = False
-        without_rod = replace(readings, used=used)
-        if readings.columns is not None or int(used.sum()) > len(readings.design.carried):
-            yield from _loose(int(i), readings, without_rod)
-
-
-def _loose(rod: int, readings: _RodReadings, left: _RodReadings) -> Iterator[_Trial]:
-    """Leave a rod out; or, where the load is known, let it answer the load in its own way, for fewer free numbers."""
-    squares, numbers = _squares(left)
-    off = _left(left, readings.lengths)[:, rod]
-    size = float(np.sqrt(np.mean(off**2)))
-    yield _Trial("loose", (rod,), left, squares, numbers + len(off), size)
-    if readings.columns is not None:
-        only_rod = np.zeros(len(readings.used), dtype=np.bool_)
-        only_rod[rod] = True
-        alone, more = _squares(replace(readings, used=only_rod, signed=False))
-        yield _Trial("loose", (rod,), left, squares + alone, numbers + more, size)
-
-
-def _mended(kind: FaultKind, rods: tuple[int, ...], readings: _RodReadings, lengths: Floats) -> _Trial:
-    mended = replace(readings, lengths=lengths)
-    size = float(np.sqrt(np.mean((lengths - readings.lengths)[:, list(rods)] ** 2)))
-    return _Trial(kind, rods, mended, *_squares(mended), size)
-
-
-def _drifting(rod: int, readings: _RodReadings) -> _Trial:
-    """Take out of one rod what grows with the time since each run began, bent by a square."""
-    time = _since_start(readings)
-    span = max(float(time.max()), 1e-12)
-    columns = np.zeros((2, *readings.lengths.shape))
-    columns[0, :, rod], columns[1, :, rod] = time / span, (time / span) ** 2
-    centred = np.stack([_centred(readings.run, column) for column in columns])
-    drifts = [_left(readings, column)[:, readings.used].ravel() for column in centred]
-    target = _left(readings, readings.lengths)[:, readings.used].ravel()
-    rate = np.linalg.lstsq(np.stack(drifts, axis=1), target, rcond=None)[0]
-    mended = replace(readings, lengths=readings.lengths - np.einsum("p,pnm->nm", rate, centred))
-    squares, numbers = _squares(mended)
-    size = float(np.sqrt(np.mean((rate @ columns[:, :, rod]) ** 2)))
-    return _Trial("drifting", (rod,), mended, squares, numbers + 2, size)
-
-
-def _warming(readings: _RodReadings) -> _Trial:
-    """Take out of all rods what they grow by with the temperature, at one expansion for all."""
-    assert readings.growth is not None
-    expected = _left(readings, readings.growth)[:, readings.used].ravel()
-    target = _left(readings, readings.lengths)[:, readings.used].ravel()
-    expansion = float(expected @ target / max(float(expected @ expected), np.finfo(float).tiny))
-    mended = replace(readings, lengths=readings.lengths - expansion * readings.growth)
-    squares, numbers = _squares(mended)
-    rods = tuple(int(i) for i in np.flatnonzero(readings.used))
-    return _Trial("warming", rods, mended, squares, numbers + 1, expansion)
-
-
-def _since_start(readings: _RodReadings) -> Floats:
-    """Return (n,) seconds since each run's first state: gauges are zeroed with each run."""
-    time = np.zeros(len(readings.lengths)) if readings.time is None else readings.time
-    if readings.run is None:
-        return time
-    begun = time.copy()
-    for run in np.unique(readings.run):
-        begun[readings.run == run] = time[readings.run == run].min()
-    return np.asarray(time - begun)
-
-
-def _count(readings: _RodReadings) -> int:
-    """Return how many numbers hold the rods to each other."""
-    n, rods = len(readings.lengths), readings.lengths.shape[1]
-    return int(n * (rods if readings.columns is not None else max(rods - len(readings.design.carried), 1)))
-
-
-def _squares(readings: _RodReadings) -> tuple[float, int]:
-    """Return the squared contradiction of the rods in use, and how many numbers the explanation took."""
-    contradiction = _left(readings, readings.lengths)[:, readings.used]
-    offsets = 0 if readings.run is None else len(np.unique(readings.run)) * int(readings.used.sum())
-    numbers = 0 if readings.columns is None else len(readings.columns)
-    return float(np.sum(contradiction**2)), numbers + offsets
-
-
-def _centred(run: Integers | None, lengths: Floats) -> Floats:
-    """Return (n, m) readings less their run's mean."""
-    if run is None:
-        return lengths
-    result = lengths.copy()
-    for number in np.unique(run):
-        members = run == number
-        result[members] -= result[members].mean(axis=0)
-    return result
-
-
-def _left(readings: _RodReadings, read: Floats) -> Floats:
-    """Return (n, m) what the load model, or the field alone, leaves of readings; all rods, fitted to those in use."""
-    used = readings.used
-    if readings.columns is None:
-        matrix = readings.design.matrix
-        return np.asarray(read - read[:, used] @ np.linalg.pinv(matrix[used]).T @ matrix.T)
-    columns = readings.columns
-    rows = columns[:, :, used].reshape(len(columns), -1).T
-    size = np.linalg.norm(rows, axis=0)
-    size[size == 0.0] = 1.0
-    flexible = np.linalg.lstsq(rows / size, read[:, used].ravel(), rcond=1e-9)[0] / size
-    # A link does not bend against its load: that is a sign, not a flexibility.
-    if readings.signed:
-        flexible[[0, 1, 3, 4]] = np.maximum(flexible[[0, 1, 3, 4]], 0.0)
-    return np.asarray(read - np.einsum("p,pnm->nm", flexible, columns))
-
-
-def _label(trial: _Trial, rods: Rods) -> str:
+def _label(trial: Trial, rods: Rods) -> str:
     return f"{' and '.join(rods.names[i] for i in trial.rods)} {trial.kind}"
 
 
-def _sentence(best: _Trial, names: tuple[str, ...], before: float, after: float, alternatives: tuple[str, ...]) -> str:
+def _sentence(best: Trial, names: tuple[str, ...], before: float, after: float, alternatives: tuple[str, ...]) -> str:
     rods = " and ".join(names)
     rms = f"the rods then contradict each other by {1e6 * after:.3g} µm rms instead of {1e6 * before:.3g} µm"
     sentences = {

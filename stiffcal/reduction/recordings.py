@@ -17,7 +17,7 @@ from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clock_course import clock_courses
 from stiffcal.reduction.clocks import SharedSignal, SourceClockOffset, align_clocks, moves
 from stiffcal.reduction.holds import Holds, find_holds
-from stiffcal.reduction.states import RawStates
+from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.swept_loads import find_sweeps, is_swept
 from stiffcal.reduction.unused import UnusedCode, UnusedStretch
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -22,37 +22,15 @@ from stiffcal.quaternions import rotation_from_quaternion
 from stiffcal.reduction.excluded_rows import RowExclusions
 from stiffcal.reduction.logs import Rows, place_of_row, read_rows
 from stiffcal.reduction.markers import fitted_poses
+from stiffcal.reduction.raw_states import (
+    RawStates,
+    concatenated,
+    joined_side_by_side,
+    pick,
+)
 from stiffcal.reduction.references import reference_states
 
 STANDARD_GRAVITY = 9.80665  # m/s², where the robot file's gravity has no length
-
-
-@dataclass(frozen=True)
-class RawStates:
-    """n states of one campaign, signal by signal, before they become load states."""
-
-    run: list[str]
-    """n names of runs, states of one run side by side and in order."""
-    number: Integers
-    """(n,) row in the table, or the hold's number in its run, from 1."""
-    time: Floats
-    """(n,) s, NaN where not known."""
-    hold: Floats
-    """(n,) s, NaN where not known."""
-    signals: dict[str, Floats]
-    """Name to (n, c), as in `stiffcal.reduction.logs.Rows` but states first."""
-    scatter: dict[str, Floats]
-    """Name to (n, c), standard deviation of single readings within the hold; signals without one are left out."""
-    n_readings: Integers
-    """(n,) readings averaged."""
-    set_aside: list[SetAside]
-    """Why each of the n states is not used; `IN_USE` where it is."""
-
-
-def no_states() -> RawStates:
-    """Return the states of a campaign that holds none: its runs are of other kinds."""
-    nothing = np.zeros(0)
-    return RawStates([], np.zeros(0, dtype=np.int64), nothing, nothing, {}, {}, np.zeros(0, dtype=np.int64), [])
 
 
 def tabled_states(
@@ -80,8 +58,8 @@ def tabled_states(
             rows = _joined(list(read_rows(folder, name, source, files, observe, exclusions)))
             tables.append(_labelled(manifest, name, run, rows, display_name))
             _check_order(tables[-1], display_name, partial(_place, folder, source, files))
-        table = _concatenated(tables)
-        gathered = table if gathered is None else _joined_side_by_side(gathered, table, name)
+        table = concatenated(tables)
+        gathered = table if gathered is None else joined_side_by_side(gathered, table, name)
     return None if gathered is None else _without_unreadable(gathered)
 
 
@@ -177,77 +155,6 @@ def _check_order(states: RawStates, display_name: str, place: Callable[[int], st
 
 def _place(folder: Path, source: Source, files: Mapping[str, str], row: int) -> str:
     return place_of_row(folder, source, files[""], row) if "" in files else f"data row {row}"
-
-
-def pick(gathered: RawStates, chosen: Integers | Booleans) -> RawStates:
-    """Return the states at the indices, or where the mask is True."""
-    indices = np.arange(len(gathered.run))[chosen]
-    return RawStates(
-        run=[gathered.run[k] for k in indices],
-        number=gathered.number[indices],
-        time=gathered.time[indices],
-        hold=gathered.hold[indices],
-        signals={name: values[indices] for name, values in gathered.signals.items()},
-        scatter={name: values[indices] for name, values in gathered.scatter.items()},
-        n_readings=gathered.n_readings[indices],
-        set_aside=[gathered.set_aside[k] for k in indices],
-    )
-
-
-def of_run(gathered: RawStates, name: str) -> RawStates:
-    """Return the states of one run alone."""
-    return pick(gathered, np.array([run == name for run in gathered.run], dtype=np.bool_))
-
-
-def _concatenated(tables: Sequence[RawStates]) -> RawStates:
-    if len(tables) == 1:
-        return tables[0]
-    return RawStates(
-        run=[name for states in tables for name in states.run],
-        number=np.concatenate([states.number for states in tables]),
-        time=np.concatenate([states.time for states in tables]),
-        hold=np.concatenate([states.hold for states in tables]),
-        signals=_stacked_signals([states.signals for states in tables], [len(states.run) for states in tables]),
-        scatter=_stacked_signals([states.scatter for states in tables], [len(states.run) for states in tables]),
-        n_readings=np.concatenate([states.n_readings for states in tables]),
-        set_aside=[reason for states in tables for reason in states.set_aside],
-    )
-
-
-def stacked(tables: Sequence[RawStates]) -> RawStates:
-    """Return the states of several runs one after the other; a signal that one of them lacks is NaN there."""
-    return _concatenated(tables)
-
-
-def _stacked_signals(tables: Sequence[Mapping[str, Floats]], counts: Sequence[int]) -> dict[str, Floats]:
-    widths = {name: values.shape[1] for signals in tables for name, values in signals.items()}
-    return {
-        name: np.concatenate(
-            [
-                signals[name] if name in signals else np.full((n, width), np.nan)
-                for signals, n in zip(tables, counts, strict=True)
-            ]
-        )
-        for name, width in widths.items()
-    }
-
-
-def _joined_side_by_side(first: RawStates, second: RawStates, source: str) -> RawStates:
-    """Put the signals of a second table next to the first's, row by row; below it where it holds other runs."""
-    if not set(first.run) & set(second.run):
-        return _concatenated([first, second])
-    if first.run != second.run:
-        reason = f"has {len(second.run)} states in other runs than the first table's {len(first.run)}"
-        raise InputError.at(
-            FaultCode.SHAPE_MISMATCH, "campaign.toml", f"[sources.{source}]", reason, "tables of states go row by row"
-        )
-    return replace(
-        first,
-        signals=first.signals | second.signals,
-        time=np.where(np.isfinite(first.time), first.time, second.time),
-        hold=np.where(np.isfinite(first.hold), first.hold, second.hold),
-        set_aside=[a if a.code else b for a, b in zip(first.set_aside, second.set_aside, strict=True)],
-    )
 
 
 def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: MeasurementSetup) -> LoadStates:

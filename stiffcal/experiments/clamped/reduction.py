@@ -12,8 +12,8 @@ from stiffcal.experiments.clamped.sweeps import clamped_readings, moved_joint
 from stiffcal.experiments.reduction import RunsReduction
 from stiffcal.measurements.clamped_readings import ClampedReadings, readings_table, stacked_readings
 from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.results import IngestedRun
-from stiffcal.reduction.states import RawStates
 
 if TYPE_CHECKING:
     import pyarrow as pa

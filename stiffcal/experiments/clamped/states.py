@@ -14,7 +14,7 @@ from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped.sweeps import cut_sweeps, leading_component
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.set_aside import IN_USE
-from stiffcal.reduction.states import RawStates
+from stiffcal.reduction.raw_states import RawStates
 
 # Stretches of one half sweep: enough to resolve a play and a curve, few enough to average encoder steps away.
 STEPS = 48
