@@ -180,10 +180,8 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
     deflection = _deflections(gathered, manifest, setup)
     lengths = _side_by_side(gathered, [f"lengths.{rod}" for rod in setup.rod_names])
     displacement = _side_by_side(gathered, [f"displacement.{gauge.name}" for gauge in setup.gauges])
-    measured = np.concatenate(
-        [values.reshape(n, -1) for values in (position, rotation, deflection, lengths, displacement)], axis=1
-    )
-    set_aside = _with_not_measured(gathered.set_aside, np.isfinite(measured).any(axis=1), run)
+    measured = _anything_measured(position, rotation, deflection, lengths, displacement)
+    set_aside = _with_not_measured(gathered.set_aside, measured, run)
     codes, texts = set_aside_columns(set_aside)
     states = LoadStates(
         runs=tuple(_run_info(name, written.get(name)) for name in names),
@@ -212,6 +210,12 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
         return states
     chosen = {name: entry.reference for name, entry in written.items()}
     return replace(states, reference=reference_states(run, names, chosen, states.used))
+
+
+def _anything_measured(*readings: Floats) -> Booleans:
+    """Return (n,) True where one of the readings (n, …) is a number."""
+    finite = [np.isfinite(values).any(axis=tuple(range(1, values.ndim))) for values in readings]
+    return np.asarray(np.logical_or.reduce(finite))
 
 
 def _with_not_measured(set_aside: Sequence[SetAside], measured: Booleans, run: Integers) -> list[SetAside]:

@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 
 import pytest
-from stiffcal.workflow.history_results import HistoryResult
 
 from stiffcal.cli.app import main
 from stiffcal.report.blocks import Paragraph, ReportSection
 from stiffcal.report.sections.summary import section
+from stiffcal.results.history_results import HistoryResult
 from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import RunContext, ingested, stored_fit, stored_validation
 from tests.laboratory.small_campaign import write_small_campaign

@@ -14,6 +14,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.reduction.coarse_clock import coarse_clock
 from stiffcal.reduction.plausibility import LogQuality
+from stiffcal.reduction.states import _anything_measured
 from stiffcal.workflow.steps import RunContext, ingested
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -132,3 +133,9 @@ def test_a_coarse_clock_is_refused_with_the_rate_to_write() -> None:
     quality = LogQuality("ft.csv", lambda row: f"line {row + 1}", sampled=True)
     with pytest.raises(InputError, match=r"time ticks every 16 ms, over 7 rows each; .*time = \{ rate_hz = 437.5 \}"):
         quality.update(np.arange(1, 701), 0.016 * (np.arange(700) // 7), {})
+
+
+def test_a_campaign_without_load_states_has_nothing_to_set_aside() -> None:
+    """Clamped and friction runs make none: arrays of no rows."""
+    shapes = ((0, 1, 3), (0, 0, 3, 3), (0, 0), (0, 2))
+    assert _anything_measured(*(np.zeros(shape) for shape in shapes)).tolist() == []
