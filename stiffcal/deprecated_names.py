@@ -128,7 +128,7 @@ class ReadByKey:
     if not TYPE_CHECKING:
 
         def __getitem__(self, key: str) -> Any:
-            """Return what stands under a key of the result's document."""
+            """Return the value of a key of the result's document."""
             return self._document_with_warning()[key]
 
         def __contains__(self, key: object) -> bool:
@@ -140,7 +140,7 @@ class ReadByKey:
             return iter(self._document_with_warning())
 
         def get(self, key: str, default: Any = None) -> Any:
-            """Return what stands under a key of the result's document, or a default."""
+            """Return the value of a key of the result's document, or a default."""
             return self._document_with_warning().get(key, default)
 
         def keys(self) -> Any:

@@ -68,7 +68,7 @@ MENDS = {
 
 
 def refusal(error: OSError, file: str | Path = "") -> InputError | None:
-    """Return what the system has refused as an error of the user's, or None where it is no such refusal.
+    """Return a refusal of the system as an `InputError`, None where the error is no such refusal.
 
     Parameters
     ----------

@@ -32,8 +32,8 @@ _PASSWORD_KEYWORD = r"(?i)password\s*=\s*(?:'((?:[^'\\]|\\.)*)'|([^\s&'\"]+))"
 
 
 @cache
-def _forms() -> tuple[re.Pattern[str], ...]:
-    """Return what finds secrets by their form; compiled when first needed, as most commands have no message to mask."""
+def _secret_patterns() -> tuple[re.Pattern[str], ...]:
+    """Return the patterns of secrets; compiled when first needed, as most commands have no message to mask."""
     in_address = re.compile(r"(?P<before>://[^\s/:@'\"]{0,256}:)(?!\d{1,5}/)(?P<secret>[^\s'\"<>]{1,1024})(?=@)")
     assigned = re.compile(
         r"(?P<before>\b(?:[a-z]{0,16}(?:password|passwd|passphrase)|pwd|secret|(?:access|auth|api)?[_-]?token"
@@ -65,7 +65,7 @@ def mask(text: str) -> str:
     secrets = _secrets_now()
     if secrets is not None:
         text = secrets.sub(MASK, text)
-    for form in _forms():
+    for form in _secret_patterns():
         text = form.sub(lambda match: match["before"] + MASK, text)
     return text
 
@@ -137,7 +137,7 @@ def _passwords_in(value: str) -> set[str]:
 
 
 def _spellings(secret: str) -> set[str]:
-    """Return how a secret may stand in a message."""
+    """Return the forms in which a secret may stand in a message."""
     from urllib.parse import quote, quote_plus, unquote
 
     plain = {secret, unquote(secret, errors="surrogateescape")}

@@ -32,7 +32,7 @@ class KnownKind(Protocol):
         """The model file of campaigns of this kind alone that have none; None: compliant drives."""
 
     def simulation(self) -> object | None:
-        """Return what simulates its runs, a `stiffcal.simulation.kinds.RunSimulation`; None: load cycles."""
+        """Return the simulation of its runs, a `stiffcal.simulation.kinds.RunSimulation`; None: load cycles."""
 
 
 def kind_names() -> tuple[str, ...]:

@@ -90,7 +90,7 @@ def _circles(manifest: Manifest) -> Iterator[Fault]:
 
 
 def rides_on(manifest: Manifest, frame: str) -> str:
-    """Return what a frame finally hangs on: "base", "flange" or a link; the frame itself in a circle."""
+    """Return the last parent of a frame: "base", "flange" or a link; the frame itself in a circle."""
     current, steps = frame, 0
     while current in manifest.frames and steps <= len(manifest.frames):
         current, steps = manifest.frames[current].parent, steps + 1

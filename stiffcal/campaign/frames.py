@@ -150,7 +150,9 @@ def _load(manifest: Manifest, gravity: float) -> _Load:
             force = None if mass is None else mass * signal.unit_of("mass").factor * gravity
             loads.append((place, _Load("base", signal.point, False, force, None, "no")))
     one_line = all(isinstance(s, Wrench) and len(s.columns) == 1 for _, _, s in manifest.signals() if _is_load(s))
-    if len(loads) > 1 and not (one_line and len({load for _, load in loads}) == 1 and _apart(manifest)):
+    if len(loads) > 1 and not (
+        one_line and len({load for _, load in loads}) == 1 and _each_run_reads_one_load(manifest)
+    ):
         reason = f"the load is measured twice, here and in {loads[0][0]}"
         raise InputError.at(
             FaultCode.KEY_CONFLICT, "campaign.toml", loads[1][0], reason, "keep the one that is to count"
@@ -162,7 +164,7 @@ def _is_load(signal: Signal) -> bool:
     return isinstance(signal, Wrench | DeadWeight)
 
 
-def _apart(manifest: Manifest) -> bool:
+def _each_run_reads_one_load(manifest: Manifest) -> bool:
     """Return whether no run reads two loads: each names the file of one of the sources that hold a load."""
     holders = {source for source, _, signal in manifest.signals() if _is_load(signal)}
     return not any(manifest.files_of(source) for source in holders) and all(

@@ -131,7 +131,7 @@ def _from_urdf(robot: RobotFile, folder: Path) -> _Skeleton:
             fixed.append(before @ turn)
             limits.append(joint.limits or (-np.inf, np.inf))
             before = turn.T  # the joint's own frame expressed in the turned one: a rotation, so the transpose
-    masses = [_lumped(urdf, joint) for joint in turning]
+    masses = [_combine_masses(urdf, joint) for joint in turning]
     return _Skeleton(
         np.array(fixed),
         before,
@@ -165,7 +165,7 @@ def _urdf_entries(robot: RobotFile, turning: tuple[UrdfJoint, ...]) -> tuple[Joi
     return tuple(written.get(name, JointEntry(name=name)) for name in names)
 
 
-def _lumped(urdf: UrdfRobot, joint: UrdfJoint) -> tuple[float, Floats]:
+def _combine_masses(urdf: UrdfRobot, joint: UrdfJoint) -> tuple[float, Floats]:
     """Sum the masses that ride on a joint up to the next of the chain: (kg, com in the joint frame, m).
 
     What branches off the chain counts at its zero position. Mass is NaN where no link of it has an inertial.

@@ -46,13 +46,13 @@ def with_sections(chain: Chain, robot: RobotFile, links: Iterable[str], robot_fi
         joint = beams[name].joint
         entries = [(key, entry) for key, entry in robot.links.items() if key in (name, chain.link_names[joint - 1])]
         for key, entry in entries:
-            solved = _solved(key, entry, robot_file)
+            solved = _solve_section(key, entry, robot_file)
             if solved is not None:
                 beams[name] = replace(beams[name], section=solved)
     return replace(chain, beams=beams)
 
 
-def _solved(link: str, entry: LinkBeamEntry, robot_file: str) -> BeamSection | None:
+def _solve_section(link: str, entry: LinkBeamEntry, robot_file: str) -> BeamSection | None:
     section = entry.section
     if section is None or section.outline is None:
         return None

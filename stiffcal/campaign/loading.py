@@ -59,12 +59,12 @@ class Campaign:
 
     @property
     def robot_path(self) -> Path:
-        """Return where the robot file lies."""
+        """Return the robot file's path."""
         return self.folder / self.manifest.robot
 
     @property
     def model_path(self) -> Path:
-        """Return where the model file lies or would lie."""
+        """Return the model file's path, whether or not it exists."""
         return self.folder / MODEL_FILE
 
     @cached_property

@@ -153,7 +153,7 @@ def load_model(folder: Path, n_joints: int, experiments: Collection[str] = ()) -
         return default_model(n_joints, experiments)
     check_own(folder, MODEL_FILE)
     document = read_toml(path, MODEL_FILE)
-    return _written_out(validate(document, MODEL_FILE, ModelFile), document, n_joints)
+    return _with_all_joints(validate(document, MODEL_FILE, ModelFile), document, n_joints)
 
 
 def default_model(n_joints: int, experiments: Collection[str] = ()) -> ModelFile:
@@ -167,7 +167,7 @@ def default_model(n_joints: int, experiments: Collection[str] = ()) -> ModelFile
     ['joint-compliance', 'joint-friction']
     """
     document = tomllib.loads(default_model_text(experiments))
-    return _written_out(validate(document, "default_model.toml", ModelFile), document, n_joints)
+    return _with_all_joints(validate(document, "default_model.toml", ModelFile), document, n_joints)
 
 
 def default_model_text(experiments: Collection[str] = ()) -> str:
@@ -193,10 +193,10 @@ def model_of_text(text: str, n_joints: int) -> ModelFile:
     InputError : the text is no model file.
     """
     document = tomllib.loads(text)
-    return _written_out(validate(document, MODEL_FILE, ModelFile), document, n_joints)
+    return _with_all_joints(validate(document, MODEL_FILE, ModelFile), document, n_joints)
 
 
-def _written_out(model: ModelFile, document: dict[str, Any], n_joints: int) -> ModelFile:
+def _with_all_joints(model: ModelFile, document: dict[str, Any], n_joints: int) -> ModelFile:
     """Replace ``joints = "all"`` by all joints."""
     effects = [
         entry.model_copy(update={"joints": tuple(range(1, n_joints + 1))}) if raw.get("joints") == "all" else entry

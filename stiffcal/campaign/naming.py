@@ -24,7 +24,7 @@ def name_links(written: Sequence[str | None]) -> tuple[str, ...]:
 
 
 def beam_name(k: int, link_names: Sequence[str]) -> str:
-    """Return what the link after joint index `k` (from 0) is called as a place for a beam.
+    """Return the name of the link after joint index `k` (from 0) as a place for a beam.
 
     For six axes the links of joints 2 and 3 are `swing` and `arm`, whatever their own name, unless some link is
     called so in the file.

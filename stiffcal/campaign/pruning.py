@@ -53,20 +53,20 @@ def validate_without_wrong_keys(document: dict[str, Any], model: type[Model]) ->
             elif not location:
                 return None, ()
             elif detail["type"] == "missing" and len(location) > 1:
-                doubtful.append(key_path(_cut(pruned, location[:-1]), document))
+                doubtful.append(key_path(_remove_key(pruned, location[:-1]), document))
             else:
-                cut = _cut(pruned, location)
+                cut = _remove_key(pruned, location)
                 doubtful.append(key_path(cut[:-1] or cut, document))
     return None, ()
 
 
 def apart_from(doubtful: Sequence[str], faults: Sequence[Fault]) -> list[Fault]:
-    """Keep the faults that are none of the cut keys' doing: elsewhere, and about other names.
+    """Keep the faults that the removed keys cannot have caused: elsewhere, and about other names.
 
     Parameters
     ----------
-    doubtful : of `validate_without_wrong_keys`.
-    faults : of the checks on what was left.
+    doubtful : places of the removed keys, from `validate_without_wrong_keys`.
+    faults : of the checks of the file without these keys.
     """
     names = {place.rsplit(".", 1)[1] for place in doubtful if "." in place}
     around = {place.rsplit(".", 1)[0] for place in doubtful if "." in place}
@@ -79,7 +79,7 @@ def apart_from(doubtful: Sequence[str], faults: Sequence[Fault]) -> list[Fault]:
     ]
 
 
-def _cut(document: dict[str, Any], location: tuple[int | str, ...]) -> tuple[int | str, ...]:
+def _remove_key(document: dict[str, Any], location: tuple[int | str, ...]) -> tuple[int | str, ...]:
     """Cut a key out and return what was cut; a list's entry takes the list with it, lest numbers shift."""
     while isinstance(location[-1], int):
         location = location[:-1]

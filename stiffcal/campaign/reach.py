@@ -86,7 +86,7 @@ def check_inside(folder: Path, file: str) -> None:
 
 
 def links_outside(folder: Path, file: str) -> list[tuple[str, Path]]:
-    """Return what leads out of the folder by a link, of a path and, if that is a folder, of all in it.
+    """Return the paths that lead out of the folder by a link: of a path and, if that is a folder, of all in it.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def open_given(path: Path) -> IO[bytes]:
 
 
 def read_given(path: Path, limit: Limit) -> bytes:
-    """Read a whole file as `open_given` opens it; raises an `InputError`, too, where it holds more than the limit."""
+    """Read a file that the user has named (`open_given`); raises an `InputError` where it holds more than the limit."""
     with open_given(path) as file:
         content = file.read(limit.most + 1)
     limit.check(len(content), str(path))

@@ -18,7 +18,7 @@ class OneOf:
     """
 
     names: Callable[[], tuple[str, ...]]
-    """Returns what may be written."""
+    """Returns the names that may be written."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Return the check."""

@@ -94,7 +94,7 @@ def check_excluded(count: int) -> None:
 
 
 def count_of_rows(value: object) -> int:
-    """Return how many rows such a list names; 0 where it is none, which its own check reports."""
+    """Return the number of rows that such a list names; 0 where it is none, which its own check reports."""
     try:
         return sum(len(rows) for rows in _ranges(value))
     except WrongValueError:

@@ -98,7 +98,7 @@ def exclusion_faults(manifest: Manifest) -> Iterator[Fault]:
 
 
 def choices(wrong: str, known: Collection[str]) -> str:
-    """Return what to write instead of a name that does not exist."""
+    """Return the mend of a name that does not exist: the names to choose from."""
     names = list(known)[:MOST_COMPARED]
     suggestions = get_close_matches(wrong, names, n=1)
     if suggestions:

@@ -21,7 +21,7 @@ GRAVITY_MPS2 = (1.5, 15.0)  # between the Moon's and half as much again as the E
 
 
 def implausible_length(metres: float) -> WrongValueError | None:
-    """Return what is wrong with a length of a robot, or None.
+    """Return the reason why a robot cannot have such a length, with a mend; None where it can.
 
     Examples
     --------
@@ -39,7 +39,7 @@ def implausible_length(metres: float) -> WrongValueError | None:
 
 
 def mass_mistake(kilograms: float) -> WrongValueError | None:
-    """Return what is wrong with a mass of a robot, or None.
+    """Return the reason why a robot cannot have such a mass, with a mend; None where it can.
 
     Examples
     --------

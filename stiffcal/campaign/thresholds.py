@@ -55,7 +55,7 @@ class Thresholds(TomlTable):
     }  # fmt: skip
 
     def written(self) -> dict[str, object]:
-        """Return what is asked for, without what was left out."""
+        """Return the thresholds that are set, by key."""
         return {name: value for name, value in self.model_dump(mode="json").items() if value not in (None, {})}
 
 
@@ -80,7 +80,7 @@ class ThresholdsFile(TomlTable):
     campaigns: dict[str, CampaignThresholds] = Field(default_factory=dict)
 
     def own_limits(self, name: str, folder: str) -> Thresholds:
-        """Return what the file asks of one campaign.
+        """Return the thresholds of one campaign.
 
         Parameters
         ----------

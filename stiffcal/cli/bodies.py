@@ -58,10 +58,10 @@ def show_cartesian(console: Console, poses: Sequence[CartesianStiffnessResult]) 
     console.print(table)
     console.print(
         "N/m and N·m/rad at the target, base axes; eq. 15 takes displacements for exact, and their noise draws it "
-        f"down, in the weakest direction to {_drawn_down(poses)}"
+        f"down, in the weakest direction to {_lost_shares(poses)}"
     )
 
 
-def _drawn_down(poses: Sequence[CartesianStiffnessResult]) -> str:
+def _lost_shares(poses: Sequence[CartesianStiffnessResult]) -> str:
     """Return the share that noise leaves of eq. 15 in the weakest direction, pose by pose."""
     return ", ".join(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)

@@ -63,7 +63,7 @@ def _in_noise(parameter: IdentifiedParameter) -> str:
 
 
 def _place(parameter: IdentifiedParameter) -> str:
-    """Return where a compliance sits, and of which axis it is where its effect has several."""
+    """Return the place of a compliance, and its axis where its effect has several."""
     symbol = parameter.name.rpartition(".")[2]
     return places(parameter.where) + ("" if symbol == "c" else f", {symbol}")
 

@@ -40,9 +40,9 @@ def turning_basis(chain: NodeChain, n_joints: int) -> Floats:
 
 
 def displacement_basis(deformed: bool) -> Floats:
-    """Return (7, 16): the transposed transform I + [φ]× with its shift, from (shift, φ, 1); I alone if not deformed.
+    """Return (7, 16) M: (shift, φ, 1) @ M is the transposed 4×4 transform of a small motion; of none if not deformed.
 
-    The turn's square is left out: it changes levers by some 10⁻⁶ of themselves, and the deflection is not read off
+    Second-order rotation is left out: it changes levers by some 10⁻⁶ of themselves, and the deflection is not read off
     from these frames but summed over the nodes.
     """
     basis = np.zeros((SIX_AND_ONE, 4, 4))
@@ -86,7 +86,7 @@ def seeing_matrix(chain: NodeChain, nodes: LinearNodes) -> Floats:
 
 
 def _axes_at(chain: NodeChain, axes: Attachment) -> tuple[int, Floats]:
-    """Return where a reading's axes ride: the ground's own, whatever the base does."""
+    """Return the node that a reading's axes are fixed on: the ground's own, whatever the base does."""
     return (-1, axes.transform) if axes.body == 0 else chain.placed(axes)
 
 

@@ -119,14 +119,14 @@ def nearest_solution(
             joints[rows][better], nearest[better] = solutions[better], distance[better]
             reached[rows] |= good
         if chain.coupling.shape[1] > (6 if orientation else 3):
-            joints[rows] = _drawn_home(chain, target, few, (joints[rows], home), orientation)
+            joints[rows] = _moved_toward_home(chain, target, few, (joints[rows], home), orientation)
     return joints, reached
 
 
-def _drawn_home(
+def _moved_toward_home(
     chain: Chain, target: Attachment, goal: PoseGoal, joints_home: tuple[Floats, Floats], orientation: bool
 ) -> Floats:
-    """Return (n, L) joint angles moved, where joints are left over, as near to home as the poses allow.
+    """Return (n, L) joint angles, of redundant robots moved as near to home as the poses allow.
 
     The joints move along q = q₀ + J⁺ (J (q − q₀) − e); where that ends outside the limits they stay as they were.
     """
@@ -139,8 +139,8 @@ def _drawn_home(
         jacobian = (jacobians(chain, chain.model_angles(joints), target) @ chain.coupling)[:, :rows]
         aim = np.einsum("nij,nj->ni", jacobian, joints - home) - error
         normal = jacobian @ np.swapaxes(jacobian, 1, 2) + 1e-6 * np.eye(rows)
-        wanted = home + np.einsum("nij,ni->nj", jacobian, np.linalg.solve(normal, aim[:, :, None])[:, :, 0])
-        joints = np.clip(joints + np.clip(wanted - joints, -_LARGEST_STEP, _LARGEST_STEP), low, high)
+        proposed = home + np.einsum("nij,ni->nj", jacobian, np.linalg.solve(normal, aim[:, :, None])[:, :, 0])
+        joints = np.clip(joints + np.clip(proposed - joints, -_LARGEST_STEP, _LARGEST_STEP), low, high)
     closer, good = joints_for_poses(chain, target, goal, joints, orientation)
     nearer = good & (np.linalg.norm(closer - home, axis=1) < np.linalg.norm(start - home, axis=1))
     return np.where(nearer[:, None], closer, start)

@@ -161,13 +161,13 @@ def parameter_covariance(
         ends = []
         for shifted in (amplitude + step, amplitude - step):
             shifted_robot = robot.with_values({name: spec.value_of(shifted)})
-            ends.append(_moved(solve_balance(shifted_robot, angles, wrench, setup, order), rigid))
+            ends.append(_target_displacement(solve_balance(shifted_robot, angles, wrench, setup, order), rigid))
         columns[place] = (ends[0] - ends[1]) / (2.0 * step)
     matrix = np.array([[covariance[a][b] for b in names] for a in names]).reshape(len(names), len(names))
     return np.asarray(np.einsum("pni,pq,qnj->nij", columns, matrix, columns))
 
 
-def _moved(balance: Balance, rigid: tuple[Floats, Floats] | None) -> Floats:
+def _target_displacement(balance: Balance, rigid: tuple[Floats, Floats] | None) -> Floats:
     """Return (n, 6) how far the load moved the first target; from its ``rigid`` place, sag included, where given."""
     if rigid is None:
         return balance.displacement[:, 0]

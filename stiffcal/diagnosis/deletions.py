@@ -88,7 +88,7 @@ def _contenders(scan: Scan, near: Sequence[Trial], named: Trial) -> list[Trial]:
         if trial.candidate.effect.general == general and not is_slip(trial.candidate.effect)
     ][:LEADERS_OF]
     if rivals:
-        leading = np.unique(first_least(np.stack([_left_without_each(scan, trial) for trial in rivals])))
+        leading = np.unique(first_least(np.stack([_remaining_squares(scan, trial) for trial in rivals])))
         alternatives += [rivals[k] for k in leading if possible_values(scan, rivals[k])]
     result: list[Trial] = []
     for trial in (named, *alternatives):
@@ -97,7 +97,7 @@ def _contenders(scan: Scan, near: Sequence[Trial], named: Trial) -> list[Trial]:
     return result[:DELETIONS_OF]
 
 
-def _left_without_each(scan: Scan, trial: Trial) -> Floats:
+def _remaining_squares(scan: Scan, trial: Trial) -> Floats:
     """Return (F,) squares that a candidate leaves of the other poses, fitted without each, two per parameter added."""
     products = _products(scan, trial)
     remainder = products.sum(axis=0) - products

@@ -243,7 +243,7 @@ def look_alike_pairs(search: Search) -> list[tuple[Trial, Trial]]:
     return [(near[0], alternative) for alternative in near[1 : 1 + PAIRS_PLANNED]]
 
 
-def _named(missing_effect: MissingEffect) -> str:
+def _missing_effect_in_words(missing_effect: MissingEffect) -> str:
     """Return a missing effect in words, with the number of other candidates that look the same."""
     n_alternatives = len(missing_effect.alternatives)
     name = candidate_in_words(missing_effect.candidate)
@@ -275,10 +275,12 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
         )
     if not search.tried and not search.unexplained:
         return f"Nothing is missing: the error is that of the instruments ({against})."
-    names = " and ".join(_named(missing_effect) for missing_effect in search.found)
+    names = " and ".join(_missing_effect_in_words(missing_effect) for missing_effect in search.found)
     if search.undecided:
         between = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided)
-        decided = [_named(missing_effect) for missing_effect in search.tried if not missing_effect.rivals]
+        decided = [
+            _missing_effect_in_words(missing_effect) for missing_effect in search.tried if not missing_effect.rivals
+        ]
         more = f" {' and '.join(decided)} is missing with either of them." if decided else ""
         return (
             f"Undecided between {between}: without a single pose another of them explains the error better ({against})."

@@ -114,8 +114,8 @@ def _evidence(
     low = np.array([_lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
     pieces = [scan.columns[other_columns], *(regressor.columns for regressor in included)]
     edges = [low[other_columns], *(np.zeros(len(regressor.columns)) for regressor in included)]
-    before = _left_out(scan, np.concatenate(pieces), scan.residual + added, np.concatenate(edges))
-    after = _left_out(scan, scan.columns, scan.residual, low)
+    before = _heldout_residual(scan, np.concatenate(pieces), scan.residual + added, np.concatenate(edges))
+    after = _heldout_residual(scan, scan.columns, scan.residual, low)
     rows = _significant_rows(scan, added, after)
     value, covariate, unit = _covariate(state, placed_effect)
     direction, lever = _directions(state, placed_effect, added, rows, value if covariate else None)
@@ -150,7 +150,7 @@ def _lowest_step(placed_effect: PlacedEffect, column: ParameterColumn) -> float:
     return -np.inf
 
 
-def _left_out(scan: Scan, columns: Floats, residual: Floats, low: Floats) -> Floats:
+def _heldout_residual(scan: Scan, columns: Floats, residual: Floats, low: Floats) -> Floats:
     """Return (m, n) residuals, each pose by a fit without it, its run's offset taken out."""
     remaining = residual.copy()
     if len(columns):

@@ -40,7 +40,7 @@ def near_best(scan: Scan) -> list[Trial]:
     leader = simple[0] if simple and alike(scan, simple[0], best) else best
     near = [trial for trial in possible if judge(scan, trial).supported and alike(scan, trial, leader)] or [leader]
     simple = [trial for trial in near if not trial.candidate.effect.general]
-    named = _named(scan, simple or near)
+    named = _choose_named(scan, simple or near)
     share = confidence(scan, among=simple or near)
     alternatives = [trial for trial in near if trial is not named and not _holds(scan, trial, named)]
     alternatives.sort(
@@ -53,7 +53,7 @@ def near_best(scan: Scan) -> list[Trial]:
     return [named, *alternatives]
 
 
-def _named(scan: Scan, near: list[Trial]) -> Trial:
+def _choose_named(scan: Scan, near: list[Trial]) -> Trial:
     """Return the candidate with the most evidence, or the simplest of those that tie with it or displace alike.
 
     A candidate that would have to be many times larger than such effects are, where another of usual size does as well,

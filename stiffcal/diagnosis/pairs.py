@@ -28,10 +28,10 @@ def best_pair(scan: Scan) -> tuple[Trial, Trial] | None:
         for trial in scan.trials
         if 0 < len(trial.regressor.symbols) <= WIDEST_PAIR and not trial.regressor.fixed.any()
     ]
-    weighed = sorted(_weighed(scan, trials), reverse=True)
+    weighed = sorted(_ranked_pairs(scan, trials), reverse=True)
     best, least = None, np.inf
     for _, first_index, second_index in weighed[:PAIRS_SCORED]:
-        pair = _scored(scan, trials[first_index], trials[second_index])
+        pair = _score_pair(scan, trials[first_index], trials[second_index])
         heldout = float(np.sum(pair[0].score.heldout))
         possible = all(possible_values(scan, member) for member in pair)
         if heldout < least and possible and _supported(scan, pair, len(weighed)):
@@ -39,7 +39,7 @@ def best_pair(scan: Scan) -> tuple[Trial, Trial] | None:
     return best
 
 
-def _scored(scan: Scan, first_trial: Trial, second_trial: Trial) -> tuple[Trial, Trial]:
+def _score_pair(scan: Scan, first_trial: Trial, second_trial: Trial) -> tuple[Trial, Trial]:
     """Return two trials with the score of both together, each with its own share of the solution."""
     score = score_together(scan, (first_trial, second_trial))
     count = len(second_trial.regressor.symbols)
@@ -63,7 +63,7 @@ def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
     return fall > LEAST_FALL and errors > STANDARD_ERRORS and p_value < FAMILY_P
 
 
-def _weighed(scan: Scan, trials: list[Trial]) -> list[tuple[float, int, int]]:
+def _ranked_pairs(scan: Scan, trials: list[Trial]) -> list[tuple[float, int, int]]:
     """Return (fall of the fit's squares less two per parameter, first, second index) of all pairs, without bounds."""
     ends = np.cumsum([0, *(len(trial.regressor.symbols) for trial in trials)])
     rows = np.empty((scan.n_columns + int(ends[-1]) + 1, scan.residual.size))

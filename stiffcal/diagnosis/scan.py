@@ -235,12 +235,12 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     trials = [
         replace(trial, regressor=source.kept(trial.regressor))
         for candidate in candidates
-        if (trial := _tried(candidate, ground, residual, fold)) is not None
+        if (trial := _try_candidate(candidate, ground, residual, fold)) is not None
     ]
     n_tried = sum(trial.n_variants for trial in trials)
     trials.sort(key=ranked_error)
     for place, trial in enumerate(trials[:REFINED]):
-        refined = _refined(trial, ground)
+        refined = _refine_nonlinear(trial, ground)
         trials[place] = replace(refined, regressor=source.kept(refined.regressor))
     trials.sort(key=ranked_error)
     dof = int(np.count_nonzero(data.measured_mask)) - (
@@ -264,7 +264,7 @@ def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     return score_variants([fold_products(rows, list(scan.folds))], low, high, scan.groups, scan.base)
 
 
-def _tried(candidate: Candidate, ground: _BaseRows, residual: Floats, fold: Integers) -> Trial | None:
+def _try_candidate(candidate: Candidate, ground: _BaseRows, residual: Floats, fold: Integers) -> Trial | None:
     """Try one candidate, in the best of its shapes; None where it does not show."""
     if is_slip(candidate.effect):
         return _slip(candidate, ground, residual, fold)
@@ -329,7 +329,7 @@ def _slip(candidate: Candidate, ground: _BaseRows, residual: Floats, fold: Integ
     return Trial(candidate, regressor, score, data.n_states)
 
 
-def _refined(trial: Trial, ground: _BaseRows) -> Trial:
+def _refine_nonlinear(trial: Trial, ground: _BaseRows) -> Trial:
     """Narrow a law's continuous shape down, between the neighbours of the best of its grid, in all folds alike."""
     effect, place = trial.candidate.effect, trial.candidate.place
     continuous = [

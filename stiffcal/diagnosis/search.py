@@ -140,7 +140,7 @@ class SearchContext:
             scan.source.release()
 
     def pace(self) -> Pace:
-        """Return how much was tried so far."""
+        """Return the number of fits tried so far, and their rate."""
         scans = self.looks.values()
         return Pace(
             len(scans), sum(len(scan.trials) for scan in scans), sum(scan.n_tried for scan in scans), sum(self.seconds)
@@ -283,7 +283,7 @@ def _pair(
     return [trial.candidate for trial in pair], look
 
 
-def _found(scan: Scan, candidate: Candidate) -> MissingEffect | None:
+def _supported_effect(scan: Scan, candidate: Candidate) -> MissingEffect | None:
     """Return the candidate, or the one that beats it in the scan; None where neither is supported."""
     near = near_best(scan)
     if not near or not judge_choice(scan, near[0]).supported:
@@ -306,7 +306,7 @@ def _reconsider(
         for number, candidate in enumerate(list(chosen)):
             progress(f"is {candidate.name} still needed?", 0.6 + 0.05 * number)
             look = bench.look(without(scan.fit.robot, candidate, first.fit.robot))
-            missing_effect = _found(look, candidate)
+            missing_effect = _supported_effect(look, candidate)
             if missing_effect is not None and missing_effect.candidate.name == candidate.name:
                 tried[candidate.name] = missing_effect
                 continue

@@ -36,7 +36,7 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[ResidualDependence]:
     dependences = []
     families = _families(data, states)
     for family in families:
-        remaining, count = _left_by(family, scan, rows)
+        remaining, count = _remaining_squares(family, scan, rows)
         explained = total - remaining
         # So many free numbers take as many units of noise, and more where more than noise is left.
         by_chance = count * max(1.0, (total - explained) / max(scan.dof, 1))
@@ -66,7 +66,7 @@ class _Family:
     """Each curve is fitted in every run by itself, with a free number for each run."""
 
 
-def _left_by(family: _Family, scan: Scan, residual: Floats) -> tuple[float, int]:
+def _remaining_squares(family: _Family, scan: Scan, residual: Floats) -> tuple[float, int]:
     """Return the squares that a family leaves of the whitened residual (m · n), and its free numbers.
 
     What is fitted run by run has no rows in common: the squares left add up, and no matrix of all runs' curves and all

@@ -34,13 +34,13 @@ _OF_NO_WIDTH = "\u061c\u200e\u200f\xad\u180e\u200b\u2060-\u2065\u206a-\u206f\ufe
 
 @cache
 def refused() -> re.Pattern[str]:
-    """Return what finds the characters that no name that is used may hold."""
+    """Return the pattern of characters that no name that is used may hold."""
     return re.compile(f"[{_CONTROL}{_LINES}{_DIRECTIONS}{_NO_TEXT}{_NONCHARACTERS}]")
 
 
 @cache
 def hidden() -> re.Pattern[str]:
-    """Return what finds the characters that are written out wherever they are shown."""
+    """Return the pattern of characters that are written out wherever they are shown."""
     return re.compile(f"[{_CONTROL}{_LINES}{_DIRECTIONS}{_NO_TEXT}{_NONCHARACTERS}{_OF_NO_WIDTH}]")
 
 

@@ -23,7 +23,7 @@ def escaped(text: str) -> str:
     >>> print(escaped("Müller \x9b \u202e"))
     "Müller \u009b \u202e"
     """
-    return _hidden_written_out(json.dumps(text, ensure_ascii=False))
+    return _escape_hidden(json.dumps(text, ensure_ascii=False))
 
 
 def document_text(document: Any, *, indent: int | None = 2) -> str:
@@ -38,10 +38,10 @@ def document_text(document: Any, *, indent: int | None = 2) -> str:
     ------
     ValueError : a number is not finite.
     """
-    return _hidden_written_out(json.dumps(document, indent=indent, ensure_ascii=False, allow_nan=False))
+    return _escape_hidden(json.dumps(document, indent=indent, ensure_ascii=False, allow_nan=False))
 
 
-def _hidden_written_out(text: str) -> str:
+def _escape_hidden(text: str) -> str:
     """Write hidden characters as JSON does; between the texts of a document there are none but line feeds."""
     if not text.isascii() or "\x7f" in text:
         text = hidden().sub(lambda match: match[0] if match[0] == "\n" else json.dumps(match[0])[1:-1], text)

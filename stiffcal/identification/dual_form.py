@@ -93,10 +93,10 @@ def identify_in_two_forms(fit: Fit) -> TwoForms:
     """
     task = _task(fit)
     start = task.start[list(task.joints)]
-    matrix = _carried_on(_matrix_rows, task, start)
-    dual = _carried_on(_dual_rows, task, start)
+    matrix = _iterate_to_rounding(_matrix_rows, task, start)
+    dual = _iterate_to_rounding(_dual_rows, task, start)
     names = tuple(f"joint-compliance.j{joint + 1}.c" for joint in task.joints)
-    metres, millimetres = (_unweighted(task, dual, scale) for scale in (1.0, 1e3))
+    metres, millimetres = (_unweighted_fit(task, dual, scale) for scale in (1.0, 1e3))
     difference = float(np.max(np.abs(dual / matrix - 1.0), initial=0.0))
     return TwoForms(names, matrix, dual, metres, millimetres, difference)
 
@@ -169,7 +169,7 @@ def _sizes(fit: Fit) -> tuple[float, float]:
     return sizes[0], sizes[1]
 
 
-def _carried_on(rows: Callable[[_Task, Floats], tuple[Floats, Floats]], task: _Task, start: Floats) -> Floats:
+def _iterate_to_rounding(rows: Callable[[_Task, Floats], tuple[Floats, Floats]], task: _Task, start: Floats) -> Floats:
     """Return the compliances (p,) after Gauss–Newton steps down to rounding.
 
     Raises
@@ -289,7 +289,7 @@ def _dual_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
     return _without_offsets(task, task.factor @ stack, task.factor)
 
 
-def _unweighted(task: _Task, value: Floats, per_metre: float) -> Floats:
+def _unweighted_fit(task: _Task, value: Floats, per_metre: float) -> Floats:
     """Return the compliances (p,) by eq. 35 as printed: (AᵀA)⁻¹ Aᵀ y, eight components alike, no free offsets.
 
     Parameters

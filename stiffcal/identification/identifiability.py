@@ -97,14 +97,16 @@ def check_identifiability(
         sums = _stand_back(unit, left_out, gives_way, stays, SAME_REGRESSOR * float(singular[0]))
         identifiable[left_out & gives_way] = False
         for column in sums:
-            blind = _made_of_others(unit, left_out, column)
+            blind = _blind_direction(unit, left_out, column)
             takes_part = np.abs(blind) > TAKES_PART * np.max(np.abs(blind))
             # Others that nearly agree among themselves may make it with shares far above its own.
             takes_part[column] = True
             members = np.flatnonzero(takes_part)
             identifiable[members] = False
             ambiguities.append(_name_ambiguity(blind[members], length[members], [names[i] for i in members]))
-        alone = [i for i in remaining if identifiable[i] and _spread(factor, remaining, int(i)) > upper[i]]
+        alone = [
+            i for i in remaining if identifiable[i] and _std_with_others_free(factor, remaining, int(i)) > upper[i]
+        ]
         for i in alone:
             identifiable[i], left_out[i] = False, True
             ambiguities.append(Ambiguity((names[i],), "", "what loads do to it is hidden behind the other parameters"))
@@ -146,8 +148,8 @@ def _stand_back(
     return sums
 
 
-def _made_of_others(unit: Floats, left_out: Booleans, column: int) -> Floats:
-    """Return the (p,) blind direction of a held parameter: what of the others makes its signature, minus itself."""
+def _blind_direction(unit: Floats, left_out: Booleans, column: int) -> Floats:
+    """Return the (p,) blind direction of a held parameter: the others' combination with its regressor, minus itself."""
     free = np.flatnonzero(~left_out)
     blind = np.zeros(unit.shape[1])
     if len(free):
@@ -156,13 +158,13 @@ def _made_of_others(unit: Floats, left_out: Booleans, column: int) -> Floats:
     return blind
 
 
-def _spread(factor: Floats, remaining: NDArray[np.int64], which: int) -> float:
+def _std_with_others_free(factor: Floats, remaining: NDArray[np.int64], which: int) -> float:
     """Return the standard uncertainty of one parameter with all others free."""
     columns = factor[:, remaining]
     scale = column_scale(columns)
     inverse = np.linalg.pinv(columns / scale, rcond=1e-13)
-    place = int(np.flatnonzero(remaining == which)[0])
-    return float(np.sqrt(np.sum(inverse[place] ** 2)) / scale[place])
+    index = int(np.flatnonzero(remaining == which)[0])
+    return float(np.sqrt(np.sum(inverse[index] ** 2)) / scale[index])
 
 
 def _name_ambiguity(blind: Floats, length: Floats, names: list[str]) -> Ambiguity:

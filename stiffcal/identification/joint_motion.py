@@ -97,7 +97,7 @@ def joint_motions(states: LoadStates, chain: Chain) -> tuple[JointMotion, ...]:
                 names[outboard],
                 np.where(finite, displacement, np.nan),
                 np.where(finite, wrench, 0.0),
-                _spread(states, used, (inboard, outboard), place, axes),
+                _relative_std(states, used, (inboard, outboard), place, axes),
                 states.run[used],
                 used,
             )
@@ -128,11 +128,11 @@ class _Motion:
         return cls(np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3)), np.zeros((n, 3)))
 
     def carried(self, points: Floats) -> Floats:
-        """Return where points (n, 3) that ride on the body are now."""
+        """Return the present positions (n, 3) of points fixed on the body."""
         return np.asarray(np.einsum("nij,nj->ni", self.turn, points - self.reference_position) + self.position)
 
     def measured_from(self, points: Floats) -> Floats:
-        """Return where points (n, 3) of now were on the body in the reference."""
+        """Return the reference positions (n, 3) of points that are on the body now."""
         return np.asarray(np.einsum("nji,nj->ni", self.turn, points - self.position) + self.reference_position)
 
 
@@ -192,7 +192,7 @@ def _relative(outboard: _Motion, inboard: _Motion, place: Floats, axes: Floats) 
     return np.concatenate([shift, np.einsum("nji,nj->ni", axes, vector_from_rotation(turn))], axis=1)
 
 
-def _spread(states: LoadStates, kept: Integers, pair: tuple[int, int], place: Floats, axes: Floats) -> Floats:
+def _relative_std(states: LoadStates, kept: Integers, pair: tuple[int, int], place: Floats, axes: Floats) -> Floats:
     """Return (n, 6) how far displacements are known over what is usual; 1 where not both poses come from points.
 
     Parameters

@@ -167,7 +167,7 @@ def _sines(factor: Floats) -> Floats:
 
 
 def run_edges(run: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return where each stretch of equal run numbers begins."""
+    """Return the first index of each stretch of equal run numbers."""
     return np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1]).astype(np.int64)
 
 

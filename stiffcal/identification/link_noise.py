@@ -21,34 +21,35 @@ from stiffcal.links.compliance import LinkCompliance, carried_to_target
 
 
 def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], observations: Observations) -> dict[str, float]:
-    """Return each amplitude's standard uncertainty by the rods' noise, by full parameter name, SI.
+    """Return full parameter name to the standard uncertainty that the rods' noise adds to the amplitude, SI.
 
     Parameters
     ----------
     fit : of the motion without the links' part.
-    links : as they were taken out.
-    observations : what they were measured in.
+    links : measured links whose motion was subtracted.
+    observations : the observations before the subtraction.
     """
     data = fit.data
     fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
-    pieces = list(evaluate(fit.robot, data, columns, with_sensitivity=fit.noise is not None))
-    model_columns = np.concatenate([piece.columns for piece in pieces], axis=2)
+    blocks = list(evaluate(fit.robot, data, columns, with_sensitivity=fit.noise is not None))
+    model_columns = np.concatenate([piece.columns for piece in blocks], axis=2)
     if fit.noise is None:
         whitening = raw_whitening(data, None)
     else:
-        sensitivity = [piece.sensitivity for piece in pieces if piece.sensitivity is not None]
+        sensitivity = [piece.sensitivity for piece in blocks if piece.sensitivity is not None]
         whitening = whiten(fit.noise, data, np.concatenate(sensitivity, axis=2))
-    space = Projection.of(data, whitening)
-    rows = space.rows(model_columns)
+    projection = Projection.of(data, whitening)
+    rows = projection.rows(model_columns)
     size = np.linalg.norm(rows, axis=1)
     scaled = (rows / np.where(size > 0.0, size, 1.0)[:, None]).T
     variance = np.zeros(len(columns))
     for link in links:
-        errors = np.stack([_taken_out(error, link, fit, observations) for error in _directions(link.compliance)])
-        change = (
-            np.linalg.lstsq(scaled, space.rows(errors).T, rcond=1e-12)[0] / np.where(size > 0.0, size, 1.0)[:, None]
+        errors = np.stack(
+            [_motion_of_link_error(error, link, fit, observations) for error in _directions(link.compliance)]
         )
+        solution = np.linalg.lstsq(scaled, projection.rows(errors).T, rcond=1e-12)[0]
+        change = solution / np.where(size > 0.0, size, 1.0)[:, None]
         variance += np.sum(change**2, axis=1)
     names = [fit.robot.placed[column.placed].parameter_name(column.symbol) for column in columns]
     return dict(zip(names, np.sqrt(variance).tolist(), strict=True))
@@ -62,7 +63,7 @@ def _directions(compliance: LinkCompliance) -> Floats:
     return np.asarray(np.where(np.isfinite(compliance.matrix), errors, 0.0))
 
 
-def _taken_out(error: Floats, link: MeasuredLink, fit: Fit, observations: Observations) -> Floats:
+def _motion_of_link_error(error: Floats, link: MeasuredLink, fit: Fit, observations: Observations) -> Floats:
     """Return (m, n) what an error of a link's compliance adds to the rows of the fit."""
     data = fit.data
     states = observations.index[link.index]

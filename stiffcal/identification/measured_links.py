@@ -70,11 +70,11 @@ def measure_links(data: Observations, robot: CompliantRobot, sigma: float | None
         if sigma is not None and sigma > 0.0:
             rods_read = replace(rods_read, sigma=np.full(len(rod_rows), sigma))
         node = link_node(robot.chain.beams[rods.link].joint)
-        measured_links.append(_measured(data, robot, rods_read, shape, rod_rows, wrenches[node].T))
+        measured_links.append(_measure_link(data, robot, rods_read, shape, rod_rows, wrenches[node].T))
     return tuple(measured_links)
 
 
-def _measured(
+def _measure_link(
     data: Observations, robot: CompliantRobot, rods: Rods, shape: BeamProperties, rows: Integers, wrench: Floats
 ) -> MeasuredLink:
     index = np.flatnonzero(data.measured_mask[rows].all(axis=0))

@@ -131,7 +131,7 @@ def _evaluate_block(
 
 
 def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, WeightOnlyRest]:
-    """Return where the robot rests under load and under weight alone."""
+    """Return the robot's rest under load and under weight alone."""
     inputs = Inputs(data.angles, data.wrench, data.setup)
     try:
         unloaded = rest_under_weight(model, inputs, FIT_TOLERANCE)

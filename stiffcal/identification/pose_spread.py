@@ -33,7 +33,7 @@ class PoseSpread:
 
 
 def pose_spread(states: LoadStates, layout: RowLayout) -> PoseSpread | None:
-    """Return how far the poses of all load states are known; None where no pose comes from points.
+    """Return the uncertainty of all load states' poses; None where no pose comes from points.
 
     Parameters
     ----------

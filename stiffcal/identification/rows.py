@@ -190,7 +190,7 @@ def with_gauges(
             direction[k][:, read] = directions[read, number].T
         measured.append(values)
     rows = np.arange(first, len(measured))
-    added = _extended(layout, GAUGE, target, np.arange(len(groups)))
+    added = _extend_rows(layout, GAUGE, target, np.arange(len(groups)))
     return replace(added, gauges=GaugeRows(rows, target, direction, gauge_of_state))
 
 
@@ -208,7 +208,7 @@ def with_rods(
             continue
         rows = np.arange(len(measured), len(measured) + len(states_read))
         measured.extend(change[:, columns[k]] for k in states_read)
-        layout = _extended(layout, LENGTH, np.full(len(states_read), link), states_read)
+        layout = _extend_rows(layout, LENGTH, np.full(len(states_read), link), states_read)
         rod_rows.append(RodRows(rows, link_node(chain.beams[rods.link].joint), rod_matrix(rods, beam)[states_read]))
     return replace(layout, rods=tuple(rod_rows))
 
@@ -243,11 +243,11 @@ def with_motors(
             motor_readings[:, in_run] -= inverse @ np.array(fixture) @ wrench.T
     rows = np.arange(len(measured), len(measured) + n_drives)
     measured.extend(motor_readings)
-    added = _extended(layout, MOTOR, np.full(n_drives, target), np.arange(n_drives))
+    added = _extend_rows(layout, MOTOR, np.full(n_drives, target), np.arange(n_drives))
     return replace(added, motors=MotorRows(rows, target, matrix))
 
 
-def _extended(layout: RowLayout, kind: int, body: Integers, component: Integers) -> RowLayout:
+def _extend_rows(layout: RowLayout, kind: int, body: Integers, component: Integers) -> RowLayout:
     return replace(
         layout,
         kind=np.append(layout.kind, np.full(len(body), kind)).astype(np.int64),

@@ -44,11 +44,13 @@ def variance_components(
     for i in active:
         # Start: the tracker makes most of the scatter, the wrench a little.
         variance[i] = 0.9 if i < len(own) else 0.05 / size[i]
-    variance[active] = _scored(np.stack([kinds[i] for i in active]), differences, variance[active], size[active])
+    variance[active] = _most_likely_variances(
+        np.stack([kinds[i] for i in active]), differences, variance[active], size[active]
+    )
     return variance
 
 
-def _scored(basis: Floats, differences: Floats, start: Floats, size: Floats) -> Floats:
+def _most_likely_variances(basis: Floats, differences: Floats, start: Floats, size: Floats) -> Floats:
     """Return the variances (q,) of most likelihood, none negative, by Fisher scoring.
 
     Each step goes to the minimum of the likelihood's quadratic model among variances that are not negative, and is

@@ -112,7 +112,9 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     if not symmetric and _twist_is_guessed(solved, stated):
         rows[:, TWIST] = 0.0
         solved = _solve(rows, target, offsets, stated)
-    identified = _identified(slopes / solved.size, solved.undetermined, estimate.torsion.identifiable or not symmetric)
+    identified = _identified_elements(
+        slopes / solved.size, solved.undetermined, estimate.torsion.identifiable or not symmetric
+    )
     matrix = np.where(identified, (slopes @ solved.coefficients).reshape(6, 6), np.nan)
     std = np.sqrt(np.einsum("ip,pq,iq->i", slopes, solved.covariance, slopes)).reshape(6, 6)
     return LinkCompliance(
@@ -188,7 +190,7 @@ def _centring(run: Integers | None, n: int) -> Callable[[Floats], Floats]:
     return centred
 
 
-def _identified(slopes: Floats, undetermined: Floats, twist: bool) -> NDArray[np.bool_]:
+def _identified_elements(slopes: Floats, undetermined: Floats, twist: bool) -> NDArray[np.bool_]:
     """Return (6, 6) True where an element hangs on no combination of coefficients that the loads left open."""
     identified = np.ones((6, 6), dtype=np.bool_)
     if len(undetermined):
@@ -248,7 +250,7 @@ def carried_to_target(
 
 
 def share_of_tool(link_displacement: Floats, displacement: Floats) -> float:
-    """Return which share of a displacement a part of it makes up, along the whole (translations).
+    """Return the share of a displacement that a part of it makes up, along the whole (translations).
 
     Parts that sum up to the whole have shares that sum up to one.
 

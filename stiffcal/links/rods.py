@@ -173,7 +173,7 @@ class LinkEstimate:
 
 
 def rod_design(rods: Rods, shape: BeamProperties, unknowns: tuple[str, ...] | None = None, spare: int = 0) -> RodDesign:
-    """Return which unknowns the rods carry.
+    """Return the unknowns that the rods determine.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def check_heaps(path: Path, data: Iterable[Region] = ()) -> None:
 
 
 def _bytes_of_length(file: IO[bytes]) -> int:
-    """Return how many bytes a size has in this file, as its first block states: eight in all but odd files."""
+    """Return the number of bytes of a size in this file, as its first block states: eight in all but odd files."""
     at = 0
     while head := _read(file, at, 16):
         if head.startswith(FILE_SIGNATURE) and len(head) == 16:
@@ -161,7 +161,7 @@ _SOUND: dict[Path, tuple[int, int]] = {}
 
 
 def _regions(group: Any) -> list[Region]:
-    """Return where the numbers of a group's datasets lie."""
+    """Return the offsets of a group's datasets in the file."""
     regions: list[Region] = []
     for item in group.values():
         kind = getattr(item, "dtype", None)

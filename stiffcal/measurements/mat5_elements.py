@@ -169,7 +169,7 @@ def _numbers(element: _Element, kinds: tuple[int, ...]) -> int:
 
 
 def _fields(data: memoryview, at: int, order: str) -> tuple[int, int]:
-    """Return how many fields a struct has, and where they begin."""
+    """Return the number of a struct's fields, and the offset of the first."""
     width = _element(data, at, order)
     names = _element(data, width.end, order)
     if width.kind != 5 or len(width.data) != 4:

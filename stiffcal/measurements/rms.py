@@ -30,7 +30,7 @@ class Rms:
 
     @classmethod
     def of(cls, measures: Mapping[str, Number]) -> Rms:
-        """Return what is given by name of the measure, None where one applies and is not known.
+        """Return measure to value of those that apply; None where one is not known.
 
         Examples
         --------

@@ -267,8 +267,8 @@ def _rods_document(rods: Rods, beam: BeamProperties) -> dict[str, Any]:
         "names": list(rods.names),
         "start_m": rods.start.tolist(),
         "end_m": rods.end.tolist(),
-        "warping_m2": _nulled(rods.warping),
-        "sigma_m": _nulled(rods.sigma),
+        "warping_m2": _nan_as_null(rods.warping),
+        "sigma_m": _nan_as_null(rods.sigma),
         "beam": {
             "length_m": beam.length,
             "neutral_m": list(beam.neutral),
@@ -279,7 +279,7 @@ def _rods_document(rods: Rods, beam: BeamProperties) -> dict[str, Any]:
     }
 
 
-def _nulled(values: Floats) -> Any:
+def _nan_as_null(values: Floats) -> Any:
     return [None if not np.isfinite(value) else value for value in values.ravel().tolist()]
 
 

@@ -133,7 +133,7 @@ def amplitudes_per_end(shape: BeamProperties) -> Floats:
 
 
 def material_displacement(shape: BeamProperties, tip: Floats, points: Floats, warping: Floats | None = None) -> Floats:
-    """Return how material points move when the outboard end has moved by ``tip`` (eq. 4).
+    """Return the displacement of material points when the outboard end has moved by ``tip`` (eq. 4).
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ def joint_torques(frames: Floats, loads: Sequence[PointLoad]) -> Floats:
     total = np.zeros((len(frames), frames.shape[1] - 2))
     for load in loads:
         force = np.einsum(
-            "nab,na->nb", displacement_from_change(attached_duals(frames, load.at)), _turned(frames, load)
+            "nab,na->nb", displacement_from_change(attached_duals(frames, load.at)), _wrench_in_base(frames, load)
         )
         total += np.einsum("nbj,nb->nj", dual_jacobian(frames, load.at), force)
     return total
@@ -96,7 +96,7 @@ def complementary_stiffness(frames: Floats, loads: Sequence[PointLoad]) -> Float
     total = np.zeros((n, count, count))
     for load in loads:
         place, slope = attached_duals(frames, load.at), dual_jacobian(frames, load.at)
-        forward, acting = displacement_from_change(place), _turned(frames, load)
+        forward, acting = displacement_from_change(place), _wrench_in_base(frames, load)
         total += np.einsum("nijb,nab,na->nij", dual_hessian(frames, load.at), forward, acting)
         along = displacement_from_change(np.swapaxes(slope, 1, 2))
         total += np.einsum("nbi,njab,na->nij", slope, along, acting)
@@ -137,7 +137,7 @@ def dual_rest(chain: Chain, compliance: Floats, angles: Floats, loads: Sequence[
     raise ArithmeticError("no balance: the load is more than the springs hold")
 
 
-def _turned(frames: Floats, load: PointLoad) -> Floats:
+def _wrench_in_base(frames: Floats, load: PointLoad) -> Floats:
     """Return the wrench (n, 6) in base axes."""
     turn = rotation_from_quaternion(attached_duals(frames, load.axes)[:, :4])
     return np.concatenate(

@@ -140,7 +140,7 @@ def stacked_bodies(chain: Chain, angles: Floats) -> list[StackedFrame]:
 
 
 def body_poses(chain: Chain, angles: Floats) -> tuple[Floats, Floats]:
-    """Return where the undeformed bodies are.
+    """Return the poses of the undeformed bodies.
 
     Parameters
     ----------

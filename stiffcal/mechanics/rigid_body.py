@@ -29,7 +29,7 @@ def drive_matrix(chain: Chain) -> Floats:
 
 
 def inertial_regressor(chain: Chain, angles: Floats, velocity: Floats, acceleration: Floats) -> Floats:
-    """Return what each inertial number of each link adds to each joint's torque.
+    """Return each joint's torque per unit of each inertial parameter of each link.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ def _skew(vector: Floats) -> Floats:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def _spread(vector: Floats) -> Floats:
-    """Return (n, 3, 6) with ``_spread(a) @ (xx, xy, xz, yy, yz, zz) = I a``."""
+def _inertia_matrix(vector: Floats) -> Floats:
+    """Return (n, 3, 6) with ``_inertia_matrix(a) @ (xx, xy, xz, yy, yz, zz) = I a``."""
     x, y, z = np.moveaxis(vector, -1, 0)
     zero = np.zeros_like(x)
     rows = [[x, y, z, zero, zero, zero], [zero, x, zero, y, z, zero], [zero, zero, x, zero, y, z]]
@@ -116,5 +116,5 @@ def _link_wrench(lift: Floats, spin: Floats, change: Floats) -> Floats:
     wrench[:, :3, 0] = lift
     wrench[:, :3, 1:4] = _skew(change) + turning @ turning
     wrench[:, 3:, 1:4] = -_skew(lift)
-    wrench[:, 3:, 4:] = _spread(change) + turning @ _spread(spin)
+    wrench[:, 3:, 4:] = _inertia_matrix(change) + turning @ _inertia_matrix(spin)
     return wrench

@@ -49,7 +49,7 @@ class BeamSection:
     """(p,) Ψ about the twist centre, m², without mean and tilt."""
 
     def shear_share(self, length: float) -> tuple[float, float]:
-        """Return what shear adds to the deflection of a force at the end of a cantilever, along x2 and x3, relative.
+        """Return the relative share by which shear raises a cantilever's deflection under an end force along x2 and x3.
 
         3 EI/(GA_s L²); the Euler–Bernoulli beam leaves it out, and rods along the link cannot see it.
         """

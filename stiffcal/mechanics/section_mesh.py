@@ -74,7 +74,7 @@ def signed_area(points: Floats) -> float:
 
 
 def inside(loops: list[Floats], points: Floats) -> NDArray[np.bool_]:
-    """Return which points lie inside an odd number of the loops (outline and holes)."""
+    """Return True for the points inside an odd number of the loops (outline and holes)."""
     count = np.zeros(len(points), dtype=np.int64)
     for loop in loops:
         for a, b in pairwise(np.vstack([loop, loop[:1]])):
@@ -87,7 +87,7 @@ def inside(loops: list[Floats], points: Floats) -> NDArray[np.bool_]:
 
 
 def edge_distance(loops: list[Floats], points: Floats) -> Floats:
-    """Return how far points are from the nearest edge of the loops, m."""
+    """Return the distance of points from the nearest edge of the loops, m."""
     nearest = np.full(len(points), np.inf)
     for loop in loops:
         for a, b in pairwise(np.vstack([loop, loop[:1]])):

@@ -50,7 +50,7 @@ def compliant_robot(
             stem = PlacedEffect(effect, place).parameter_name("")
             symbols = [name.removeprefix(stem) for name in settings if name.startswith(stem)]
             placed.append(PlacedEffect(effect.form(symbols), place))
-    faults.extend(_doubled(placed))
+    faults.extend(_conflict_faults(placed))
     raise_faults(faults)
     robot = CompliantRobot(chain, tuple(placed), model.balance == "deformed")
     _check_settings(robot, settings)
@@ -83,7 +83,7 @@ def _places(effect: Effect, entry: EffectEntry, chain: Chain, where: str, faults
     return [place for place in places if place in possible]
 
 
-def _doubled(placed: list[PlacedEffect]) -> list[Fault]:
+def _conflict_faults(placed: list[PlacedEffect]) -> list[Fault]:
     """Return a fault for each effect that stands twice at a place, and for each pair that exclude each other there."""
     faults = []
     at_place: dict[str, dict[str, Effect]] = {}

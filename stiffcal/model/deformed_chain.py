@@ -51,7 +51,7 @@ def deformed_chain(chain: Chain, angles: Floats, small: Floats | None) -> Deform
     for k in range(1, chain.n_joints + 1):
         frame = frame.moved(chain.fixed[k - 1]).turned_about_z(angles[k - 1])
         bearing = float(chain.bearing[k - 1])
-        frame = _shifted_along_z(displace(_shifted_along_z(frame, bearing), 2 * k - 1), -bearing)
+        frame = _shift_along_z(displace(_shift_along_z(frame, bearing), 2 * k - 1), -bearing)
         bodies.append(frame)
         if k in beams:
             end = frame.moved(beams[k])
@@ -64,7 +64,7 @@ def deformed_chain(chain: Chain, angles: Floats, small: Floats | None) -> Deform
     return DeformedChain(bodies, nodes, origins)
 
 
-def _shifted_along_z(frame: StackedFrame, distance: float) -> StackedFrame:
+def _shift_along_z(frame: StackedFrame, distance: float) -> StackedFrame:
     return frame if distance == 0.0 else StackedFrame(frame.rotation, frame.position + distance * frame.rotation[:, 2])
 
 
@@ -100,8 +100,9 @@ def unit_wrenches(chain: Chain, shape: DeformedChain, inputs: Inputs) -> tuple[F
     point = shape.bodies[setup.wrench_point.body].point(setup.wrench_point.transform[:3, 3])
     direct = np.zeros((len(shape.nodes), 3, 3, point.shape[1]))
     levered = np.zeros_like(direct)
-    reach = 2 * chain.n_joints + 1 if setup.wrench_point.body == chain.n_joints + 1 else 2 * setup.wrench_point.body
-    for node in range(reach + 1):
+    loaded_body = setup.wrench_point.body
+    last_loaded = 2 * chain.n_joints + 1 if loaded_body == chain.n_joints + 1 else 2 * loaded_body
+    for node in range(last_loaded + 1):
         if not _is_node(chain, node):
             continue
         rotation, arm = shape.nodes[node].rotation, point - shape.origins[node]

@@ -277,7 +277,7 @@ class Effect(ABC):
         take_old_methods(cls)
 
     def places(self, chain: Chain) -> list[Place]:
-        """Return where on this robot the effect can act."""
+        """Return the places on this robot at which the effect can act."""
         if self.place_kind == "joints":
             return [Place("joints", (k,)) for k in range(1, chain.n_joints + 1)]
         if self.place_kind == "pairs":

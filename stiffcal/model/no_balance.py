@@ -105,15 +105,15 @@ def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, chan
     force, moment = (
         float(np.linalg.norm(components)) for components in (inputs.wrench[:3, state], inputs.wrench[3:, state])
     )
-    under = "under its weight alone"
+    load_text = "under its weight alone"
     if inputs.loaded:
-        under = f"under {force:.3g} N" + (f" and {moment:.3g} N·m" if inputs.setup.moments_measured else "")
+        load_text = f"under {force:.3g} N" + (f" and {moment:.3g} N·m" if inputs.setup.moments_measured else "")
     turn = float(np.max(np.abs(displacement[:, 3:, state]), initial=0.0))
-    reached = f"it gives way by {turn:.3g} rad" if np.isfinite(turn) else "it gives way without end"
+    turn_text = f"it gives way by {turn:.3g} rad" if np.isfinite(turn) else "it gives way without end"
     pose = ", ".join(f"{angle:.4g}" for angle in np.degrees(inputs.angles[:, state]))
     suspects = list(_suspects(robot, inputs, force, moment))
     worst = max(suspects, key=lambda suspect: suspect.excess, default=None)
-    return NoBalanceError(f"{under}: {reached}", state, f"the pose ({pose}) deg", worst)
+    return NoBalanceError(f"{load_text}: {turn_text}", state, f"the pose ({pose}) deg", worst)
 
 
 def _suspects(robot: CompliantRobot, inputs: Inputs, force: float, moment: float) -> Iterator[LikelyCause]:

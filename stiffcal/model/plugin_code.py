@@ -180,7 +180,7 @@ def is_installed(module: str, folder: Path) -> bool:
 
 
 def path_without_local(folder: Path) -> list[str]:
-    """Return where installed packages are: `sys.path` without the current folder and without the campaign's."""
+    """Return the folders of installed packages: `sys.path` without the current folder and without the campaign's."""
     local = {_real("."), _real(str(folder))}
     return [entry for entry in sys.path if entry and _real(entry) not in local]
 

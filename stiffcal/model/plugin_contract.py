@@ -190,7 +190,7 @@ def _observation_shift(effect: Effect, answer: Any, place: Place, observed: Any,
     return f"a shift that {wrong}" if wrong else ""
 
 
-def _adjusted(effect: Effect, answer: Any, place: Place, inputs: Inputs, values: Any) -> str:
+def _wrong_inputs(effect: Effect, answer: Any, place: Place, inputs: Inputs, values: Any) -> str:
     if not isinstance(answer, Inputs):
         return f"no Inputs: {_shown(answer)}"
     for name in ("angles", "wrench"):
@@ -262,7 +262,7 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "torque_columns": _torque_columns,
     "observation_columns": _observation_columns,
     "observation_shift": _observation_shift,
-    "adjusted": _adjusted,
+    "adjusted": _wrong_inputs,
     "nonlinear_grid": _nonlinear_grid,
     "places": _places,
     "covariate": _covariate,

@@ -135,7 +135,7 @@ class _Finder(MetaPathFinder, InspectLoader):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return how to load the package or one of its modules."""
+        """Return the import spec of the package or one of its modules."""
         package, _, name = fullname.partition(".")
         if package != self._package or (name and name not in self._files):
             return None

@@ -74,11 +74,11 @@ class RodObservability:
     @property
     def sentences(self) -> tuple[str, ...]:
         """The view in words, for `check`."""
-        return (*_observable(self), *_unmeasured(self), *(_advised(rod, self) for rod in self.advice[:1]))
+        return (*_observable(self), *_unmeasured(self), *(_advice_text(rod, self) for rod in self.advice[:1]))
 
 
 def rod_observability(rods: Rods, shape: BeamProperties, outline: Sequence[Floats] | None = None) -> RodObservability:
-    """Return what rods can and cannot see, and which further rod would help most.
+    """Return what rods can and cannot measure, and the further rod that would help most.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def _advice(
                 for last in PLACES[a + 1 :]:
                     start = np.array([first * shape.length, *start_point])
                     end = np.array([last * shape.length, *end_point])
-                    tried.append(_with_one_more(rods, shape, design, start, end))
+                    tried.append(_try_extra_rod(rods, shape, design, start, end))
     tried.sort(key=_worth)
     useful = [rod for rod in tried if rod.determines or rod.gain_after < 0.9 * rod.gain_before]
     return tuple(useful[:3])
@@ -134,17 +134,18 @@ def _worth(rod: ExtraRod) -> tuple[int, list[int], float]:
     return -len(determines), determines, rod.gain if determines else rod.gain_after
 
 
-def _with_one_more(rods: Rods, shape: BeamProperties, design: RodDesign, start: Floats, end: Floats) -> ExtraRod:
+def _try_extra_rod(rods: Rods, shape: BeamProperties, design: RodDesign, start: Floats, end: Floats) -> ExtraRod:
+    """Return what the rods determine with one more between two points of the beam."""
     new = rods_between(rods.link, start[None], end[None])
-    more = Rods(
+    all_rods = Rods(
         rods.link, (*rods.names, "new"), np.vstack([rods.start, new.start]), np.vstack([rods.end, new.end]),
         np.vstack([rods.warping, new.warping]), np.append(rods.sigma, np.nan),
     )  # fmt: skip
-    extended = rod_design(more, shape)
-    determines = tuple(name for name in extended.names if name not in design.names)
-    # The same unknowns with one rod more compare; one unknown more is worth its price by what it makes identifiable.
-    same = rod_design(more, shape, design.names)
-    return ExtraRod(start, end, determines, design.gain, same.gain, extended.gain, extended.redundancy)
+    full_design = rod_design(all_rods, shape)
+    determines = tuple(name for name in full_design.names if name not in design.names)
+    # ``gain`` compares equal unknowns; what further unknowns cost is shown by the full design's gain.
+    same_unknowns = rod_design(all_rods, shape, design.names)
+    return ExtraRod(start, end, determines, design.gain, same_unknowns.gain, full_design.gain, full_design.redundancy)
 
 
 def _around(points: Floats) -> Floats:
@@ -191,7 +192,7 @@ def _unmeasured(view: RodObservability) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _advised(rod: ExtraRod, view: RodObservability) -> str:
+def _advice_text(rod: ExtraRod, view: RodObservability) -> str:
     places = " to ".join(
         "[" + ", ".join(f"{1e3 * value:.0f}" for value in point) + "]" for point in (rod.start, rod.end)
     )

@@ -328,7 +328,7 @@ class LoadPrediction(CampaignAnswer):
         return self.result.states[row].cartesian_stiffness
 
     def summary(self) -> str:
-        """Return how far the target gives, in a line."""
+        """Return the target's displacement, in a line."""
         largest = max((float(np.linalg.norm(state.deflection[:3])) for state in self.result.states), default=0.0)
         return f"{len(self.result.states)} loads, values from {self.result.values_from}: up to {length(largest)}"
 

@@ -313,7 +313,7 @@ class _Tree5:
         check_elements(path, display_name)
         outline = whosmat(str(path), appendmat=False)
         self._outline = {name: (shape, kind) for name, shape, kind in outline}
-        self.top: Any = None
+        self.top: Any = None  # the file itself, whose members are its variables
 
         @cache
         def load(name: str) -> Any:

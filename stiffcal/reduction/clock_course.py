@@ -81,13 +81,13 @@ def _cut(signal: SharedSignal, begin: float, end: float) -> SharedSignal:
 def _course(
     run: str, leader: str, name: str, time: Floats, offset: Floats, std: Floats
 ) -> tuple[float, float, list[str]]:
-    """Return how fast a clock gains on the other, its standard uncertainty, and a warning on it."""
+    """Return the rate at which a clock gains on the other, its standard uncertainty, and a warning on it."""
     weight = 1.0 / np.maximum(std, 1e-3) ** 2
     about = np.average(time, weights=weight)
     leverage = float(weight @ (time - about) ** 2)
     slope = float((weight * (time - about)) @ offset) / leverage
-    left_line = _left(offset - slope * time, weight)
-    steps = [(_left(offset[:k], weight[:k]) + _left(offset[k:], weight[k:]), k) for k in range(1, time.size)]
+    left_line = _misfit(offset - slope * time, weight)
+    steps = [(_misfit(offset[:k], weight[:k]) + _misfit(offset[k:], weight[k:]), k) for k in range(1, time.size)]
     left_step, k = min(steps)
     before, after = (float(np.average(offset[p], weights=weight[p])) for p in (slice(k), slice(k, None)))
     jump = after - before
@@ -113,5 +113,5 @@ def _course(
     return slope, slope_std, []
 
 
-def _left(offset: Floats, weight: Floats) -> float:
+def _misfit(offset: Floats, weight: Floats) -> float:
     return float(weight @ (offset - np.average(offset, weights=weight)) ** 2)

@@ -142,14 +142,14 @@ def offset_between(first: SharedSignal, second: SharedSignal) -> SourceClockOffs
     coarse = _coarse_lag(first, second)
     if isinstance(coarse, str):
         return SourceClockOffset(None, None, coarse)
-    return _refined(first, second, coarse)
+    return _refine_lag(first, second, coarse)
 
 
 def offset_near(first: SharedSignal, second: SharedSignal, lag: float) -> SourceClockOffset:
     """Return how much more ``second``'s clock shows than ``first``'s, where it is nearly known."""
     if not moves(first.values) or not moves(second.values):
         return SourceClockOffset(None, None, "one of them shows only noise")
-    return _refined(first, second, lag)
+    return _refine_lag(first, second, lag)
 
 
 def moves(values: Floats) -> bool:
@@ -252,7 +252,7 @@ def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
     return lags.astype(np.float64), overlap * np.log(about / residual), 1.0 - residual / about
 
 
-def _refined(first: SharedSignal, second: SharedSignal, lag: float) -> SourceClockOffset:
+def _refine_lag(first: SharedSignal, second: SharedSignal, lag: float) -> SourceClockOffset:
     """Refine a lag on the ramps between holds (on equal windows where there are no holds)."""
     width = max(_interval(second.time), _interval(first.time))
     windows = _windows(first, first.holds, width)

@@ -170,14 +170,14 @@ def check_work(
 
 
 def _count_distinct(states: LoadStates) -> int:
-    """Return how many states differ at all: one row written ten times is one reading."""
+    """Return the number of different states: one row written ten times is one reading."""
     measured = [values.reshape(len(states), -1) for values in (states.position, states.deflection)]
     rows = np.nan_to_num(np.concatenate([states.joints, states.wrench, *measured], axis=1))
     return len(np.unique(rows, axis=0))
 
 
 def _count_loads(states: LoadStates) -> int:
-    """Return how many directions of the load on the robot there are, poses that are alike taken as one."""
+    """Return the number of directions of the load on the robot, poses that are alike taken as one."""
     size = np.linalg.norm(states.wrench[:, :3], axis=1)
     loaded = size > 0.1 * size.max()
     direction = states.wrench[loaded, :3] / size[loaded, None]
@@ -387,6 +387,6 @@ def _check_orientation(
 
 
 def _mounting_spread(computed: Floats, measured: Floats) -> float:
-    """Return how much the target's orientation on the robot differs from state to state, rad."""
+    """Return the spread of the target's orientation on the robot between states, rad."""
     mounting = np.swapaxes(computed, -1, -2) @ measured
     return float(np.max(np.linalg.norm(rotation_vector(mounting @ mounting[0].T), axis=1)))

@@ -90,7 +90,7 @@ def find_holds(time: Floats, values: Floats) -> Holds:
     """
     if time.size < 8:
         return _none(UnusedStretch(0.0, 0.0, UnusedCode.TOO_FEW_READINGS))
-    white, tolerance = _whitened(values)
+    white, tolerance = _whiten(values)
     kept, pauses = _levels(time, white, tolerance)
     for _ in range(MOST_LOOKS):
         # Noise that is not white (vibration, mains) moves means more than its single readings show: look again. It also
@@ -115,7 +115,7 @@ def _none(dropped: UnusedStretch) -> Holds:
 
 def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece], list[_Piece]]:
     """Return the pieces that are holds, and those held too briefly."""
-    pieces = _joined(_segmented(white, tolerance), tolerance)
+    pieces = _merge_alike(_segment(white, tolerance), tolerance)
     stay = _stay(time, white, pieces)
     level = np.array([_is_level(white, piece, tolerance) for piece in pieces], dtype=np.bool_) & (stay > REST)
     holds = [piece for piece, is_level in zip(pieces, level, strict=True) if is_level]
@@ -167,7 +167,7 @@ def _slow_noise(white: Floats, holds: Sequence[_Piece]) -> Floats:
     return np.asarray(most)
 
 
-def _whitened(values: Floats) -> tuple[Floats, float]:
+def _whiten(values: Floats) -> tuple[Floats, float]:
     """Return values over their noise with single spikes taken out, and the difference below which levels are one."""
     low, high = np.quantile(values, [0.005, 0.995], axis=0)
     spread = high - low
@@ -220,7 +220,7 @@ def _tolerance(white: Floats) -> float:
     return max(SAME_LEVEL * float(np.linalg.norm(high - low)), 0.5)
 
 
-def _segmented(white: Floats, tolerance: float) -> list[_Piece]:
+def _segment(white: Floats, tolerance: float) -> list[_Piece]:
     """Cut at every change of level: chunk by chunk, each where the step is most significant, until nothing changes."""
     n_channels = white.shape[1]
     # chi-square of c degrees at a false alarm of about 1e-7 per place (Laurent & Massart 2000, Lemma 1, x = 16)
@@ -230,7 +230,7 @@ def _segmented(white: Floats, tolerance: float) -> list[_Piece]:
         stack = [(begin, min(begin + CHUNK, len(white)))]
         while stack:
             first, last = stack.pop()
-            cut = _cut(white[first:last], bound, 0.5 * tolerance)
+            cut = _best_cut(white[first:last], bound, 0.5 * tolerance)
             if cut:
                 stack += [(first + cut, last), (first, first + cut)]
             else:
@@ -238,8 +238,8 @@ def _segmented(white: Floats, tolerance: float) -> list[_Piece]:
     return pieces
 
 
-def _cut(white: Floats, bound: float, smallest: float) -> int:
-    """Return where the level of (n, c) values of unit noise changes most, or 0 where it does not."""
+def _best_cut(white: Floats, bound: float, smallest: float) -> int:
+    """Return the index at which the level of (n, c) values of unit noise changes most, or 0 where it does not."""
     n = len(white)
     if n < 2:
         return 0
@@ -256,7 +256,7 @@ def _mean(values: Floats) -> Floats:
     return np.asarray(np.add.reduce(values, axis=0) / len(values))  # of so few `numpy.mean` takes five times as long
 
 
-def _joined(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
+def _merge_alike(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
     """Join neighbours of one level."""
     merged = [pieces[0]]
     for piece in pieces[1:]:

@@ -55,7 +55,7 @@ def corrections(states: LoadStates, chain: Chain, estimated: bool) -> list[Corre
     states : one reference state per pose, with measured places. chain : the robot.
     estimated : True where the tracker's frame was found from these poses, so that it is fitted with each of the others.
     """
-    candidates = [*_fitted(states, chain, estimated), *_reordered(states, chain)]
+    candidates = [*_fit_corrections(states, chain, estimated), *_order_corrections(states, chain)]
     candidates.sort(key=lambda correction: correction.left_m)
     if not candidates:
         return []
@@ -86,7 +86,7 @@ def correcting_words(states: LoadStates, chain: Chain, estimated: bool, most_m: 
     return words, first.mend
 
 
-def _fitted(states: LoadStates, chain: Chain, estimated: bool) -> Iterator[Correction]:
+def _fit_corrections(states: LoadStates, chain: Chain, estimated: bool) -> Iterator[Correction]:
     """Yield the corrections that are numbers to be fitted."""
     problem = _Problem(states, chain)
     n_joints = states.joints.shape[1]
@@ -156,7 +156,7 @@ class _Problem:
         yield Correction(left, len(free), *words(x), frozenset(parts))
 
 
-def _reordered(states: LoadStates, chain: Chain) -> Iterator[Correction]:
+def _order_corrections(states: LoadStates, chain: Chain) -> Iterator[Correction]:
     """Yield the order of the poses' places that meets kinematics best, where it is another one."""
     from scipy.optimize import linear_sum_assignment
 
@@ -196,11 +196,11 @@ def _target_words(x: Floats) -> str:
 
 def _zero_words(chain: Chain, joints: list[int], x: Floats) -> tuple[str, str]:
     names = chain.joint_names
-    parts = [f"{np.degrees(_wrapped(x[9 + k])):+.2f}° at {names[k] if k < len(names) else k + 1}" for k in joints]
+    parts = [f"{np.degrees(_wrap_angle(x[9 + k])):+.2f}° at {names[k] if k < len(names) else k + 1}" for k in joints]
     text = "another zero of the joint angles: " + ", ".join(parts)
     return text, "correct theta_deg in robot.toml, or the controller's zero"
 
 
-def _wrapped(angle: float) -> float:
+def _wrap_angle(angle: float) -> float:
     """Return an angle between −π and π, rad."""
     return float((angle + np.pi) % (2.0 * np.pi) - np.pi)

@@ -310,7 +310,7 @@ def fingerprint_of(source: Source, file: str) -> tuple[int, str]:
 
 
 def place_of_row(folder: Path, source: Source, file: str, row: int) -> str:
-    """Return where data row ``row`` (from 1) stands in the file."""
+    """Return the place of data row ``row`` (from 1) in the file."""
     reader = find_reader(folder / file, source.format_for(file), file)
     return str(reader.place_of_row(folder / file, reader_options(source, reader.name, file), row))
 

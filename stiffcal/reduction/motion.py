@@ -39,11 +39,11 @@ class Motion:
 
 
 def motion_of(states: LoadStates, chain: Chain, every: bool = False) -> Motion:
-    """Return the first target's translation; where only gauges were read, what they saw along their directions.
+    """Return the first target's translation; where only gauges were read, their readings along their directions.
 
     Parameters
     ----------
-    every : of all targets, where there are several, and not of the first (the outermost) alone.
+    every : True for all targets, False for the first (the outermost) alone.
     """
     n = len(states)
     if states.has_poses or not states.setup.gauges:

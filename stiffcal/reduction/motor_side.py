@@ -65,7 +65,7 @@ class MotorSide:
             return rows
         signals = dict(rows.signals)
         if "joints" in signals:
-            signals["joints"] = self._unwrapped(signals["joints"]) / ratio[:, None]
+            signals["joints"] = self._unwrap(signals["joints"]) / ratio[:, None]
         for name in ("joints.command", "joints.velocity"):
             if name in signals:
                 signals[name] = signals[name] / ratio[:, None]
@@ -78,7 +78,7 @@ class MotorSide:
         for rows in batches:
             yield self.joint_side(rows)
 
-    def _unwrapped(self, angle: Floats) -> Floats:
+    def _unwrap(self, angle: Floats) -> Floats:
         """Return (L, n) motor angles with whole turns put back where the log starts anew at every turn.
 
         Only a log that never leaves one turn can do that: beyond one turn a large step is a fast motor.

@@ -68,7 +68,7 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
         return {}
     cycles = find_load_cycles(states)
     groups = _groups(states, cycles)
-    readings = readings - _misaligned(readings, states, cycles)
+    readings = readings - _misalignment_effect(readings, states, cycles)
     noise = _noise(readings, groups)
     if noise is None:
         return {}
@@ -114,7 +114,7 @@ def _readings(states: LoadStates) -> tuple[Floats, int]:
     return np.concatenate(columns, axis=1), 3
 
 
-def _misaligned(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Floats:
+def _misalignment_effect(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Floats:
     """Return (n, k): what the readings owe to forces that were not quite along their direction.
 
     A heavy load misaligned by half a degree moves a soft robot sideways by several times the tracker's noise. How the
@@ -227,7 +227,7 @@ class _RunReadings:
         while True:
             lengths = self._course_residuals()
             suspects = sorted((k for k in lengths if lengths[k] > self.bound), key=lambda k: -lengths[k])
-            worst = next((k for k in suspects if self._may_go(k) and self._unexplained(k)), None)
+            worst = next((k for k in suspects if self._may_go(k) and self._is_unexplained(k)), None)
             if worst is None:
                 return bumps
             worst = self._instead(worst, lengths)
@@ -251,25 +251,25 @@ class _RunReadings:
         if self._roughness(group, (worst,)) <= self.bound:
             return worst
         roughness, two = min((self._roughness(group, two), two) for two in combinations(members, 2))
-        able = roughness <= self.bound and worst not in two and all(self._unexplained(k) for k in two)
+        able = roughness <= self.bound and worst not in two and all(self._is_unexplained(k) for k in two)
         return max(two, key=lambda k: lengths[k]) if able else worst
 
     def _roughness(self, group: _Group, without: tuple[int, ...]) -> float:
-        """Return how far the worst reading of a group is from the course of the rest, some left out."""
+        """Return the largest studentized residual of a group about its smooth course, some readings left out."""
         mask = self.kept[group.members] & ~np.isin(group.members, without)
         course = _course(group, mask)
         if course is None or course.shape[0] <= course.shape[1]:
             return float(np.inf)
-        return float(max(self._lengths(group.members[mask], course)))
+        return float(max(self._standardised_residuals(group.members[mask], course)))
 
-    def _lengths(self, members: Integers, course: Floats) -> Floats:
-        """Return (m,) how far readings are from a course through them, in standard deviations."""
+    def _standardised_residuals(self, members: Integers, course: Floats) -> Floats:
+        """Return (m,) studentized residuals of readings about their fit by ``course``, the (m, p) design matrix."""
         hat = course @ np.linalg.pinv(course)
         residual = self.white[members] - hat @ self.white[members]
         return np.asarray(np.linalg.norm(residual, axis=1) / np.sqrt(np.maximum(1.0 - np.diag(hat), 0.05)))
 
     def _course_residuals(self) -> dict[int, float]:
-        """Return how far each reading is from its group's smooth course, in standard deviations."""
+        """Return reading to its studentized residual about its group's smooth course."""
         lengths: dict[int, float] = {}
         for group in self.groups:
             mask = self.kept[group.members]
@@ -277,24 +277,26 @@ class _RunReadings:
             if course is None:
                 continue
             members = group.members[mask]
-            lengths |= {int(k): float(x) for k, x in zip(members, self._lengths(members, course), strict=True)}
+            lengths |= {
+                int(k): float(x) for k, x in zip(members, self._standardised_residuals(members, course), strict=True)
+            }
         return lengths
 
     def _others(self, k: int) -> Integers:
         members = self.group_of[k].members
         return np.asarray(members[self.kept[members] & (members != k)])
 
-    def _unexplained(self, k: int) -> bool:
+    def _is_unexplained(self, k: int) -> bool:
         """Return whether neither repeats, nor neighbours in time, nor a jump between neighbours explain a reading."""
         if not self.group_of[k].loaded:
-            return self._far_unloaded(k) and not self._slipped(k)
+            return self._far_unloaded(k) and not self._is_slip(k)
         off = self._off_repeats(k)
         if off:
             if min(np.linalg.norm(away) for away in off.values()) <= np.sqrt(2.0) * self.bound:
                 return False
         elif self._other_branch_agrees(k):
             return False
-        return not self._slipped(k) and not self._at_a_jump(k)
+        return not self._is_slip(k) and not self._at_a_jump(k)
 
     def _far_unloaded(self, k: int) -> bool:
         """Return whether an unloaded reading is far from the others.
@@ -330,7 +332,7 @@ class _RunReadings:
         change = (self.white[repeats[first]] - self.white[repeats[two]]) / (at[first] - at[two])[:, None]
         return np.asarray(np.median(change, axis=0))
 
-    def _slipped(self, k: int) -> bool:
+    def _is_slip(self, k: int) -> bool:
         """Return whether the reading before or after is off its own repeats alike: a slip or a drift, not a bump."""
         off = self._off_repeats(k)
         for neighbour in (k - 1, k + 1):

@@ -21,7 +21,7 @@ from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.swept_loads import find_sweeps, is_swept
 from stiffcal.reduction.unused import UnusedCode, UnusedStretch
 
-# What a device may have in common with another, the load first.
+# Signals by which two logs' clocks are compared, the load first.
 _SHARED = ("wrench", "position.", "marker.", "lengths.", "displacement.", "joints")
 # A joint log without a clock may stand for the whole run when its joints stay within this: a tenth of what a
 # direction-finding touch of the pendant moves, and 0.1 mm at 1 m.
@@ -50,7 +50,7 @@ class ReducedRun:
 
 
 def shared_signal(source: str, blocks: Blocks) -> SharedSignal:
-    """Return the signal common to this log and others: the load where it has one, else what the load moved."""
+    """Return the signal to compare this log's clock with others': the load if logged, else a displacement it causes."""
     for stem in _SHARED:
         names = [name for name in blocks.mean if name == stem or (stem.endswith(".") and name.startswith(stem))]
         if names:
@@ -80,7 +80,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     shared = [shared_signal(source, blocks) for source, blocks in logs.items()]
     clocks = align_clocks(shared, run.clock_ahead_s)
     devices = {name for name, blocks in logs.items() if any(key.startswith("displacement.") for key in blocks.mean)}
-    holds, passes = (tabled, 0) if tabled is not None else _found_holds(run, shared, clocks, devices)
+    holds, passes = (tabled, 0) if tabled is not None else _find_run_holds(run, shared, clocks, devices)
     if len(holds) == 0:
         raise InputError.at(
             FaultCode.STATES_MISSING, f"run {run.id}", "", "no load state is found: the load was never held",
@@ -103,7 +103,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         for k in np.flatnonzero(keep & ~covered):
             dropped.append(UnusedStretch(float(holds.start[k]), float(holds.end[k]), UnusedCode.NOT_LOGGED, source))
         if (~covered).sum() > MISSED * len(holds):
-            warnings.append(_missed(run.id, source, int((~covered).sum()), len(holds)))
+            warnings.append(_missed_holds_text(run.id, source, int((~covered).sum()), len(holds)))
         keep &= covered
         holds = replace(holds, start=np.where(covered, start, holds.start), end=np.where(covered, end, holds.end))
     if not (keep & ~brief).any():
@@ -115,7 +115,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
             "check which files belong together",
         )
     numbers = np.flatnonzero(keep)
-    states = _averaged(run, holds, numbers, placed)
+    states = _average_holds(run, holds, numbers, placed)
     lasted = holds.left - holds.reached
     set_aside = [
         SetAside(SetAsideCode.HELD_BRIEFLY, f"held too briefly to be read: {seconds:.2g} s") for seconds in lasted
@@ -134,10 +134,10 @@ def beginning(run: Run, logs: Mapping[str, Blocks]) -> RawStates:
     start = np.array([first.start[0]])
     end = start + min(np.ptp(first.time), 0.5) + 1e-9
     holds = Holds(start, end, start, end)
-    return _averaged(run, holds, np.zeros(1, dtype=np.int64), placed)
+    return _average_holds(run, holds, np.zeros(1, dtype=np.int64), placed)
 
 
-def _found_holds(
+def _find_run_holds(
     run: Run, shared: list[SharedSignal], clocks: Mapping[str, SourceClockOffset], devices: Set[str]
 ) -> tuple[Holds, int]:
     """Find holds in the load, else in what moved most clearly, and bring them to the first source's clock.
@@ -196,7 +196,7 @@ def _ahead(
     raise InputError.at(FaultCode.CLOCK_UNKNOWN, f"run {run.id}", f"clock of {source}", reason, mend)
 
 
-def _missed(run: str, source: str, missed: int, count: int) -> str:
+def _missed_holds_text(run: str, source: str, missed: int, count: int) -> str:
     return (
         f"run {run}: by the clocks as found {missed} of {count} holds lie outside the log of {source}, left out; if "
         "both devices logged at the same time, this clock is misplaced (loads that repeat, a clock that was set, or a "
@@ -231,7 +231,7 @@ def _with_brief_ones(holds: Holds) -> tuple[Holds, NDArray[np.bool_]]:
     return Holds(start, end, reached, hold_end, not_brief), order >= len(holds)
 
 
-def _averaged(
+def _average_holds(
     run: Run, holds: Holds, numbers: NDArray[np.int64], placed: list[tuple[str, Blocks, float | None]]
 ) -> RawStates:
     """Average every signal over every hold."""
@@ -303,8 +303,8 @@ def hold_means(
         weight = blocks.count[:, None].astype(np.float64)
         middle_value = mean.mean(axis=0)
         away = mean - middle_value
-        sums = _cumulated(away * weight)
-        squares = _cumulated(away**2 * weight + blocks.variance[name] * np.maximum(weight - 1.0, 0.0))
+        sums = _cumulative_sums(away * weight)
+        squares = _cumulative_sums(away**2 * weight + blocks.variance[name] * np.maximum(weight - 1.0, 0.0))
         average = (sums[last] - sums[first]) / total[:, None]
         about = np.maximum((squares[last] - squares[first]) - total[:, None] * average**2, 0.0)
         means[name] = average + middle_value
@@ -312,5 +312,5 @@ def hold_means(
     return means, spreads, total
 
 
-def _cumulated(values: Floats) -> Floats:
+def _cumulative_sums(values: Floats) -> Floats:
     return np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])

@@ -153,13 +153,13 @@ class _RegistrationProblem:
         self.full_pose = bool(np.isfinite(states.rotation).all())
         self.frames = {name: placement_matrix(manifest.frames[name]) for name in names}
         if tracker in self.frames:
-            self.frames[tracker] = self._started(tracker)
+            self.frames[tracker] = self._starting_transform(tracker)
         # a target's orientation cannot be derived from its position
         self.free = [
             (name, k) for name in names for k in range(6) if self.full_pose or name == tracker or k < 3
         ]  # fmt: skip
 
-    def _started(self, tracker: str) -> Floats:
+    def _starting_transform(self, tracker: str) -> Floats:
         """Return a start for the tracker: the rigid motion that brings readings and kinematics together."""
         setup = measurement_setup(self.manifest, self.chain, resolve_frames(self.manifest, self.chain, self.frames))
         predicted, _ = attached_poses(self.chain, self.angles, setup.targets[0])
@@ -185,7 +185,7 @@ class _RegistrationProblem:
                 turns.append(vector_from_rotation(measured @ np.swapaxes(rotation, -1, -2)))
         return np.stack(places, axis=1), np.stack(turns, axis=1) if turns else np.zeros((len(self.states), 0, 3))
 
-    def _moved(self, step: Floats) -> dict[str, Floats]:
+    def _apply_step(self, step: Floats) -> dict[str, Floats]:
         """Return the frames moved by step (p,), in their own axes."""
         frames = dict(self.frames)
         for name in self.names:
@@ -210,14 +210,14 @@ class _RegistrationProblem:
             for k in range(len(self.free)):
                 step = np.zeros(len(self.free))
                 step[k] = STEP
-                ahead, back = self._flat(self._moved(step), weight), self._flat(self._moved(-step), weight)
+                ahead, back = self._flat(self._apply_step(step), weight), self._flat(self._apply_step(-step), weight)
                 columns.append((ahead - back) / (2.0 * STEP))
             jacobian = np.stack(columns, axis=1)
             left, singular, right = np.linalg.svd(jacobian, full_matrices=False)
             if singular[-1] < 1e-6 * singular[0]:
                 self._refuse("leave a direction open")
             step = -right.T @ ((left.T @ now) / singular)
-            self.frames = self._moved(step)
+            self.frames = self._apply_step(step)
             place, turn = self.residuals(self.frames)
             variance = float(now @ now) / max(now.size - len(self.free), 1)
             covariance = variance * (right.T / singular**2) @ right

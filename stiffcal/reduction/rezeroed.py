@@ -37,7 +37,7 @@ def _is_mended(force: Floats, motion: Floats, step: Floats, starts: range) -> bo
     return best < MENDED * left(force)
 
 
-def _parted(unloaded: Floats) -> tuple[int, Floats, float]:
+def _best_division(unloaded: Floats) -> tuple[int, Floats, float]:
     """Part readings (m, 3), in order, into two groups that scatter least: where, the step, the scatter about both."""
     m = len(unloaded)
 
@@ -75,7 +75,7 @@ def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml")
         returned = np.flatnonzero(distance < BACK * distance.max())  # the reference among them
         if returned.size < 2:
             continue
-        first, step, scatter = _parted(force[returned])
+        first, step, scatter = _best_division(force[returned])
         ghosts = (distance > AFAR * distance.max()) & (size < NO_FORCE * size.max())
         if (
             np.linalg.norm(step) < max(LEAST_STEP * size.max(), CLEARLY * scatter)

@@ -37,7 +37,7 @@ def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml"
     if free < 1 or size == 0.0:
         return []
     measured, columns = np.where(rows, measured, 0.0), np.where(rows[:, :, None], columns, 0.0)
-    unchanged = _left(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], measured)
+    unchanged = _misfit(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], measured)
     start, step, misfit = _best_step(reading, per_reading, columns, measured)
     sure = (unchanged - misfit) / (reading.shape[1] + 1) > SURE * misfit / free
     if not sure or misfit > MENDED * unchanged or np.linalg.norm(step[:3]) < LEAST_STEP * size:
@@ -79,7 +79,7 @@ def _best_step(reading: Floats, per_reading: Floats, columns: Floats, measured: 
         before, at = step, start
         after = (np.arange(n) >= start)[:, None]
         design = columns * (per_reading @ np.where(after, reading - step, reading)[:, :, None])[:, None, :, 0]
-        compliance = _solved(design.reshape(-1, design.shape[2]), measured.ravel())
+        compliance = _solve(design.reshape(-1, design.shape[2]), measured.ravel())
         # what one unit of each reading does with these springs; products of the two unknowns are met by the turns
         give = (columns * compliance) @ per_reading
         start, step, misfit = _scan(
@@ -116,11 +116,11 @@ def _scan(springs: Floats, give: Floats, measured: Floats, starts: NDArray[np.in
     return int(starts[k]), solution[k, J:] / size, max(float(misfit[k]), 1e-300)
 
 
-def _left(design: Floats, measured: Floats) -> float:
+def _misfit(design: Floats, measured: Floats) -> float:
     design, target = design.reshape(-1, design.shape[2]), measured.ravel()
-    return float(np.sum((target - design @ _solved(design, target)) ** 2))
+    return float(np.sum((target - design @ _solve(design, target)) ** 2))
 
 
-def _solved(design: Floats, wanted: Floats) -> Floats:
+def _solve(design: Floats, wanted: Floats) -> Floats:
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
     return np.asarray(np.linalg.lstsq(design / scale, wanted, rcond=1e-9)[0] / scale)

@@ -66,7 +66,7 @@ def swept_load(time: Floats, values: Floats) -> Floats:
 
 
 def turning_points(load: Floats, least: float) -> Integers:
-    """Return where the load turns: the ends and the extremes between changes of more than ``least``.
+    """Return the indices at which the load turns: the ends and the extremes between changes of more than ``least``.
 
     Examples
     --------
@@ -130,7 +130,7 @@ def find_sweeps(time: Floats, values: Floats) -> SweptPasses | None:
     if passes < LEAST_PASSES:
         return None
     windows += _rest(time[last:])
-    start, stop = (np.array(side) for side in zip(*_apart(windows), strict=True))
+    start, stop = (np.array(side) for side in zip(*_disjoint(windows), strict=True))
     between = (UnusedStretch(float(time[0]), float(time[-1]), UnusedCode.BETWEEN_SWEPT_LOADS),)
     return SweptPasses(Holds(start, stop, start.copy(), stop.copy(), between), passes)
 
@@ -169,7 +169,7 @@ def is_swept(time: Floats, values: Floats) -> bool:
 
 
 def _moving(load: Floats, turns: Integers, still: float) -> tuple[int, int] | None:
-    """Return where the load leaves its first rest for good, and where it has come to its last one."""
+    """Return the indices at which the load leaves its first rest for good and reaches its last one."""
     away = np.flatnonzero(np.abs(load - load[: max(turns[1] // 50, 1)].mean()) > still)
     if not len(away):
         return None
@@ -209,7 +209,7 @@ def _windows_of(time: Floats, load: Floats, begin: int, end: int, step: float) -
     return windows
 
 
-def _apart(windows: list[tuple[float, float]]) -> list[tuple[float, float]]:
+def _disjoint(windows: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return the windows in order of time, none reaching into the one before."""
     disjoint: list[tuple[float, float]] = []
     for start, end in sorted(windows):

@@ -41,7 +41,7 @@ def own_fonts() -> list[Path]:
 def further_fonts(texts: Iterable[str]) -> list[Path]:
     """Return the files of the system's fonts that have letters of these texts which DejaVu lacks."""
     wanted = _unusual(texts)
-    return list(_search(wanted)[0]) if wanted else []
+    return list(_fonts_covering(wanted)[0]) if wanted else []
 
 
 @lru_cache(maxsize=4096)  # the labels of ticks come again with every picture
@@ -49,7 +49,7 @@ def drawable(text: str) -> str:
     """Return a text with what is hidden, and what no font here has, written out."""
     text = escaped(text)
     wanted = _unusual([text])
-    lost = _search(wanted)[1] if wanted else frozenset()
+    lost = _fonts_covering(wanted)[1] if wanted else frozenset()
     return "".join(c.encode("unicode_escape").decode("ascii") if c in lost else c for c in text) if lost else text
 
 
@@ -127,17 +127,17 @@ def _letters(file: Path) -> frozenset[int]:
 
 
 @lru_cache(maxsize=16)
-def _search(wanted: frozenset[str]) -> tuple[tuple[Path, ...], frozenset[str]]:
-    """Return the fonts of the system that have letters of those wanted, the one with most first; and what none has."""
-    left, chosen = {ord(c) for c in wanted}, []
-    having = {file: left & _letters(file) for file in _system_fonts()}
-    while left and having:
-        best = max(sorted(having), key=lambda file: len(having[file] & left))
-        if not having[best] & left:
+def _fonts_covering(wanted: frozenset[str]) -> tuple[tuple[Path, ...], frozenset[str]]:
+    """Return fonts of the system that cover the letters, the one with most first, and the letters that none has."""
+    missing, chosen = {ord(c) for c in wanted}, []
+    letters_of_font = {file: missing & _letters(file) for file in _system_fonts()}
+    while missing and letters_of_font:
+        best = max(sorted(letters_of_font), key=lambda file: len(letters_of_font[file] & missing))
+        if not letters_of_font[best] & missing:
             break
         chosen.append(best)
-        left -= having.pop(best)
-    return tuple(chosen), frozenset(chr(code) for code in left)
+        missing -= letters_of_font.pop(best)
+    return tuple(chosen), frozenset(chr(code) for code in missing)
 
 
 def _system_fonts() -> list[Path]:

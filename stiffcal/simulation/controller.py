@@ -37,7 +37,7 @@ _SETTLED, _MOST_ROUNDS = 1e-6, 60
 
 
 def controllers_model(robot: CompliantRobot, controller: Controller) -> CompliantRobot:
-    """Return what the controller believes of the robot.
+    """Return the controller's model of the robot.
 
     Raises
     ------
@@ -95,14 +95,18 @@ def compensated(
         return []
     model = controllers_model(robot, controller)
     planned_runs = [off.planned for off in true_run]
-    offsets = _joined(_offsets(model, off, tool) for off in true_run)
+    offsets = _concatenate_runs(_offsets(model, off, tool) for off in true_run)
     # Where a guide pushes a displaced tool back, the correction changes the force that it is made for.
     guided = any(planned.loads.guide_N_per_m > 0.0 for planned in planned_runs)
     steps = SecantSteps(np.ones(len(offsets)), offsets.shape[1])
     for _ in range(_MOST_ROUNDS):
         corrections = _by_run(true_run, offsets)
         on_runs = solve_true_runs(robot, planned_runs, frames, tool, settle, corrections)
-        left = _joined(_offsets(model, on, tool) for on in on_runs) - offsets if guided else np.zeros_like(offsets)
+        left = (
+            _concatenate_runs(_offsets(model, on, tool) for on in on_runs) - offsets
+            if guided
+            else np.zeros_like(offsets)
+        )
         if np.abs(left).max(initial=0.0) <= _SETTLED * np.abs(offsets).max(initial=0.0):
             break
         offsets = steps.step(offsets, left)
@@ -121,7 +125,7 @@ def compensated(
     ]
 
 
-def _joined(parts: Iterable[Floats]) -> Floats:
+def _concatenate_runs(parts: Iterable[Floats]) -> Floats:
     """Return the runs' (s, L) joint offsets one below the other."""
     return np.concatenate(list(parts))
 
@@ -166,7 +170,7 @@ def _shift(off: TrueRun, on: TrueRun, frame: str) -> Floats:
 
 
 def _in_time(off: TrueRun, on: TrueRun, offset: Floats, names: Sequence[str], controller: Controller) -> Correction:
-    """Return what the controller does over time: read each cycle, filtered, and carried out after the delay."""
+    """Return the correction over time: read each cycle, filtered, and carried out after the delay."""
     program = off.planned.program
     read = np.arange(-_NON_LOAD_RUNS, program.duration + _NON_LOAD_RUNS, controller.cycle_s)
     columns = np.concatenate([offset, *(_shift(off, on, name) for name in names)], axis=1)

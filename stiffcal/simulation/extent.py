@@ -30,11 +30,11 @@ def check_extent(settings: SimulationSettings, manifest: Manifest) -> None:
         read += sum(max(rate * seconds, steps) for rate in rates)
         for amount, limit in ((solved, BALANCES), (read, SAMPLES)):
             if amount > limit.most:
-                raise _exceeded(limit, run)
+                raise _extent_fault(limit, run)
 
 
 def _extent_of(settings: SimulationSettings, run: SimulatedRun, experiment: str) -> tuple[float, float]:
-    """Return how many balances a run takes, and how many seconds it lasts, both at most."""
+    """Return the number of balances that a run takes, and its length in s, both at most."""
     simulation = run_simulation(experiment)
     if simulation is not None:
         return simulation.extent(settings.motion_of(experiment, run))
@@ -47,6 +47,6 @@ def _extent_of(settings: SimulationSettings, run: SimulatedRun, experiment: str)
     return steps, loads.first_hold_s + holds * (hold + ramp + loads.settle_s)
 
 
-def _exceeded(limit: Limit, run: SimulatedRun) -> InputError:
+def _extent_fault(limit: Limit, run: SimulatedRun) -> InputError:
     mend = f"log at a lower rate or simulate fewer cycles, or raise {limit.variable}"
     return limit.exceeded(FILE_NAME, f'runs "{run.id}"', mend)

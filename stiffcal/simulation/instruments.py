@@ -57,7 +57,7 @@ class SamplingContext:
     robot: TrueRobot
     """What the robot has beyond its files."""
     misplaced: Floats
-    """(6,) m and rad, base axes: how far the robot stands from where its kinematics puts it, all through the run."""
+    """(6,) m and rad, base axes: the error of the robot's pose beyond its kinematics, constant in the run."""
     gear_ratio: Floats
     """(L,) motor turns per joint turn."""
 
@@ -75,7 +75,7 @@ class SamplingContext:
         rotation = self.true_run.rotation_at(frame, self.path)
         if self.frames[frame].body == 0:
             return position, rotation
-        shift = self._corrected(frame)
+        shift = self._correction(frame)
         if shift is not None:
             position, rotation = position + shift[:, :3], rotation_from_vector(shift[:, 3:]) @ rotation
         return position + self.misplaced[:3], np.asarray(rotation_from_vector(self.misplaced[3:]) @ rotation)
@@ -96,12 +96,12 @@ class SamplingContext:
         start = self.true_run.unloaded[frame]
         rotation = self.true_run.rotation_at(frame, self.path)
         translation = self.true_run.position_at(frame, self.path) - start[:3, 3]
-        shift = self._corrected(frame)
+        shift = self._correction(frame)
         if shift is not None:
             translation, rotation = translation + shift[:, :3], rotation_from_vector(shift[:, 3:]) @ rotation
         return np.concatenate([translation, vector_from_rotation(rotation @ start[:3, :3].T)], axis=1)
 
-    def _corrected(self, frame: str) -> Floats | None:
+    def _correction(self, frame: str) -> Floats | None:
         """Return (n, 6) how far a correcting controller moves and turns a frame; None where none corrects."""
         correction = self.true_run.correction
         return None if correction is None else correction.shift_at(frame, self.time)
@@ -134,7 +134,7 @@ def frames_measured_by(signal: Signal) -> tuple[str, ...]:
 
 
 def true_reading(signal: Signal, samples: SamplingContext, place: str) -> SignalSamples:
-    """Return what a signal would show without any error.
+    """Return a signal's values without any error.
 
     Parameters
     ----------

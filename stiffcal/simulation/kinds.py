@@ -39,7 +39,7 @@ class RunSetup:
     """s, on the campaign's clock."""
 
     def driven_joint(self) -> int:
-        """Return which joint is driven, from 1.
+        """Return the driven joint, from 1.
 
         Raises
         ------
@@ -64,7 +64,7 @@ class RunSimulation(ABC, Generic[Motion]):
 
     @abstractmethod
     def extent(self, motion: Motion) -> tuple[float, float]:
-        """Return how many balances a run takes, and how many seconds it lasts, both at most."""
+        """Return the number of balances that a run takes, and its length in s, both at most."""
 
     def frames(self, motion: Motion) -> tuple[tuple[str, str], ...]:
         """Return (key, name) of each frame that the run needs; the key as messages name it."""
@@ -72,7 +72,7 @@ class RunSimulation(ABC, Generic[Motion]):
 
     @abstractmethod
     def plan(self, motion: Motion, setup: RunSetup) -> PlannedRun:
-        """Return what is done in a run; its program is a `MotionProgram`.
+        """Return the plan of a run; its program is a `MotionProgram`.
 
         Raises
         ------
@@ -88,7 +88,7 @@ class RunSimulation(ABC, Generic[Motion]):
         tool: ToolWeight,
         motion: Motion,
     ) -> TrueRun:
-        """Return where the robot really is in a planned run.
+        """Return the true motion of the robot in a planned run.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class RunSimulation(ABC, Generic[Motion]):
 
 
 def run_simulation(experiment: str) -> RunSimulation[TomlTable] | None:
-    """Return what simulates the runs of a kind of experiment; None where these are load cycles.
+    """Return the simulation of the runs of a kind of experiment; None where these are load cycles.
 
     Examples
     --------

@@ -74,11 +74,11 @@ class RecordingContext:
     """Rod to its link's node, and what it reads, (7,): of that node's displacement, and per kelvin."""
 
     def misplaced(self, run: int) -> Floats:
-        """Return (6,) how far the robot stands from where its kinematics puts it, m and rad, base axes."""
+        """Return (6,) the error of the robot's pose in a run, beyond its kinematics, m and rad, base axes."""
         robot = self.settings.robot
-        drawn = stream(self.seed, Stream.MISPLACED, run).standard_normal(6)
+        samples = stream(self.seed, Stream.MISPLACED, run).standard_normal(6)
         size = np.repeat([robot.position_error_m, robot.orientation_error_rad], 3)
-        return np.asarray(size * drawn)
+        return np.asarray(size * samples)
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def devices_of(
 
 
 def record(stage: RecordingContext, device: Device) -> DeviceLog:
-    """Return what one device writes in one run.
+    """Return one device's log of one run.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def record(stage: RecordingContext, device: Device) -> DeviceLog:
         units[device.source.time.column] = device.source.time.unit or "s"
     for number, (name, signal) in enumerate(device.source.signals().items()):
         truth = true_reading(signal, samples, f"{device.place}.{name}")
-        reading, knocked = _disturbed(stage, device, number, truth, samples)
+        reading, knocked = _with_errors(stage, device, number, truth, samples)
         if name == "deflection":
             # the unloaded reading, which was taken off, errs like all others
             reading = replace(reading, value=reading.value - (reading.value[:1] - truth.value[:1]))
@@ -211,7 +211,7 @@ def _rows(column: Column, rows: NDArray[np.int64]) -> Column:
     return column[rows] if isinstance(column, np.ndarray) else [column[row] for row in rows]
 
 
-def _disturbed(
+def _with_errors(
     stage: RecordingContext, device: Device, signal: int, truth: SignalSamples, samples: SamplingContext
 ) -> tuple[SignalSamples, tuple[int, ...]]:
     """Return a signal with its errors, and the holds that a knock has spoilt."""

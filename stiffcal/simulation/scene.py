@@ -136,7 +136,7 @@ def rods_on_links(campaign: Campaign) -> dict[str, tuple[int, Floats]]:
 
 
 def tool_weight(manifest: Manifest) -> ToolWeight:
-    """Return what hangs on the flange."""
+    """Return the mass on the flange."""
     tool = manifest.tool
     return ToolWeight(0.0, np.zeros(3)) if tool is None else ToolWeight(tool.mass_kg, np.array(tool.com_m))
 

@@ -50,7 +50,7 @@ class Clock:
     """Relative, positive where the clock runs fast."""
 
     def reading(self, true_time: Floats) -> Floats:
-        """Return what the clock shows, s, at true times from the run's start, s."""
+        """Return the clock's readings, s, at true times from the run's start, s."""
         return np.asarray(self.shown_at_begin + (true_time - self.begin) * (1.0 + self.drift))
 
 
@@ -122,17 +122,17 @@ def read_out(
     streams: tuple[np.random.Generator, np.random.Generator],
     zero: np.random.Generator | None = None,
 ) -> Floats:
-    """Return (n, c) what an instrument shows.
+    """Return (n, c) an instrument's readings.
 
     Parameters
     ----------
     sensor : how it errs.
-    channels : what the columns are.
+    channels : the columns' quantities.
     truth : (n, c) SI.
     lasting_error : (n, c) errors that last for a hold.
     hours : (n,) since the campaign's start, for drift.
-    streams : for this log's white noise; for the drift's direction, the same in all runs.
-    zero : for the zero at the run's start, as badly as it is set.
+    streams : random numbers for this log's white noise, and for the drift's direction (the same in all runs).
+    zero : random numbers for the zero error that is set at the run's start; None: no zero error.
     """
     noise, campaign = streams
     readings = max(sensor.readings_per_hold if sensor.rate_hz is None else 1, 1)

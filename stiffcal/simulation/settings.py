@@ -206,7 +206,7 @@ class SimulationSettings(SettingsHead):
         return type(table).model_validate({**table.model_dump(), **run.changed(kind)})
 
     def sensor(self, source: str) -> Sensor:
-        """Return how a source errs; without an entry: not at all."""
+        """Return the errors of a source; without an entry: none."""
         return self.sensors.get(source, Sensor())
 
 

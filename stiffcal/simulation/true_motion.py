@@ -165,7 +165,7 @@ def solve_true_runs(
             for planned, visited in zip(group, nodes, strict=True)
         ]
         batch = _LoadPointBatch(group, nodes, np.concatenate(joints), frames, tool)
-        solve = partial(_solve, robot, batch, settle=settle or _balanced(robot))
+        solve = partial(_solve, robot, batch, settle=settle or _exact_balance(robot))
         stiffness = [planned.loads.guide_N_per_m for planned in group]
         sizes, at = [visited.first.size for visited in nodes], names.index(point)
         try:
@@ -180,7 +180,7 @@ def solve_true_runs(
         start = 0
         for planned, visited in zip(group, nodes, strict=True):
             stop = start + visited.first.size
-            run = _cut(planned, visited, places, slice(start, stop), names)
+            run = _slice_run(planned, visited, places, slice(start, stop), names)
             if planned.loads.guide_N_per_m > 0.0:
                 run = replace(run, wrench=acting[start:stop][visited.solved])
             true_run.append(run)
@@ -262,7 +262,7 @@ def _solve(robot: CompliantRobot, batch: _LoadPointBatch, wrench: Floats, settle
     return Places(places.position + shift[..., :3], turned, places.displacement + shift, places.nodes)
 
 
-def _balanced(robot: CompliantRobot) -> RestSolver:
+def _exact_balance(robot: CompliantRobot) -> RestSolver:
     """Return the exact balance as the robot that is asked."""
 
     def settle(joints: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder) -> Places:
@@ -340,7 +340,7 @@ def _refuse_setup_effects(robot: CompliantRobot) -> None:
             )
 
 
-def _cut(planned: PlannedRun, nodes: _Nodes, places: Places, rows: slice, names: Sequence[str]) -> TrueRun:
+def _slice_run(planned: PlannedRun, nodes: _Nodes, places: Places, rows: slice, names: Sequence[str]) -> TrueRun:
     """Take one run out of a batch."""
     position, turn, unloaded = {}, {}, {}
     for body, name in enumerate(names):

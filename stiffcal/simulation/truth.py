@@ -77,7 +77,7 @@ def _delays(controller: Controller) -> dict[str, Any]:
 
 
 def _noise(sensor: Sensor) -> dict[str, dict[str, float]]:
-    """Return what a source's readings scatter, per axis, SI: within a hold and between holds."""
+    """Return the scatter of a source's readings per axis, SI: within a hold and between holds."""
     parts: dict[str, Amounts] = {"white": sensor.white, "between_holds": sensor.between_holds}
     return {
         name: {key: value for key, value in amounts.model_dump().items() if value} for name, amounts in parts.items()
@@ -85,7 +85,7 @@ def _noise(sensor: Sensor) -> dict[str, dict[str, float]]:
 
 
 def _run(stage: RecordingContext, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> dict[str, Any]:
-    """Return what is true of one run."""
+    """Return the truth of one run."""
     true_run = stage.true_run[devices[0].run]
     program = true_run.planned.program
     middle = np.array([0.5 * program.duration])

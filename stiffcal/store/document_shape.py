@@ -22,7 +22,7 @@ def has_shape(kind: Any, document: Mapping[str, Any]) -> bool:
 
 
 def result_from(kind: type[Result], document: Mapping[str, Any], display_name: str, name: str) -> Result:
-    """Return what a document of a store holds.
+    """Return the content of a document of a store.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def current_folder(store: Path) -> Path | None:
     ------
     OSError : the system does not let the name be read.
     """
-    named = _named_by_file(store) or _named_by_link(store)
+    named = _generation_in_file(store) or _generation_of_link(store)
     if named is not None:
         return store / GENERATIONS / named
     # A copy of a store that turned the link into what it pointed to.
@@ -59,10 +59,11 @@ def current_folder(store: Path) -> Path | None:
     return store / CURRENT if exists else None
 
 
-def _named_by_file(store: Path) -> str | None:
+def _generation_in_file(store: Path) -> str | None:
+    """Return the current generation's name as the file states it; None where the file is missing or damaged."""
     try:
         with open_inside(store, CURRENT_ID) as file:
-            name = file.read(_MOST_NAME + 2).decode("ascii").strip()
+            name = file.read(_MOST_NAME + 2).decode("ascii").strip()  # with line end  # a name, and a line's end
     except UnicodeError:
         return None
     except OSError as error:
@@ -72,7 +73,8 @@ def _named_by_file(store: Path) -> str | None:
     return name if is_generation_name(name) else None
 
 
-def _named_by_link(store: Path) -> str | None:
+def _generation_of_link(store: Path) -> str | None:
+    """Return the current generation's name as the link states it; None where there is no such link."""
     try:
         target = (store / CURRENT).readlink()
     except OSError as error:
@@ -85,7 +87,7 @@ def _named_by_link(store: Path) -> str | None:
 
 
 def place_of(store: Path, folder: Path) -> str:
-    """Return where a generation lies inside its store, as `open_inside` takes it."""
+    """Return the path of a generation inside its store, as `open_inside` takes it."""
     return folder.relative_to(store).as_posix()
 
 

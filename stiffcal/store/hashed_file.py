@@ -30,7 +30,7 @@ class HashedFile(io.RawIOBase):
         return piece.nbytes
 
     def tell(self) -> int:
-        """Return how many bytes were written."""
+        """Return the number of bytes written."""
         return self.size
 
     def writable(self) -> bool:

@@ -142,7 +142,7 @@ def file_of(name: str, ending: str) -> str:
 
 
 def read_index(store: Path, place: str, display_name: str) -> Index:
-    """Return what a generation holds.
+    """Return the index of a generation.
 
     Parameters
     ----------

@@ -125,7 +125,7 @@ def is_junction(status: os.stat_result) -> bool:
 
 
 def kind_of(status: os.stat_result) -> str:
-    """Return what a file is, in words.
+    """Return the kind of a file, in words.
 
     Examples
     --------

@@ -88,7 +88,7 @@ class PreviousGeneration:
         return self._entries(name)
 
     def entry_to_keep(self, kind: str, name: str, writing: str) -> Entry | None:
-        """Return what the new index is to say of a file that is carried over; None: it is not to be.
+        """Return the entry of the new index for a file that is carried over; None: it is not carried over.
 
         Parameters
         ----------
@@ -183,7 +183,7 @@ class PreviousGeneration:
 
 
 def previous_generation(store: Store, folder: Path | None) -> PreviousGeneration:
-    """Return what is known of the generation that holds; of a damaged index, that there may be a history.
+    """Return the current generation; of a damaged index, that there may be a history.
 
     Raises
     ------

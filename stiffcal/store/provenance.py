@@ -247,7 +247,7 @@ def changed_sources(
 
 
 def changed_settings(provenance: Provenance, settings: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the settings that differ from those of then, as dotted keys.
+    """Return the settings that differ from the recorded ones, as dotted keys.
 
     Examples
     --------

@@ -68,7 +68,7 @@ def store_faults(display_name: str) -> Iterator[None]:
 
 
 def _encoding_of(schema: pa.Schema) -> dict[str, Any]:
-    """Return how Parquet is to write a schema.
+    """Return the Parquet writer's options for a schema.
 
     Why: measured on 4 million rows of six noisy channels with four decimals, byte-stream-split with LZ4 writes in a
     third of the time of pyarrow's defaults and reads back faster, at about the same size; dictionaries suit words only.

@@ -306,7 +306,7 @@ def _stamp(file: Path) -> _Stamp | None:
 
 
 def _read(folder: Path, may_lock: bool = False) -> tuple[RecordContent, str]:
-    """Return what the record holds, and why it is not believed ("" where it is).
+    """Return the record's content, and the reason why it is not believed ("" where it is).
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ CHANCE = 0.01
 
 
 def change_of(before: IdentifiedParameter, after: IdentifiedParameter) -> Change:
-    """Return how a parameter has changed from one fit to another."""
+    """Return the change of a parameter from one fit to another."""
     change = relative = std = p_value = None
     if before.value is not None and after.value is not None and before.std is not None and after.std is not None:
         change, std = after.value - before.value, math.hypot(before.std, after.std)

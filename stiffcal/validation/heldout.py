@@ -151,7 +151,7 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     p = len(columns)
     for members, rest in zip(folds, factors_without_each(factors), strict=True):
         reduced = Reduced(rest[:p, :p], rest[:p, p], 0.0, 0)
-        step = _damped(reduced, lower - amplitude)
+        step = _solve_without_fold(reduced, lower - amplitude)
         residual[:, members] -= np.einsum("pmn,p->mn", stack[:p][:, :, members], step)
     residual = corrected_for_freedom(residual, data)
     return HeldoutResiduals("leave-one-pose-out", residual, _without_model(data, whitening), data, fold)
@@ -177,7 +177,7 @@ def factors_without_each(factors: Sequence[Floats], outside: Floats | None = Non
         yield from factors_without_each(own, shared)
 
 
-def _damped(reduced: Reduced, lowest: Floats) -> Floats:
+def _solve_without_fold(reduced: Reduced, lowest: Floats) -> Floats:
     """Solve for the step without a fold; directions that only the fold had seen stay where the full fit has them."""
     if len(lowest) == 0:
         return np.zeros(0)

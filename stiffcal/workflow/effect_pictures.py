@@ -109,12 +109,14 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
     for example in _examples(effect, places, chain):
         for place in places[:2]:
             for sensed in (setup, replace(setup, moments_measured=False)):
-                candidate = _drawn(effect, place, chain, sensed, example)
+                candidate = _enlarged_picture(effect, place, chain, sensed, example)
                 if candidate is not None and (best is None or candidate[0] > CLEARLY * best[0]):
                     best = candidate
     if best is not None:
         return best[1]
-    return _measured_late(effect, chain, setup) or _torque_next_to(effect, places, chain) or _torque_in_motion(effect)
+    return (
+        _late_clock_picture(effect, chain, setup) or _torque_next_to(effect, places, chain) or _torque_in_motion(effect)
+    )
 
 
 def draw_effect(name: str, file: Path, plugins: PluginCode | None = None) -> str:
@@ -212,7 +214,7 @@ def _order(n: int, level: Floats | None = None) -> StateOrder:
     )  # fmt: skip
 
 
-def _drawn(
+def _enlarged_picture(
     effect: Effect, place: Place, chain: Chain, setup: MeasurementSetup, example: LeverExample
 ) -> tuple[float, EffectPicture] | None:
     """Return how much of the effect shows at its usual size, and the picture with it enlarged."""
@@ -273,7 +275,7 @@ def _caption(effect: Effect) -> str:
     return f"What {effect.name} does to a lever with two joints, enlarged: {text}."
 
 
-def _measured_late(effect: Effect, chain: Chain, setup: MeasurementSetup) -> EffectPicture | None:
+def _late_clock_picture(effect: Effect, chain: Chain, setup: MeasurementSetup) -> EffectPicture | None:
     """Return the picture of a log that runs behind the force while the load moves."""
     measured_at = getattr(effect, "measured_at", None)
     if measured_at is None:

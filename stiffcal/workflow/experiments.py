@@ -41,7 +41,7 @@ def validated_experiments(data: Ingested) -> list[ExperimentValidation]:
 
 
 def measured_runs(data: Ingested) -> MeasuredRuns:
-    """Return what kinds of experiment are asked about."""
+    """Return the kinds of experiment that are requested."""
     from stiffcal.experiments.measured import MeasuredRuns
 
     return MeasuredRuns(data.campaign, data.non_load, len(data.states), data.store.display_name)

@@ -55,7 +55,12 @@ class FittedRobot:
         return (*sentences, *self.cautions)
 
     def frame(self, name: str, option: str) -> Attachment:
-        """Return where a frame rides on the robot.
+        """Return the body of the robot that a frame is fixed on, and its pose there.
+
+        Parameters
+        ----------
+        name : the frame's name in campaign.toml.
+        option : the command-line option that named it, for the message.
 
         Raises
         ------
@@ -119,17 +124,17 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
             reason,
             f"stiffcal add {campaign.folder} joint-compliance --all",
         )
-    missing, _ = free_names(campaign, robot)
-    measured = all((campaign.folder / file).exists() for file in manifest_data_files(campaign))
-    if not measured:
-        if missing:
-            reason = f"nothing is measured here, and {missing[0]} has no value"
+    without_value, _ = free_names(campaign, robot)
+    has_logs = all((campaign.folder / file).exists() for file in manifest_data_files(campaign))
+    if not has_logs:
+        if without_value:
+            reason = f"nothing is measured here, and {without_value[0]} has no value"
             raise InputError.at(
                 FaultCode.KEY_MISSING, "model.toml", "parameters", reason, "give it a value, or put the logs in place"
             )
         chain = campaign.chain
         setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
-        return FittedRobot(campaign, robot, _aimed(setup, chain.n_joints), {}, "model.toml")
+        return FittedRobot(campaign, robot, _with_target(setup, chain.n_joints), {}, "model.toml")
     data = ingested(campaign.folder, context)
     identified = fitted(data, context)
     names, matrix = identified.free_parameters, np.array(identified.covariance, dtype=np.float64)
@@ -142,7 +147,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     in_both = [(k, name) for k, name in enumerate(names) if name in in_model]
     covariance = {a: {b: float(matrix[i, j]) for j, b in in_both} for i, a in in_both}
     fitted_values = robot.with_values(identified.values())
-    setup = _aimed(data.states.setup, campaign.chain.n_joints)
+    setup = _with_target(data.states.setup, campaign.chain.n_joints)
     # null where the rods do not identify it becomes NaN
     of_links = {link.link: np.array(link.compliance, dtype=np.float64) for link in identified.links or ()}
     cautions = tuple(_cautions(identified, in_model))
@@ -167,7 +172,7 @@ def _cautions(identified: IdentifyResult, names: set[str]) -> Iterator[str]:
         )
 
 
-def _aimed(setup: MeasurementSetup, n_joints: int) -> MeasurementSetup:
+def _with_target(setup: MeasurementSetup, n_joints: int) -> MeasurementSetup:
     """Return the set-up with the flange as its target where no target was measured, as on a clamped robot."""
     from stiffcal.measurements.load_states import Attachment
 

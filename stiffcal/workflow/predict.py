@@ -83,7 +83,7 @@ def predict_campaign(
             "give either --poses FILE or --load-path F;F",
         )
     campaign = load_campaign(Path(folder), check_files=False)
-    loads, corners = _wanted(campaign, poses, load_path)
+    loads, corners = _requested_loads(campaign, poses, load_path)
     fitted = fitted_robot(campaign, context)
     context.progress("predicting", None)
     try:
@@ -116,7 +116,7 @@ def predict_campaign(
     return result
 
 
-def _wanted(
+def _requested_loads(
     campaign: Campaign, poses: Path | LoadTable | None, request: LoadPathRequest | None
 ) -> tuple[LoadTable, tuple[int, ...]]:
     """Return the states asked for, and where on a path its corners are."""

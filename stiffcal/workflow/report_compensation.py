@@ -122,11 +122,11 @@ def _over_time(data: Ingested, states: LoadStates, off: int, on: int, kind: str)
     if traces[0] is None or traces[1] is None:
         return None
     uncorrected = float(traces[0].displacement.max())
-    delay, remaining = _taken_back(traces[1])
+    delay, remaining = _delay_and_remaining(traces[1])
     return TimePair(kind, traces[0], traces[1], delay, remaining, uncorrected)
 
 
-def _taken_back(trace: Trace) -> tuple[float, float]:
+def _delay_and_remaining(trace: Trace) -> tuple[float, float]:
     """Return s from the load's coming until half of what it moved is taken back, and m, what remains then for good."""
     load = np.linalg.norm(trace.wrench[:, :3] - trace.wrench[0, :3], axis=1)
     loaded = load > _COME * load.max()

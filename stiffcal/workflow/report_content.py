@@ -168,11 +168,11 @@ def report_states_of(data: Ingested) -> ReportStates:
         predicted_heldout=(measured - heldout_residual)[:, :width],
         set_aside=states.set_aside,
         reference=states.reference & (not states.deflection_given),
-        along=None if along is None else _read_along(states, along),
+        along=None if along is None else _read_directions(states, along),
     )
 
 
-def _read_along(states: LoadStates, directions: Floats) -> Floats:
+def _read_directions(states: LoadStates, directions: Floats) -> Floats:
     """Return (n, 3) the direction of the gauge that was read in each state; zero where none was."""
     read = np.isfinite(states.displacement)
     return np.asarray(np.einsum("ng,ngi->ni", read.astype(np.float64), directions))

@@ -216,7 +216,7 @@ def _sections_of_other_kinds(store: Store, name: str, result: CommandResult) -> 
 
 
 def stored_ingest(store: Store) -> IngestResult | None:
-    """Return how the load states of a store came about, None where the store does not hold that."""
+    """Return the result of the ingest behind the stored load states, None where the store does not hold that."""
     from stiffcal.ingest.results import IngestResult
     from stiffcal.store.document_shape import result_from
 

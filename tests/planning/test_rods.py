@@ -56,7 +56,7 @@ def test_rods_of_one_length_lack_the_moments() -> None:
 
 def test_no_rod_is_tried_through_the_hollow(monkeypatch: pytest.MonkeyPatch) -> None:
     outline = [np.array(corner) for corner in ((-0.12, -0.05), (0.12, -0.05), (0.12, 0.05), (-0.12, 0.05))]
-    tried, try_it = [], planning_rods._with_one_more
+    tried, try_it = [], planning_rods._try_extra_rod
 
     def noted(
         rods: Rods, shape: BeamProperties, design: RodDesign, start: Floats, end: Floats
@@ -64,7 +64,7 @@ def test_no_rod_is_tried_through_the_hollow(monkeypatch: pytest.MonkeyPatch) -> 
         tried.append((start, end))
         return try_it(rods, shape, design, start, end)
 
-    monkeypatch.setattr(planning_rods, "_with_one_more", noted)
+    monkeypatch.setattr(planning_rods, "_try_extra_rod", noted)
     rod_observability(paper_rods(), SHAPE, outline)
     assert len(tried) == 4 * 3 * 3
     for start, end in tried:

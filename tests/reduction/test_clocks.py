@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.clocks import SharedSignal, _refined, align_clocks, moves, offset_between
+from stiffcal.reduction.clocks import SharedSignal, _refine_lag, align_clocks, moves, offset_between
 from tests.laboratory.hidden_campaigns import raw_runs, truth
 from tests.laboratory.made_up_logs import load_cycle
 
@@ -115,7 +115,7 @@ def test_a_lag_that_goes_to_and_fro_between_two_settles_between_them(monkeypatch
     time = np.linspace(0.0, 40.0, 4001)
     values = np.sin(time)[:, None]
     one, other = (SharedSignal(name, time, values, False) for name in ("one", "other"))
-    found = _refined(one, other, 0.21)
+    found = _refine_lag(one, other, 0.21)
     assert found.value == pytest.approx(0.2, abs=2e-4)
     assert found.std is not None
     assert found.std >= 0.009  # what is left to and fro is in the uncertainty

@@ -27,7 +27,7 @@ def logs(lag: float) -> tuple[SharedSignal, SharedSignal]:
 
 def test_a_lag_that_does_not_settle_is_no_lag(monkeypatch: pytest.MonkeyPatch) -> None:
     force, place = logs(0.2)
-    found = clocks._refined(force, place, 0.21)
+    found = clocks._refine_lag(force, place, 0.21)
     assert found.value == pytest.approx(0.2, abs=5e-3)
     answers = iter(np.tile([0.05, -0.05], 100))
 
@@ -35,7 +35,7 @@ def test_a_lag_that_does_not_settle_is_no_lag(monkeypatch: pytest.MonkeyPatch) -
         return np.full(8, next(answers)), np.full(8, 1e8)
 
     monkeypatch.setattr(clocks, "ramp_answers", restless)
-    lost = clocks._refined(force, place, 0.21)
+    lost = clocks._refine_lag(force, place, 0.21)
     assert lost.value is None
     assert "does not settle" in lost.reason
 

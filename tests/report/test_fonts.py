@@ -23,9 +23,9 @@ def system(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path]]:
     """The fonts of the system, which a test puts there."""
     there: list[Path] = []
     monkeypatch.setattr(fonts, "_system_fonts", lambda: there)
-    fonts._search.cache_clear()
+    fonts._fonts_covering.cache_clear()
     yield there
-    fonts._search.cache_clear()
+    fonts._fonts_covering.cache_clear()
 
 
 def test_ordinary_texts_need_no_further_font(system: list[Path]) -> None:

@@ -101,7 +101,7 @@ def test_answers_of_commands(
 
 def test_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fonts, "_system_fonts", list)
-    fonts._search.cache_clear()
+    fonts._fonts_covering.cache_clear()
     names = [*RUNS, *JOINTS, *NAMED.values(), "\x1b[31m", "a\u202eb", "\ud800"]
     columns = [{"title": "#x", "unit": "$", "align": "left", "width": 1.0, "mono": mono} for mono in (False, True)]
     blocks = [
@@ -114,7 +114,7 @@ def test_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sections = [{"title": JOINTS[4], "new_page": False, "blocks": blocks}]
     head = {"title": NAMED["robot"], "kind": "x", "campaign": NAMED["campaign"], "date": "#", "maker": "*m*"}
     (tmp_path / "page.pdf").write_bytes(set_pages({**head, "sections": sections}, tmp_path, "2026-11-22"))
-    fonts._search.cache_clear()
+    fonts._fonts_covering.cache_clear()
     pages = PdfReader(tmp_path / "page.pdf").pages
     text = re.sub(r"[\s\u200b]", "", "".join(page.extract_text() for page in pages))
     for name in (*RUNS, *JOINTS[:5], NAMED["campaign"], r"\u30ed\u30dc", r"\x1b[31m", r"a\u202eb", r"\ud800"):

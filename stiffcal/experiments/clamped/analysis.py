@@ -112,7 +112,7 @@ def analyse_runs(
     for number in range(1, MOST_PASSES + 1):
         before = laws
         runs = [
-            _analysed(run_readings, chain, laws) if chain.is_excited else _unusable_run(run_readings, chain)
+            _analyse_run(run_readings, chain, laws) if chain.is_excited else _unusable_run(run_readings, chain)
             for run_readings, chain in zip(readings, chains, strict=True)
         ]
         runs = judged(runs)
@@ -143,7 +143,7 @@ def widest(runs: Sequence[ClampedRun], joint: int) -> ClampedRun:
     return max((run for run in runs if run.joint == joint and not run.left_out), key=lambda run: run.motion - run.play)
 
 
-def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int, TorqueAngleLaw]) -> ClampedRun:
+def _analyse_run(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int, TorqueAngleLaw]) -> ClampedRun:
     angle, torque = chain.angle(laws), chain.torque[:, chain.joint - 1]
     sweeps = cut_sweeps(angle, torque)
     saturation = find_saturation(readings, angle, torque, chain)

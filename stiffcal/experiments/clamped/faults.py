@@ -19,7 +19,7 @@ FOLLOWS = 0.5
 
 
 def other_loaded(chain: ClampedChain) -> tuple[int, float] | None:
-    """Return which other drive follows the moved one's motion, and with which share of its torque; None where none.
+    """Return the other drive that follows the moved one's motion, and its share of the torque; None where none does.
 
     The wrench that a held flange answers with turns about the moved joint alone (J Δd = 0 has no other solution where
     joints are distinguished). A wrong pose, a wrong sensor frame or unit, or the log of another run spoil that.

@@ -52,14 +52,14 @@ def heldout_clamped(runs: Sequence[ClampedRun]) -> list[HeldoutRun]:
         expected = replace(
             run_law, width=joint.width, band=joint.band or run_law.band, curve=joint.curve, friction=friction
         )
-        law = _moved_to_data(expected, run.branches)
+        law = _fit_middle_and_zero(expected, run.branches)
         residual = run.branches.torque - law.torque_at(run.branches.angle, run.branches.up)
         angle = angle_residual(run.branches, law)
         heldout_runs.append(HeldoutRun(run.name, run.joint, run.branches.torque, np.asarray(residual), angle))
     return heldout_runs
 
 
-def _moved_to_data(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:
+def _fit_middle_and_zero(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:
     """Return the law with middle and zero fitted to branches, by Gauss-Newton steps.
 
     Without play the zero stays, as in `fit_series`: of a straight spring middle and zero do the same, and steps along

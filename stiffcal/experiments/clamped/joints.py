@@ -117,7 +117,7 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         _mean([(run.fit.law.width, run.fit.std("width")) for run in with_play]) if has_play else (0.0, 0.0)
     )
     band, band_std = _mean([(run.fit.law.band, run.fit.std("band")) for run in with_play]) if has_play else (0.0, 0.0)
-    curve, covariance = _pooled(curve_runs)
+    curve, covariance = _pool_curves(curve_runs)
     frictions = [run for run in curve_runs if run.friction_found]
     friction, friction_std = _mean([(run.fit.law.friction, run.fit.std("friction")) for run in frictions])
     reversals = [run.reversal for run in curve_runs if run.reversal is not None]
@@ -163,7 +163,7 @@ def _mean(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
     return float(numbers.mean()), max(stated, scatter)
 
 
-def _pooled(runs: Sequence[ClampedRun]) -> tuple[tuple[float, float, float], Floats]:
+def _pool_curves(runs: Sequence[ClampedRun]) -> tuple[tuple[float, float, float], Floats]:
     """Return the curve from all runs, each with its covariance; their disagreement widens it (Birge's ratio)."""
     curves = np.array([run.fit.law.curve for run in runs])
     # scaled to what was reached, so that the three coefficients have one size

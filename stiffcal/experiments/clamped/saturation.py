@@ -55,7 +55,7 @@ def find_saturation(readings: ClampedReadings, angle: Floats, torque: Floats, ch
     readings : of one run. angle, torque : (n,) of the moved joint. chain : the run in drive coordinates.
     """
     if chain.source == "force sensor":
-        cut_off = _cut_off(readings.wrench, angle)
+        cut_off = _reaches_limit(readings.wrench, angle)
         if cut_off is None:
             return None
         axis, limit, beyond = cut_off
@@ -63,7 +63,7 @@ def find_saturation(readings: ClampedReadings, angle: Floats, torque: Floats, ch
         signal = f"the force sensor's {_AXES[axis]}"
     else:
         joint_torque = readings.torque[:, chain.joint - 1][:, None]
-        cut_off = _cut_off(joint_torque, angle)
+        cut_off = _reaches_limit(joint_torque, angle)
         if cut_off is None:
             return _of_motor(angle, torque)
         _, limit, beyond = cut_off
@@ -71,7 +71,7 @@ def find_saturation(readings: ClampedReadings, angle: Floats, torque: Floats, ch
     return Saturation(signal, limit, unit, beyond, float(np.abs(torque[~beyond]).max(initial=0.0)))
 
 
-def _cut_off(channels: Floats, angle: Floats) -> tuple[int, float, Booleans] | None:
+def _reaches_limit(channels: Floats, angle: Floats) -> tuple[int, float, Booleans] | None:
     """Return the worst channel that is cut off, its limit and where; None where none is.
 
     A reading that is coarser than its noise repeats too, and at rest for long. Cut off is what repeats at the extreme
@@ -102,7 +102,7 @@ def _cut_off(channels: Floats, angle: Floats) -> tuple[int, float, Booleans] | N
 
 
 def _longest(at: Booleans) -> tuple[int, int]:
-    """Return where the longest stretch of True starts and ends; (0, 0) where there is none."""
+    """Return start and end of the longest stretch of True; (0, 0) where there is none."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(np.int8)))
     if not edges.size:
         return 0, 0

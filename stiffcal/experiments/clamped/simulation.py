@@ -125,7 +125,7 @@ def simulate_clamped(
 
 
 def _distinct(place: Floats, keep_all: bool) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return which nodes to solve, and which of these each node repeats; all of them where the path matters."""
+    """Return the nodes to solve, and the one of these that each node repeats; all of them where the path matters."""
     if keep_all:
         every = np.arange(place.size)
         return every, every

@@ -232,7 +232,7 @@ def _fit(
     ]
     best = min(solutions, key=lambda solution: float(solution.cost))
     law = _law_of(scaled, best.x)
-    return replace(_unscaled(scaled, law, centre), settled=bool(best.status > 0))
+    return replace(_to_si(scaled, law, centre), settled=bool(best.status > 0))
 
 
 def _start(scaled: _Scaled, share: float) -> Floats:
@@ -288,7 +288,7 @@ def _law_of(scaled: _Scaled, v: Floats) -> TorqueAngleLaw:
     return TorqueAngleLaw(middle, max(width, 0.0), float(np.exp(band)), zero, friction, lag, curve, (low, high), drag)
 
 
-def _unscaled(scaled: _Scaled, law: TorqueAngleLaw, centre: float) -> SeriesFit:
+def _to_si(scaled: _Scaled, law: TorqueAngleLaw, centre: float) -> SeriesFit:
     """Return the fit in rad and N·m, with the covariance of its parameters at that place."""
     a, t = scaled.angle_unit, scaled.torque_unit
     values = np.array([law.middle, law.width, law.band, law.zero, law.friction, law.drag, *law.curve])

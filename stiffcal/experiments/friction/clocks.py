@@ -56,7 +56,7 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
         for k in range(direction.shape[1])
     ]  # fmt: skip
     everywhere = np.ones(even.size, dtype=np.bool_)
-    value, misfit = _refined(designs, even, other_time, torque, lag, NEARBY_S, everywhere)
+    value, misfit = _refine_lag(designs, even, other_time, torque, lag, NEARBY_S, everywhere)
     if misfit > 1.0 - LEAST_EXPLAINED:
         return SourceClockOffset(None, None, "the torques do not follow the motion")
     blocks = np.array_split(np.arange(even.size), PARTS)
@@ -66,7 +66,7 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
         inside[block] = True
         if any(np.ptp(design[inside, 0]) < 2.0 for design in designs):
             continue
-        answers.append(_refined(designs, even, other_time, torque, value, 0.1 * NEARBY_S, inside)[0])
+        answers.append(_refine_lag(designs, even, other_time, torque, value, 0.1 * NEARBY_S, inside)[0])
     spread = float(np.std(answers, ddof=1) / np.sqrt(len(answers))) if len(answers) > 1 else step
     # the direction of motion is known sample by sample
     return SourceClockOffset(value, max(spread, step / np.sqrt(12.0)))
@@ -90,7 +90,7 @@ def _coarse(way: Floats, torque: Floats, step: float) -> float | None:
     return (best if best < torque.shape[0] else best - size) * step
 
 
-def _refined(
+def _refine_lag(
     designs: list[Floats], time: Floats, other_time: Floats, torque: Floats, lag: float, width: float,
     inside: NDArray[np.bool_],
 ) -> tuple[float, float]:  # fmt: skip
@@ -99,14 +99,14 @@ def _refined(
     share = 1.0
     for _ in range(6):
         lags = np.linspace(low, high, 13)
-        misfits = [_left(designs, time, other_time, torque, trial_lag, inside) for trial_lag in lags]
+        misfits = [_misfit(designs, time, other_time, torque, trial_lag, inside) for trial_lag in lags]
         k = int(np.argmin(misfits))
         share = misfits[k]
         low, high = float(lags[max(k - 1, 0)]), float(lags[min(k + 1, 12)])
     return 0.5 * (low + high), share
 
 
-def _left(
+def _misfit(
     designs: list[Floats], time: Floats, other_time: Floats, torque: Floats, lag: float, inside: NDArray[np.bool_]
 ) -> float:
     """Return the mean over joints of the share of the torque's variance that motion leaves unexplained."""

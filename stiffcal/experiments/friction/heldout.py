@@ -46,12 +46,12 @@ def heldout_friction(
         if pieces.size >= LEAST_PIECES:
             for piece in pieces:
                 out = fitted[rows.piece[fitted] == piece]
-                residual[out] = _left_out(rows, np.setdiff1d(fitted, out), out, placed, fixed)
+                residual[out] = _heldout_residual(rows, np.setdiff1d(fitted, out), out, placed, fixed)
         kept_out = np.flatnonzero(group & holdout)
         for piece in np.unique(rows.piece[kept_out]):
             if fitted.size:
                 out = kept_out[rows.piece[kept_out] == piece]
-                residual[out] = _left_out(rows, fitted, out, placed, fixed)
+                residual[out] = _heldout_residual(rows, fitted, out, placed, fixed)
     if not np.isfinite(residual).any():
         return HeldoutFriction("none", residual)
     kinds = ["each speed"] if rows.steady.any() else []
@@ -59,7 +59,7 @@ def heldout_friction(
     return HeldoutFriction(f"{' and '.join(kinds)} left out in turn", residual)
 
 
-def _left_out(
+def _heldout_residual(
     rows: FrictionRows,
     fitted_rows: NDArray[np.int64],
     out: NDArray[np.int64],

@@ -65,7 +65,7 @@ def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
     if rows is None or not usable:
         return _nothing_identified(data, placed)
     fixed = _fixed(data)
-    fit = fit_friction(rows.select(~_held_out(data, rows)), placed, fixed)
+    fit = fit_friction(rows.select(~_heldout_runs(data, rows)), placed, fixed)
     return _part(data, fit, placed)
 
 
@@ -101,7 +101,7 @@ def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
         return None
     from stiffcal.experiments.friction.fitting import fit_friction
 
-    fixed, held_out = _fixed(data), _held_out(data, rows)
+    fixed, held_out = _fixed(data), _heldout_runs(data, rows)
     heldout = heldout_friction(rows, placed, fixed, held_out)
     fit = fit_friction(rows.select(~held_out), placed, fixed)
     warnings = []
@@ -144,7 +144,7 @@ def _fixed(data: MeasuredRuns) -> frozenset[str]:
     return fixed_parameters(data.campaign.model)
 
 
-def _held_out(data: MeasuredRuns, rows: FrictionRows) -> NDArray[np.bool_]:
+def _heldout_runs(data: MeasuredRuns, rows: FrictionRows) -> NDArray[np.bool_]:
     runs = [run.id for run in data.campaign.manifest.runs if run.holdout]
     return np.isin(rows.run, runs)
 

@@ -92,7 +92,7 @@ def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
     lead = position or speed or ""
     blocks = logs[lead]
     time = blocks.time
-    clocks = _given_clocks(run, logs)
+    clocks = _clocks_of_manifest(run, logs)
     velocity = None
     if speed is not None:
         velocity = _on_clock(run, logs, speed, "joints.velocity", lead, clocks)
@@ -138,7 +138,7 @@ def _evenly(even: Floats, time: Floats, values: Floats) -> Floats:
     return np.stack([np.interp(even, time, column) for column in values.T], axis=1)
 
 
-def _given_clocks(run: Run, logs: Mapping[str, Blocks]) -> dict[str, SourceClockOffset]:
+def _clocks_of_manifest(run: Run, logs: Mapping[str, Blocks]) -> dict[str, SourceClockOffset]:
     """Return the clocks that are known without looking: the first source's, and what the manifest states."""
     given = {name: SourceClockOffset(value, 0.0, "given in the manifest") for name, value in run.clock_ahead_s.items()}
     return {next(iter(logs)): SourceClockOffset(0.0, 0.0), **{name: given[name] for name in logs if name in given}}
@@ -236,7 +236,7 @@ def reduce_friction(runs: Sequence[FrictionRun], chain: Chain) -> FrictionReduct
     InputError
         A run in which nothing moved, or in which the joint that the manifest names stood still.
     """
-    moved_of_run = [_moved(run, chain) for run in runs]
+    moved_of_run = [_joints_in_motion(run, chain) for run in runs]
     passes_of_run = [
         _passes(run, k, moved_of_run[k][0]) if len(moved_of_run[k]) == 1 else ([], []) for k, run in enumerate(runs)
     ]
@@ -262,7 +262,7 @@ def reduce_friction(runs: Sequence[FrictionRun], chain: Chain) -> FrictionReduct
     return FrictionReduction(steady, stacked_motion(motions) if motions else None, dropped, tuple(warnings))
 
 
-def _moved(run: FrictionRun, chain: Chain) -> list[int]:
+def _joints_in_motion(run: FrictionRun, chain: Chain) -> list[int]:
     moving = moved_joints(run)
     place = f"run {run.info.name}"
     if run.moved_joint is not None and run.moved_joint not in moving:

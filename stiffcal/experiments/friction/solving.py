@@ -91,9 +91,9 @@ class PartFit:
         size = np.linalg.norm(nuisance, axis=0)
         u, s, _ = np.linalg.svd(nuisance / np.where(size > 0.0, size, 1.0), full_matrices=False)
         self.basis = u[:, s > RANK * s.max(initial=1e-300)]
-        self.target = self._projected(self.rows.torque / self.sigma)
+        self.target = self._project_out(self.rows.torque / self.sigma)
 
-    def _projected(self, column: Floats) -> Floats:
+    def _project_out(self, column: Floats) -> Floats:
         return np.asarray(column - self.basis @ (self.basis.T @ column))
 
     def _reweigh(self) -> None:
@@ -134,7 +134,7 @@ class PartFit:
         for symbol, column in law.columns(self.rows.velocity[of_joint], shape).items():
             wide = np.zeros(len(self.rows))
             wide[of_joint] = column / self.sigma[of_joint]
-            whitened_columns[symbol] = self._projected(wide)
+            whitened_columns[symbol] = self._project_out(wide)
         return whitened_columns
 
     def solve(self) -> Floats:

@@ -184,7 +184,7 @@ def _longest_steady_piece(time: Floats, angle: Floats, noise: float) -> tuple[in
     best: tuple[int, int] | None = None
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         first, last = int(start), int(stop) - 1 + 2 * width
-        piece = _narrowed(time[first : last + 1], angle[first : last + 1], width)
+        piece = _narrow_to_steady(time[first : last + 1], angle[first : last + 1], width)
         if piece is None:
             continue
         first, last = first + piece[0], first + piece[1]
@@ -207,7 +207,7 @@ def _bends(time: Floats, angle: Floats, first: int, last: int, noise: float) -> 
     return bool(change > max(FLAT * abs(linear), NOISE_BAND * doubt))
 
 
-def _narrowed(time: Floats, angle: Floats, width: int) -> tuple[int, int] | None:
+def _narrow_to_steady(time: Floats, angle: Floats, width: int) -> tuple[int, int] | None:
     """Take slow bends off the ends: the velocity there must be that of the middle."""
     n = time.size
     if n <= 2 * width:
@@ -351,7 +351,7 @@ def _same_pose(first: JointPass, second: JointPass) -> bool:
 
 
 def _sharing(passes: Sequence[Pass]) -> tuple[list[int], list[int]]:
-    """Return which passes share a stretch long enough, and which do not."""
+    """Return the passes that share a stretch long enough, and those that do not."""
     low = float(np.median([steady_pass.low for steady_pass in passes]))
     high = float(np.median([steady_pass.high for steady_pass in passes]))
     length = max(high - low, 1e-12)

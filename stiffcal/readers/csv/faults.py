@@ -187,6 +187,6 @@ def _last_cell(line: bytes, layout: LogLayout) -> str:
 
 
 def _decimals(cell: str, decimal: str) -> tuple[int, int] | None:
-    """Return how many digits stand after the decimal mark and in the exponent; None without a decimal mark."""
+    """Return the number of digits after the decimal mark and in the exponent; None without a decimal mark."""
     match = re.fullmatch(r"[+-]?\d*" + re.escape(decimal) + r"(\d+)(?:[eE]([+-]?\d+))?", cell)
     return (len(match[1]), len(match[2] or "")) if match else None

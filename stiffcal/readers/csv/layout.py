@@ -269,7 +269,7 @@ def _find_delimiter(header: str, wanted: WantedColumns, decimal: str) -> str:
 def _header_hint(
     path: Path, text: LogText, display_name: str, wanted: WantedColumns, delimiter: str, by_user: bool, skip: int
 ) -> str:
-    """Return what to set in the manifest if the names stand in another line or with another delimiter."""
+    """Return the settings to write if the names stand in another line or with another delimiter; "" if nowhere."""
     with LogText(path, text.encoding, display_name) as search:
         for _ in range(HEADER_SEARCH):
             line = search.next_line()

@@ -256,7 +256,7 @@ def _open_bytes(path: Path, display_name: str) -> tuple[IO[bytes], IO[bytes]]:
 
 
 def _unpacked(file: IO[bytes], start: bytes) -> object:
-    """Return what reads the text of a file that begins with `start`: packed files are known by their first bytes."""
+    """Return the decompressor of a file that begins with `start`: packed files are known by their first bytes."""
     if start.startswith(b"\x1f\x8b"):
         return gzip.GzipFile(fileobj=file)
     if start.startswith(b"\xfd7zXZ\x00"):

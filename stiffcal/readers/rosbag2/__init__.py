@@ -268,7 +268,7 @@ def _topic(bag: Any, option: str, options: Options, display_name: str) -> _Topic
 
 
 def _type_store(bag: Any, connections: list[Any], release: str, display_name: str) -> Any:
-    """Return what reads the messages of some connections: by the bag's own definitions, else by those of a release."""
+    """Return the decoder of some connections' messages: by the bag's own definitions, else by those of a release."""
     from rosbags.interfaces import MessageDefinitionFormat
     from rosbags.typesys import Stores, get_typestore
 

@@ -59,7 +59,7 @@ def draw_on(axes: Axes, picture: EffectPicture) -> None:
 
 
 def _parts(unloading: Booleans) -> tuple[Booleans, Booleans]:
-    """Return which points belong to each branch; the turning points to both, so that no gap is left."""
+    """Return the points of each branch; the turning points to both, so that no gap is left."""
     on_unloading = unloading.copy()
     on_unloading[:-1] |= unloading[1:]
     loading = ~unloading

@@ -94,7 +94,7 @@ def ladder_rungs(fits: Sequence[HistoryEntry], zero_model: Rms | None, component
     before: ModelSummary | None = None
     for fit in fits:
         text = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
-        label = f"fit {fit.id}: {_shortened(text or 'the same model')}"
+        label = f"fit {fit.id}: {_shorten(text or 'the same model')}"
         rungs.append(Rung(label, wording.part(fit.heldout_rms, component), wording.part(fit.fit_rms, component)))
         before = fit.model
     return rungs
@@ -135,7 +135,7 @@ def _limits(values: Sequence[float | None]) -> tuple[float, float]:
     return (min(known) / 1.6, max(known) * 2.2) if known else (0.1, 1.0)
 
 
-def _shortened(text: str, limit: int = 2 * _LABEL_WIDTH - 12) -> str:
+def _shorten(text: str, limit: int = 2 * _LABEL_WIDTH - 12) -> str:
     return text if len(text) <= limit else text[: limit - 1] + "…"
 
 

@@ -70,14 +70,14 @@ def _answer(poses: list[ComparedPose]) -> str:
         f"{wording.length(after)} (rms over {wording.count(len(poses), 'pose')} measured both ways): "
         f"{100.0 * (1.0 - after / before):.0f} % of the deflection is gone."
     )
-    over = [pose for pose in poses if _turned_back(pose)]
+    over = [pose for pose in poses if _reverses_motion(pose)]
     if over:
         names = wording.listing([pose.on.name for pose in over])
         text += f" In {names} the target moves against the load: more is taken back than the load has moved."
     return text
 
 
-def _turned_back(pose: ComparedPose) -> bool:
+def _reverses_motion(pose: ComparedPose) -> bool:
     """Return whether the compensated target moves, on the whole, against where the load would move it."""
     work_off = float(np.sum(pose.off.force * pose.off.displacement))
     work_on = float(np.sum(pose.on.force * pose.on.displacement))

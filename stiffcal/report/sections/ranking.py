@@ -46,9 +46,9 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.earlier_diagnoses:
         blocks.append(SubheadingBlock("Beside the present model"))
     blocks.append(_table(diagnosis, _MOST_ROWS))
-    blocks.append(Paragraph(_reading(diagnosis), "quiet"))
+    blocks.append(Paragraph(_explanation_of_columns(diagnosis), "quiet"))
     for earlier in content.earlier_diagnoses:
-        blocks.append(SubheadingBlock(f"Beside fit {earlier.fit_id}, before {_added(earlier)} came in"))
+        blocks.append(SubheadingBlock(f"Beside fit {earlier.fit_id}, before {_missing_in_words(earlier)} came in"))
         blocks.append(_table(earlier, len(earlier.findings)))
     if diagnosis.not_tried:
         blocks.append(SubheadingBlock("Not tried, and why"))
@@ -56,7 +56,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     return ReportSection(_TITLE, tuple(blocks))
 
 
-def _added(diagnosis: EarlierDiagnosis) -> str:
+def _missing_in_words(diagnosis: EarlierDiagnosis) -> str:
     return wording.listing(map(wording.effect_at, diagnosis.missing))
 
 
@@ -93,7 +93,8 @@ def _row(finding: Finding) -> tuple[str, ...]:
     )
 
 
-def _reading(diagnosis: DiagnoseResult) -> str:
+def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
+    """Return the text that explains the columns of the ranking."""
     text = (
         "Unseen: error in poses left out, with the effect added. Explains: share of the avoidable error (above the "
         "noise) that goes. First in: share of resamplings of the poses in which the effect ranks first. At the tool: "

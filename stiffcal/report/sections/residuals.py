@@ -49,7 +49,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.extend(_by_run(validation))
         blocks.extend(_by_groups(validation))
     if content.states is not None and content.states.used.any() and content.covariates and content.identify is not None:
-        blocks.extend(_against(content, content.states))
+        blocks.extend(_covariate_blocks(content, content.states))
     if validation is not None:
         blocks.extend(_worst(validation))
     if not blocks:
@@ -166,7 +166,8 @@ def _worst(validation: ValidateResult) -> list[Block]:
     return [SubheadingBlock("The worst states"), TableBlock(tuple(columns), tuple(rows), caption)]
 
 
-def _against(content: ReportContent, states: ReportStates) -> list[Block]:
+def _covariate_blocks(content: ReportContent, states: ReportStates) -> list[Block]:
+    """Return the pictures of the residual against each covariate, several to a sheet."""
     fit_noise = None if content.identify is None else content.identify.noise
     noise = wording.part(fit_noise if content.validate is None else content.validate.noise, "translation")
     caption = "Residual against {}. A cloud without a trend says that the residual does not follow it."
