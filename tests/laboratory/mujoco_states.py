@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
 from stiffcal.mechanics.chain import Chain
-from tests.laboratory.mujoco_robot import MujocoRobot
+from tests.laboratory.mujoco_robot import MujocoRobot, Spring
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
 
 NOISE = Sigma(translation=16e-6, rotation=30e-6, force=0.7, moment=0.2)
@@ -61,13 +61,18 @@ class SimulatedCampaign:
     joint_compliance: Floats
 
 
-def simulate_campaign(rng: np.random.Generator, plan: Plan) -> SimulatedCampaign:
-    """Measure a robot of random stiffness, some 30 % about the published one, as planned."""
+def simulate_campaign(rng: np.random.Generator, plan: Plan, springs: tuple[Spring, ...] = ()) -> SimulatedCampaign:
+    """Measure a robot of random stiffness, some 30 % about the published one, as planned.
+
+    Parameters
+    ----------
+    springs : what gives way beside the drives.
+    """
     chain = six_axes()
     setup = force_sensor_setup(chain, 12.0, (0.01, -0.02, 0.09))
     stiffness = SIX_STIFFNESS * np.exp(0.3 * rng.normal(size=6))
     run, joints, wrench = _loads(rng, plan)
-    settled = MujocoRobot(chain, stiffness, setup).settle(chain.model_angles(joints), wrench)
+    settled = MujocoRobot(chain, stiffness, setup, springs).settle(chain.model_angles(joints), wrench)
     n = len(run)
     offset = rng.normal(size=(plan.poses, 3)) * 3e-4
     turn = rng.normal(size=(plan.poses, 3)) * 2e-4

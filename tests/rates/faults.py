@@ -11,18 +11,26 @@ from stiffcal.identification.identify import predict_observations
 from stiffcal.identification.observation import observe
 from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
 from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.reduction.outliers import reject_outliers
+from tests.laboratory.mujoco_robot import Spring
+from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign
 from tests.laboratory.random_robots import DrawnRobot, draw_robot, draw_setup
+from tests.laboratory.robots import SIX_STIFFNESS
 from tests.rates.hiding import draw_inside, with_effects
 from tests.rates.playing import Ruler, joint_springs, simulate_runs
 
-FORMS = ("rows", "pairs", "cycles")
-"""One row per load, displacement given; an unloaded and two loaded states per pose; whole load cycles."""
+FORMS = ("rows", "pairs", "cycles", "mujoco")
+"""One row per load, displacement given; an unloaded and two loaded states per pose; whole load cycles; and such cycles
+of a robot that MuJoCo plays, with none of our mechanics.
+"""
 UNITS = ("kgf", "lbf", "N·mm", "m", "rad")
 FAULTS = ("mislabelled", "copied angles", "sign", "unit", "exchanged loads", "exchanged places", "bump", "bad row")
 POSES, LOADS = 24, 2
+MOST_IN_FEW = 0.7
 
 
 @dataclass(frozen=True)
@@ -52,21 +60,33 @@ class Faulty:
     settings: str
 
 
-def draw_faulty(rng: np.random.Generator, form: str, fault: str, hidden: bool = False) -> Faulty:
-    """Draw campaigns until one finds its balance."""
-    for _ in range(200):
+def draw_faulty(rng: np.random.Generator, form: str, fault: str, hidden: str = "") -> Faulty:
+    """Draw campaigns until one finds its balance.
+
+    Parameters
+    ----------
+    hidden : "" for joint springs alone, "anywhere" for an effect that the model lacks at four times the noise,
+        "few poses" for one that has `MOST_IN_FEW` of its squares in a quarter of the runs.
+    """
+    for _ in range(2000):
         try:
-            return _drawn(rng, form, fault, hidden)
+            campaign = _drawn(rng, form, fault, hidden)
         except NoBalanceError:
             continue
+        return campaign
     raise RuntimeError("no campaign found its balance")
 
 
-def _drawn(rng: np.random.Generator, form: str, fault: str, hidden: bool) -> Faulty:
-    if form == "cycles":
+def _drawn(rng: np.random.Generator, form: str, fault: str, hidden: str) -> Faulty:
+    if form == "mujoco":
+        states, truth, noise, words = _by_mujoco(rng, hidden)
+        model = CompliantRobot(truth.chain, tuple(PlacedEffect(one.effect, one.place) for one in truth.placed))
+    elif form == "cycles":
         played = simulate_runs("one 4x" if hidden else "none", rng)
         states, truth, noise = played.states, played.truth, played.noise
         words, model = played.settings, played.model
+        if hidden == "few poses":
+            _refuse_unless_in_few(truth, played.hidden, states, noise)
     else:
         robot = draw_robot(rng)
         truth, noise = joint_springs(robot), (robot.family.translation, robot.family.rotation)
@@ -75,6 +95,8 @@ def _drawn(rng: np.random.Generator, form: str, fault: str, hidden: bool) -> Fau
         words = f"{robot.family.name.split()[0]}, {'pose' if full_pose else 'position'}, sigma {stated}"
         if hidden:
             effect = _sized_effect(rng, truth, plan, robot, noise)
+            if hidden == "few poses":
+                _refuse_unless_in_few(with_effects(truth, effect), (effect,), plan, noise)
             words += f", hidden {effect.effect.name} {effect.place.label}"
             truth = with_effects(truth, effect)
         states = _table_measured(rng, plan, truth, robot, noise, full_pose)
@@ -96,6 +118,42 @@ def _sized_effect(
 ) -> PlacedEffect:
     ruler = Ruler.of(truth, observe(_counted(plan), robot.chain), noise)
     return ruler.sized(draw_inside(rng, ruler.state), 4.0)
+
+
+def _refuse_unless_in_few(
+    truth: CompliantRobot, hidden: tuple[PlacedEffect, ...], states: LoadStates, noise: tuple[float, float]
+) -> None:
+    """Raise NoBalanceError, as for other draws that do not serve, where the effect shows in more than a few runs."""
+    springs = CompliantRobot(truth.chain, tuple(one for one in truth.placed if one not in hidden))
+    ruler = Ruler.of(springs, observe(states, truth.chain), noise)
+    change = predict_observations(truth, ruler.state.data) - ruler.state.predicted
+    squares = np.sum(ruler.rest_of(change[None])[0].reshape(change.shape) ** 2, axis=0)
+    per_run = np.sort(np.bincount(ruler.state.data.run, weights=squares))[::-1]
+    few = max(len(np.unique(ruler.state.data.run)) // 4, 1)
+    if per_run[:few].sum() < MOST_IN_FEW * per_run.sum():
+        raise NoBalanceError("the effect shows in many runs")
+
+
+def _by_mujoco(rng: np.random.Generator, hidden: str) -> tuple[LoadStates, CompliantRobot, tuple[float, float], str]:
+    """Return states of a robot that MuJoCo plays, with a tilting bearing where an effect is hidden."""
+    poses, full_pose, stated = int(rng.integers(8, 15)), bool(rng.uniform() < 0.6), bool(rng.uniform() < 0.7)
+    springs: tuple[Spring, ...] = ()
+    words = f"mujoco, {poses} poses, {'pose' if full_pose else 'position'}, sigma {stated}"
+    if hidden:
+        joint = int(rng.integers(1, 6))
+        axis = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))[int(rng.integers(2))]
+        stiffness = float(SIX_STIFFNESS[joint - 1] * rng.uniform(1.0, 4.0))
+        springs = (Spring(joint, "turn", stiffness, axis=axis),)
+        words += f", bearing {joint} tilts"
+    plan = Plan(poses=poses, directions=int(rng.integers(2, 4)), full_pose=full_pose, sigma_stated=stated)
+    played = simulate_campaign(rng, plan, springs)
+    effect = built_in_effects()["joint-compliance"]
+    placed = tuple(
+        PlacedEffect(effect, Place("joints", (joint,)), {"c": float(compliance)})
+        for joint, compliance in enumerate(played.joint_compliance, start=1)
+    )
+    noise = (float(NOISE.translation or 0.0), float(NOISE.rotation or 0.0))
+    return played.states, CompliantRobot(played.chain, placed), noise, words
 
 
 def _counted(plan: LoadStates) -> LoadStates:

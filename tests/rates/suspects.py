@@ -22,8 +22,10 @@ from tests.rates.__main__ import wilson
 from tests.rates.faults import FAULTS, FORMS, draw_faulty
 
 LEAST_CHANGE = 5.0
-SOUND = ("nothing", "hidden effect")
-"""Campaigns without a fault: with joint springs alone, and with an effect that the model lacks at 4 × the noise."""
+SOUND = {"nothing": "", "hidden effect": "anywhere", "few poses": "few poses"}
+"""Campaigns without a fault: with joint springs alone, and with an effect that the model lacks at 4 × the noise, in any
+poses or in few.
+"""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class Outcome:
 def judge(seed: int, form: str, fault: str, number: int) -> Outcome:
     """Draw a campaign and say what was named in it."""
     rng = np.random.default_rng([seed, FORMS.index(form), (*FAULTS, *SOUND).index(fault), number])
-    campaign = draw_faulty(rng, form, "" if fault in SOUND else fault, hidden=fault == "hidden effect")
+    campaign = draw_faulty(rng, form, "" if fault in SOUND else fault, SOUND.get(fault, ""))
     start = time.perf_counter()
     found = find_suspects(campaign.states, campaign.model).suspects
     seconds = time.perf_counter() - start
@@ -92,6 +94,8 @@ def main() -> None:
     outcomes = []
     for form in chosen.forms.split(","):
         for fault in chosen.faults.split(","):
+            if (form, fault) == ("mujoco", "few poses"):
+                continue  # a bearing that tilts shows in nearly all poses
             for number in range(chosen.count):
                 outcome = judge(chosen.seed, form, fault, number)
                 outcomes.append(outcome)

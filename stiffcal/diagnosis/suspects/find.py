@@ -19,6 +19,7 @@ from stiffcal.diagnosis.suspects.bench import Bench, Held, first_order
 from stiffcal.diagnosis.suspects.influence import standing_apart
 from stiffcal.diagnosis.suspects.places import place_misses, place_scores
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, SuspectKind
+from stiffcal.diagnosis.suspects.rival_effects import RunFault, explaining_effect
 from stiffcal.diagnosis.suspects.selection import select_states
 from stiffcal.diagnosis.suspects.variants import LARGEST_LOAD, Variant, trial_states, variants_of
 from stiffcal.errors import Progress, no_progress
@@ -74,6 +75,8 @@ class FoundSuspect:
     """How far the place is from where the joint angles put it, m; 0 where that is as in other runs."""
     copied: int | None = None
     """Number of the run whose joint angles this one has word for word, None where there is none."""
+    cured_cost: float | None = None
+    """With ``variant``: the squared misfit with it, and what its choice costs."""
 
 
 @dataclass(frozen=True)
@@ -190,7 +193,17 @@ class _Search:
                 suspect_of_run[other_run] = self._judged(
                     other_run, left_out, bench, held, scores / unit, (suspect.kind, run)
                 )
-        return [suspect for suspect in suspect_of_run.values() if suspect is not None]
+        found = [suspect for suspect in suspect_of_run.values() if suspect is not None]
+        # Where the model lacks an effect that shows in these runs alone, that is for the diagnosis to find.
+        in_place = [suspect for suspect in found if suspect.copied is None and suspect.place_m == 0.0]
+        unexplained = [suspect for suspect in in_place if suspect.variant is None]
+        for chosen in (in_place, unexplained):
+            faults = [RunFault(suspect.run, suspect.offset, suspect.cured_cost) for suspect in chosen]
+            if faults and explaining_effect(bench, held, self.states, faults, unit) is not None:
+                return [suspect for suspect in found if suspect not in chosen]
+            if len(unexplained) == len(in_place):
+                break
+        return found
 
     def _apart(self, held: Held, left_out: Sequence[int], relative: bool) -> tuple[int, ...]:
         """Return the runs that stand apart, starting without some of them, until they stay the same."""
@@ -248,7 +261,8 @@ class _Search:
             for k in order[1:]:
                 if worth[k] < worth[order[0]] + NEARLY_AS_LIKELY and variants[k].kind is not first.kind:
                     near.setdefault(variants[k].kind, variants[k])
-            return self._suspect(run, first.kind, held, scores, next_score, variant=first, also=tuple(near.values()))
+            suspect = self._suspect(run, first.kind, held, scores, next_score, variant=first, also=tuple(near.values()))
+            return replace(suspect, cured_cost=float(worth[order[0]]))
         gap = UNEXPLAINED_GAP if next_score <= WITHIN_NOISE else UNEXPLAINED_GAP_BEYOND
         clear = scores[run] >= UNEXPLAINED_LEVEL and scores[run] >= gap * next_score
         if not clear and not misplaced:

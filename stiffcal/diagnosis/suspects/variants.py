@@ -10,6 +10,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.suspects.result import SuspectKind
+from stiffcal.diagnosis.suspects.time_order import TimeOrder
 from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.mechanics.chain import Chain
 
@@ -216,8 +217,9 @@ def _of_others(states: LoadStates, members: Sequence[Integers], run: int, left_o
     apart = {k for k in left_out if abs(k - run) > MOST_NEIGHBOURS}
     near = range(max(run - MOST_NEIGHBOURS, 0), min(run + MOST_NEIGHBOURS + 1, len(members)))
     comparable_runs = [k for k in sorted({*near, *apart}) if k != run and len(members[k]) == len(own)]
-    penalty = 2.0 * log(max(3 * len(comparable_runs), 1))
+    order = TimeOrder.of(states, members)
     for other_run in comparable_runs:
+        penalty = order.penalty(run, other_run, len(comparable_runs))
         other_states, name = members[other_run], states.runs[int(states.run[members[other_run][0]])].name
         if not _alike(states.joints[own], states.joints[other_states]):
             yield Variant(

@@ -9,6 +9,7 @@ import numpy as np
 
 from stiffcal.diagnosis.suspects.find import FoundSuspect, Suspicion
 from stiffcal.diagnosis.suspects.result import FitWithout, Suspect, SuspectKind, WithoutParameter
+from stiffcal.diagnosis.suspects.time_order import TimeOrder
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import fit_rms
 from stiffcal.measurements.load_states import LoadStates
@@ -27,12 +28,18 @@ def suspects_of(suspicion: Suspicion, states: LoadStates, chain: Chain) -> list[
         return []
     n_others = len(np.unique(states.run[suspicion.keep(states) & states.used]))
     backwards = _backwards(suspicion, states, chain)
+    elsewhere = TimeOrder.of(states, states.members()).out_of_order(max(n_others // 6, 2))
     return [
         Suspect(
             run=states.runs[suspect.run].name,
             row=None if suspect.state is None else int(states.row[suspect.state]),
             kind=suspect.kind,
-            why=_why(suspect, n_others, suspect.run in backwards),
+            why="; ".join(
+                [
+                    *_why(suspect, n_others, suspect.run in backwards),
+                    *_time_words(states, elsewhere.get(suspect.run, (None, None))),
+                ]
+            ),
             likely=_likely(suspect, states),
             factor=None if suspect.variant is None else suspect.variant.factor,
             without=fit_without(fit),
@@ -66,7 +73,17 @@ def _backwards(suspicion: Suspicion, states: LoadStates, chain: Chain) -> set[in
     return {suspect.run for suspect in suspicion.suspects if work[suspect.run] < 0.0}
 
 
-def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> str:
+def _time_words(states: LoadStates, neighbours: tuple[int | None, int | None]) -> list[str]:
+    """Return that a run was measured elsewhere in time than it stands, where it was."""
+    before, after = ("" if run is None else states.runs[run].name for run in neighbours)
+    if before and after:
+        return [f'its time stamps lie between those of runs "{before}" and "{after}", out of the order of the runs']
+    if before or after:
+        return [f'its time stamps lie next to those of run "{before or after}", out of the order of the runs']
+    return []
+
+
+def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> list[str]:
     parts = []
     if suspect.score > suspect.next_score:
         size = f"{1e3 * suspect.miss_m:.3g} mm, " if math.isfinite(suspect.miss_m) else ""
@@ -80,7 +97,7 @@ def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> str:
         parts.append("force and displacement run against each other in it")
     if suspect.variant is not None:
         parts.append("with the cure it agrees with the others")
-    return "; ".join(parts)
+    return parts
 
 
 def _likely(suspect: FoundSuspect, states: LoadStates) -> str:
