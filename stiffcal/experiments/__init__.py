@@ -11,6 +11,7 @@ above this one; of them and of poses without load the kind has the name alone.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
+    from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.simulation.kinds import RunSimulation
 
 
@@ -55,6 +57,10 @@ class ExperimentKind:
     def reduction(self, campaign: Campaign) -> RunsReduction | None:
         """Return the reduction of the logs of this kind's runs; None where they make load states like any other."""
         return None
+
+    def table_specimens(self) -> Mapping[str, TableSpecimen]:
+        """Return the tables of this kind that have a schema, by name; none where other programs may not rely on any."""
+        return {}
 
     def simulation(self) -> RunSimulation[Any] | None:
         """Return the simulation of the runs of this kind; None where these are load cycles."""

@@ -7,76 +7,19 @@ columns which are written, neither more nor fewer, `stiffcal.schemas.tables` ens
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 from stiffcal.measurements.set_aside import OF_PASSES, SetAsideCode
-
-
-@dataclass(frozen=True)
-class ColumnDescription:
-    """What a column holds."""
-
-    text: str
-    """The column's meaning, in words."""
-    unit: str = ""
-    """SI unit; "" for words, counts, truth values and numbers without one."""
-    missing: bool = False
-    """True where a number may be missing."""
+from stiffcal.measurements.table_specimens import ColumnDescription, cause_column
 
 
 def _each(pattern: str, axes: Iterable[str], meaning: ColumnDescription) -> dict[str, ColumnDescription]:
     return {pattern.format(axis): meaning for axis in axes}
 
 
-def _cause(subject: str, codes: Iterable[SetAsideCode]) -> ColumnDescription:
-    return ColumnDescription(
-        f"the cause in one word, empty where the {subject} is used: {', '.join(filter(None, codes))}"
-    )
-
-
 _FORCE = ColumnDescription(
     "force on the robot by its surroundings, in the axes of the setup written beside the table", "N"
 )
 _MOMENT = ColumnDescription("moment likewise, about the setup's point; zero where only forces are measured", "N·m")
-
-FRICTION: Mapping[str, ColumnDescription] = {
-    "run": ColumnDescription("the run's id"),
-    "joint": ColumnDescription("the joint that moved"),
-    "velocity_radps": ColumnDescription("as logged, mean over the pass; its sign is the direction", "rad/s"),
-    "torque_Nm": ColumnDescription("of the drive at the joint's side of the gear, mean over the stretch", "N·m"),
-    "stretch": ColumnDescription("passes of one number share a stretch of angle and a speed, and so their weight"),
-    "low_rad": ColumnDescription("where the stretch begins", "rad"),
-    "high_rad": ColumnDescription("where it ends", "rad"),
-    "start_s": ColumnDescription("the velocity was held from, on the log's clock", "s"),
-    "end_s": ColumnDescription("until", "s"),
-    "n_readings": ColumnDescription("samples averaged"),
-    "torque_scatter_Nm": ColumnDescription("standard deviation of single samples", "N·m"),
-    "set_aside": ColumnDescription("why the pass is not used; empty where it is"),
-    "set_aside_code": _cause("pass", OF_PASSES),
-}
-
-FREE_MOTION: Mapping[str, ColumnDescription] = {
-    "run": ColumnDescription("the run's id"),
-    "time_s": ColumnDescription("on the log's clock", "s"),
-    "<joint>_model_rad": ColumnDescription("angle of the chain's joint, smoothed", "rad"),
-    "<joint>_model_radps": ColumnDescription("its velocity", "rad/s"),
-    "<joint>_model_radps2": ColumnDescription("its acceleration", "rad/s²"),
-    "<joint>_drive_radps": ColumnDescription("velocity of the joint's drive, at the joint's side of the gear", "rad/s"),
-    "<joint>_drive_radps2": ColumnDescription("its acceleration", "rad/s²"),
-    "<joint>_drive_Nm": ColumnDescription("its torque, at the joint's side", "N·m"),
-    "<joint>_one_way": ColumnDescription("true where the drive kept its direction for as long as the sample takes in"),
-}
-
-FRICTION_FIT: Mapping[str, ColumnDescription] = {
-    "run": ColumnDescription("the run's id"),
-    "joint": ColumnDescription("the joint"),
-    "steady": ColumnDescription("true for a pass at constant velocity, false for a sample of other motion"),
-    "velocity_radps": ColumnDescription("of the drive, at the joint's side of the gear", "rad/s"),
-    "friction_measured_Nm": ColumnDescription("measured torque less weight, inertia and zeros as fitted", "N·m"),
-    "friction_Nm": ColumnDescription("the fitted friction", "N·m"),
-    "beside_Nm": ColumnDescription("weight, inertia and zeros as fitted", "N·m"),
-    "residual_Nm": ColumnDescription("measured less fitted", "N·m"),
-}
 
 STATES: Mapping[str, ColumnDescription] = {
     "run": ColumnDescription("the run's id"),
@@ -126,7 +69,7 @@ STATES: Mapping[str, ColumnDescription] = {
         ColumnDescription("standard deviation of single readings within the hold", "N·m", missing=True),
     ),
     "set_aside": ColumnDescription("why the state is not used; empty where it is"),
-    "set_aside_code": _cause("state", [code for code in SetAsideCode if code not in OF_PASSES]),
+    "set_aside_code": cause_column("state", [code for code in SetAsideCode if code not in OF_PASSES]),
 }
 
 RECORDING: Mapping[str, ColumnDescription] = {

@@ -21,19 +21,17 @@ import pyarrow as pa
 
 from stiffcal.campaign.manifest import Source
 from stiffcal.diagnosis.evidence import EffectEvidence
-from stiffcal.experiments.friction.documents import friction_fit_columns
-from stiffcal.experiments.friction.fitting import FrictionFit
-from stiffcal.experiments.friction.rows import steady_rows
+from stiffcal.experiments import all_kinds
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, RowLayout
 from stiffcal.identification.state_loads import BRANCH, LOAD, TORQUE
 from stiffcal.identification.state_tables import observed_table
 from stiffcal.ingest.recording_tables import recording_table
-from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.rods import BeamProperties, rods_between
+from stiffcal.measurements.table_specimens import ColumnDescription, TableSpecimen
 from stiffcal.measurements.tables import states_table
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
@@ -41,14 +39,10 @@ from stiffcal.model.effect import Place, StateOrder
 from stiffcal.reduction.logs import Rows
 from stiffcal.schemas.table_columns import (
     EVIDENCE,
-    FREE_MOTION,
-    FRICTION,
-    FRICTION_FIT,
     HELDOUT,
     OBSERVED,
     RECORDING,
     STATES,
-    ColumnDescription,
 )
 from stiffcal.store import table_of
 from stiffcal.workflow.evidence import evidence_columns
@@ -57,33 +51,31 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}
 _ONE = np.zeros(1)
 _FIRST = np.zeros(1, dtype=np.int64)
-_TOLD = {
+_TEXTS = {
     "states": "The table `states`: one row per load state.",
     "recording": "A table `recordings/RUN/SOURCE`: one row per reading, in SI and in the instrument's own axes.",
     "fit": "The table `fit`: one row per load state that was fitted, with what the fitted model says of it.",
     "unseen": "The table `unseen`: one row per load state, with what a fit says of it that has not seen its pose.",
-    "friction": "The table `friction`: one row per pass of one joint at constant velocity.",
-    "free_motion": "The table `free_motion`: one row per sample of a motion in the air that is not steady.",
-    "friction_fit": "The table `friction_fit`: one row per pass or sample of a joint that was fitted.",
     "evidence": "The table `evidence`: one row per effect and load state, the residual against what drives the effect.",
 }
 
 
-def specimens() -> dict[str, tuple[pa.Table, Mapping[str, ColumnDescription]]]:
+def table_specimens() -> dict[str, TableSpecimen]:
     """Return each table of the store with one row, as its writer makes it, and what its columns mean."""
     states = _states()
     judged = (states, _observations(states), np.zeros((8, 1)), np.zeros((8, 1)))
     words = np.array([""])
-    return {
+    tables: dict[str, tuple[pa.Table, Mapping[str, ColumnDescription]]] = {
         "states": (states_table(states, ("<joint>",)), STATES),
         "recording": (_recording(), RECORDING),
         "fit": (observed_table(*judged), OBSERVED),
         "unseen": (observed_table(*judged, {BRANCH: words, LOAD: _ONE, TORQUE.format(1): _ONE}), HELDOUT),
         "evidence": (table_of(evidence_columns(states, {"": _evidence()})), EVIDENCE),
-        "friction": (steady_table(_passes(), ("<joint>",)), FRICTION),
-        "free_motion": (motion_table(_motion(), ("<joint>",)), FREE_MOTION),
-        "friction_fit": (table_of(friction_fit_columns(_friction_fit(), ("<joint>",))), FRICTION_FIT),
     }
+    specimens = {name: TableSpecimen(_TEXTS[name], *pair) for name, pair in tables.items()}
+    for kind in all_kinds():
+        specimens |= kind.table_specimens()
+    return specimens
 
 
 def table_schema(name: str) -> dict[str, Any]:
@@ -94,9 +86,10 @@ def table_schema(name: str) -> dict[str, Any]:
     >>> table_schema("states")["properties"]["Fx_N"]["unit"]
     'N'
     """
-    table, meanings = specimens()[name]
+    specimen = table_specimens()[name]
+    meanings = specimen.columns
     # The specimen has one channel of each kind, numbered 1.
-    kinds = {re.sub(r"1(?=_|$)", "<k>", field.name): str(field.type) for field in table.schema}
+    kinds = {re.sub(r"1(?=_|$)", "<k>", field.name): str(field.type) for field in specimen.table.schema}
     spare = set(meanings) - set(kinds)
     if spare:
         raise KeyError(f"no column of {name} is called {', '.join(sorted(spare))}")
@@ -110,7 +103,7 @@ def table_schema(name: str) -> dict[str, Any]:
     return {
         "$schema": DIALECT,
         "title": name,
-        "description": f"{_TOLD[name]} Missing numbers are NaN in the file, null here.",
+        "description": f"{specimen.text} Missing numbers are NaN in the file, null here.",
         "type": "object",
         "properties": fixed,
         "patternProperties": patterns,
@@ -205,32 +198,11 @@ def _evidence() -> EffectEvidence:
     return EffectEvidence(placed, "", "1", False, None, _FIRST, _ONE, _ONE, _ONE, _ONE, rms, rms, ())
 
 
-def _passes() -> SteadyReadings:
-    first = np.ones(1, dtype=np.int64)
-    return SteadyReadings(
-        runs=(RunInfo("run"),), run=_FIRST, joint=first, velocity=_ONE, torque=_ONE, stretch=_FIRST, low=_ONE,
-        high=_ONE, start=_ONE, end=_ONE, n_readings=first, scatter=_ONE, set_aside=np.array([""]),
-        set_aside_code=np.array([""]),
-    )  # fmt: skip
-
-
-def _motion() -> FreeMotion:
-    zero = np.zeros((1, 1))
-    return FreeMotion(
-        (RunInfo("run"),), _FIRST, _ONE, zero, zero, zero, zero, zero, zero, np.ones((1, 1), dtype=np.bool_)
-    )
-
-
-def _friction_fit() -> FrictionFit:
-    rows = steady_rows(_passes())
-    return FrictionFit((), rows, _ONE, _ONE, _ONE, _ONE, _ONE, _ONE, 0, None, 1.0, False)
-
-
 def schema_texts() -> dict[str, str]:
     """Return file name to JSON Schema of every table, as they stand in `schemas/`."""
     return {
         f"{name}.table.schema.json": json.dumps(table_schema(name), indent=2, ensure_ascii=False) + "\n"
-        for name in _TOLD
+        for name in table_specimens()
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
+    from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.simulation.kinds import RunSimulation
 
 
@@ -27,6 +29,12 @@ class FrictionKind(ExperimentKind):
         from stiffcal.experiments.friction.reduction import FrictionRunsReduction
 
         return FrictionRunsReduction(campaign)
+
+    def table_specimens(self) -> Mapping[str, TableSpecimen]:
+        """Return the passes, the free motion and the fitted rows."""
+        from stiffcal.experiments.friction.table_columns import friction_specimens
+
+        return friction_specimens()
 
     def simulation(self) -> RunSimulation[FrictionMotion]:
         """Simulate the runs of this kind."""

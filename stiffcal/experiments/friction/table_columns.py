@@ -1,0 +1,101 @@
+"""The tables of friction runs for their schemas: a specimen of each, and what its columns mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from stiffcal.experiments.friction.documents import friction_fit_columns
+from stiffcal.experiments.friction.fitting import FrictionFit
+from stiffcal.experiments.friction.rows import steady_rows
+from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, motion_table, steady_table
+from stiffcal.measurements.load_states import RunInfo
+from stiffcal.measurements.set_aside import OF_PASSES
+from stiffcal.measurements.table_specimens import ColumnDescription, TableSpecimen, cause_column
+from stiffcal.store import table_of
+
+_ONE = np.zeros(1)
+_FIRST = np.zeros(1, dtype=np.int64)
+
+FRICTION: Mapping[str, ColumnDescription] = {
+    "run": ColumnDescription("the run's id"),
+    "joint": ColumnDescription("the joint that moved"),
+    "velocity_radps": ColumnDescription("as logged, mean over the pass; its sign is the direction", "rad/s"),
+    "torque_Nm": ColumnDescription("of the drive at the joint's side of the gear, mean over the stretch", "N·m"),
+    "stretch": ColumnDescription("passes of one number share a stretch of angle and a speed, and so their weight"),
+    "low_rad": ColumnDescription("where the stretch begins", "rad"),
+    "high_rad": ColumnDescription("where it ends", "rad"),
+    "start_s": ColumnDescription("the velocity was held from, on the log's clock", "s"),
+    "end_s": ColumnDescription("until", "s"),
+    "n_readings": ColumnDescription("samples averaged"),
+    "torque_scatter_Nm": ColumnDescription("standard deviation of single samples", "N·m"),
+    "set_aside": ColumnDescription("why the pass is not used; empty where it is"),
+    "set_aside_code": cause_column("pass", OF_PASSES),
+}
+
+FREE_MOTION: Mapping[str, ColumnDescription] = {
+    "run": ColumnDescription("the run's id"),
+    "time_s": ColumnDescription("on the log's clock", "s"),
+    "<joint>_model_rad": ColumnDescription("angle of the chain's joint, smoothed", "rad"),
+    "<joint>_model_radps": ColumnDescription("its velocity", "rad/s"),
+    "<joint>_model_radps2": ColumnDescription("its acceleration", "rad/s²"),
+    "<joint>_drive_radps": ColumnDescription("velocity of the joint's drive, at the joint's side of the gear", "rad/s"),
+    "<joint>_drive_radps2": ColumnDescription("its acceleration", "rad/s²"),
+    "<joint>_drive_Nm": ColumnDescription("its torque, at the joint's side", "N·m"),
+    "<joint>_one_way": ColumnDescription("true where the drive kept its direction for as long as the sample takes in"),
+}
+
+FRICTION_FIT: Mapping[str, ColumnDescription] = {
+    "run": ColumnDescription("the run's id"),
+    "joint": ColumnDescription("the joint"),
+    "steady": ColumnDescription("true for a pass at constant velocity, false for a sample of other motion"),
+    "velocity_radps": ColumnDescription("of the drive, at the joint's side of the gear", "rad/s"),
+    "friction_measured_Nm": ColumnDescription("measured torque less weight, inertia and zeros as fitted", "N·m"),
+    "friction_Nm": ColumnDescription("the fitted friction", "N·m"),
+    "beside_Nm": ColumnDescription("weight, inertia and zeros as fitted", "N·m"),
+    "residual_Nm": ColumnDescription("measured less fitted", "N·m"),
+}
+
+
+def friction_specimens() -> dict[str, TableSpecimen]:
+    """Return the tables of friction runs with one row each."""
+    joints = ("<joint>",)
+    return {
+        "friction": TableSpecimen(
+            "The table `friction`: one row per pass of one joint at constant velocity.",
+            steady_table(_passes(), joints),
+            FRICTION,
+        ),
+        "free_motion": TableSpecimen(
+            "The table `free_motion`: one row per sample of a motion in the air that is not steady.",
+            motion_table(_motion(), joints),
+            FREE_MOTION,
+        ),
+        "friction_fit": TableSpecimen(
+            "The table `friction_fit`: one row per pass or sample of a joint that was fitted.",
+            table_of(friction_fit_columns(_friction_fit(), joints)),
+            FRICTION_FIT,
+        ),
+    }
+
+
+def _passes() -> SteadyReadings:
+    first = np.ones(1, dtype=np.int64)
+    return SteadyReadings(
+        runs=(RunInfo("run"),), run=_FIRST, joint=first, velocity=_ONE, torque=_ONE, stretch=_FIRST, low=_ONE,
+        high=_ONE, start=_ONE, end=_ONE, n_readings=first, scatter=_ONE, set_aside=np.array([""]),
+        set_aside_code=np.array([""]),
+    )  # fmt: skip
+
+
+def _motion() -> FreeMotion:
+    zero = np.zeros((1, 1))
+    return FreeMotion(
+        (RunInfo("run"),), _FIRST, _ONE, zero, zero, zero, zero, zero, zero, np.ones((1, 1), dtype=np.bool_)
+    )
+
+
+def _friction_fit() -> FrictionFit:
+    rows = steady_rows(_passes())
+    return FrictionFit((), rows, _ONE, _ONE, _ONE, _ONE, _ONE, _ONE, 0, None, 1.0, False)
