@@ -101,13 +101,14 @@ def test_faults_of_the_manifest_know_a_new_format(tmp_path: Path, capsys: pytest
     folder = in_json(tmp_path / "c")
     rewrite(folder, ("[sources.table]\n", '[sources.table]\nformat = "json"\njsonrows = { kee = "x" }\nxml = { }\n'))
     names = '"csv", "hdf5", "jsonrows", "mat", "mcap", "parquet", "postgres", "rosbag2" or "tdms"'
-    keys = "format, sampling, file, files, run, time, csv, hdf5, jsonrows, mat, mcap, parquet, postgres, rosbag2, tdms"
+    keys = "format, sampling, file, files, run, time, rows"
+    formats = "csv, hdf5, jsonrows, mat, mcap, parquet, postgres, rosbag2, tdms"
     wrong = "campaign.toml: sources.table"
     signals = "joints, wrench, dead_weight, pose, poses, deflection, displacement, lengths, temperature, hold"
     assert refusal(capsys, "check", folder).splitlines() == [
         f'{wrong}.format: "json" is not one of the choices; write one of {names} [value-invalid]',
         f'{wrong}.jsonrows.kee: unknown key "kee"; did you mean "key"? The keys here are key [key-unknown]',
-        f'{wrong}.xml: unknown key "xml"; remove it; the keys here are {keys}, {signals} [key-unknown]',
+        f'{wrong}.xml: unknown key "xml"; remove it; the keys here are {keys}, {formats}, {signals} [key-unknown]',
     ]
 
 
