@@ -155,7 +155,7 @@ def _next_fault(rods: Rods, readings: RodReadings) -> tuple[RodFault | None, Rod
         lengths = readings.lengths[:, readings.used]
         tolerated = (TOLERATED if sigma > 0.0 else TOLERATED_BLINDLY) * float(np.sqrt(np.mean(lengths**2)))
         quiet = avoidable <= count * tolerated**2 or before < 1.5 * sigma
-        return (None if quiet else _unexplained(rods, readings, before)), readings
+        return (None if quiet else _unexplained_fault(rods, readings, before)), readings
     close = [
         trial
         for trial in ranked
@@ -202,7 +202,7 @@ def _is_large(trial: Trial, readings: RodReadings) -> bool:
     return bool(trial.size > max(LOOSE * should, 2.0 * readings.sigma))
 
 
-def _unexplained(rods: Rods, readings: RodReadings, before: float) -> RodFault:
+def _unexplained_fault(rods: Rods, readings: RodReadings, before: float) -> RodFault:
     off = np.sqrt(np.mean(left_over(readings, readings.lengths) ** 2, axis=0)) * readings.used
     names = (rods.names[int(np.argmax(off))],)
     sentence = (

@@ -134,7 +134,7 @@ class Reader(ABC):
 
     @abstractmethod
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
-        """Return where data row `row` (from 1) stands in the file, e.g. ``line 12``."""
+        """Return the place of data row `row` (from 1) in the file, e.g. ``line 12``."""
 
 
 class DatabaseReader(Reader):

@@ -55,8 +55,8 @@ def tabled_states(
             display_name = next(iter(files.values()), "")
             observe = None if observer is None else partial(observer, name, display_name)
             exclusions = RowExclusions.of(manifest, name, None if run is None else run.id)
-            rows = _joined(list(read_rows(folder, name, source, files, observe, exclusions)))
-            tables.append(_labelled(manifest, name, run, rows, display_name))
+            rows = _signals_together(list(read_rows(folder, name, source, files, observe, exclusions)))
+            tables.append(_with_labels(manifest, name, run, rows, display_name))
             _check_order(tables[-1], display_name, partial(_place, folder, source, files))
         table = concatenated(tables)
         gathered = table if gathered is None else joined_side_by_side(gathered, table, name)
@@ -71,7 +71,7 @@ def _files(manifest: Manifest, source: str) -> list[tuple[Run | None, dict[str, 
     return [(None, manifest.files_of(source))]
 
 
-def _joined(tables: Sequence[Rows]) -> Rows:
+def _signals_together(tables: Sequence[Rows]) -> Rows:
     return Rows(
         np.concatenate([rows.number for rows in tables]),
         np.concatenate([rows.time for rows in tables]),
@@ -80,7 +80,7 @@ def _joined(tables: Sequence[Rows]) -> Rows:
     )
 
 
-def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, display_name: str) -> RawStates:
+def _with_labels(manifest: Manifest, name: str, run: Run | None, rows: Rows, display_name: str) -> RawStates:
     """Give every row its run, its exclusion, and states first."""
     source = manifest.sources[name]
     n = len(rows)
