@@ -117,7 +117,7 @@ def test_a_parameter_that_stands_back_is_never_identifiable() -> None:
     )
     checked = check_identifiability(factor, ("a", "b", "c", "d"), np.full(4, np.inf))
     assert checked.left_at_neutral.tolist() == [False, False, True, True]
-    assert not checked.identifiable[checked.held].any()
+    assert not checked.identifiable[checked.left_at_neutral].any()
     assert any("d" in ambiguity.names for ambiguity in checked.ambiguities)
 
 
