@@ -274,6 +274,33 @@ def result_of(kind: type[Result], text: str | bytes) -> Result:
     return result
 
 
+def result_from_values(kind: type[Result], document: Document) -> Result:
+    """Return a result from its document as one process of stiffcal hands it to another.
+
+    Unlike `result_of` it takes texts that are no Unicode: names of files may be any bytes.
+
+    Parameters
+    ----------
+    kind : of the result.
+    document : as `document_of` returned it.
+
+    Raises
+    ------
+    pydantic.ValidationError : a key is missing, or holds something else than the field's type.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Named:
+    ...     file: str
+    >>> result_from_values(Named, document_of(Named("M\udcfcller"))).file == "M\udcfcller"
+    True
+    """
+    hashable: Any = kind
+    result: Result = _adapter(hashable).validate_python(document)
+    return result
+
+
 def section_of(kind: type[Result], document: Document, name: str) -> Result | None:
     """Return the part of a document that is a result of its own.
 

@@ -15,6 +15,8 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import fields, is_dataclass, replace
+from enum import Enum
 from functools import cache, lru_cache
 from typing import Any
 
@@ -71,15 +73,19 @@ def mask(text: str) -> str:
 
 
 def masked(value: Any) -> Any:
-    """Return a JSON value with every text in it masked; numbers, keys and the rest stay.
+    """Return a JSON value or a result with every text in it masked; numbers, keys, codes and the rest stay.
 
     Examples
     --------
     >>> masked({"reason": "password=geheim", "row": 3, "others": ["x"]})
     {'reason': 'password=…', 'row': 3, 'others': ['x']}
     """
+    if isinstance(value, Enum):
+        return value
     if isinstance(value, str):
         return mask(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{field.name: masked(getattr(value, field.name)) for field in fields(value)})
     if isinstance(value, dict):
         return {key: masked(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

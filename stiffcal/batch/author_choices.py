@@ -6,21 +6,11 @@ In a pull request the author of the data writes these too, so a summary for thos
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Literal
 
-from typing_extensions import TypedDict
-
+from stiffcal.batch.results import AuthorChoice
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.thresholds import Thresholds, ThresholdsFile, tighter
-
-
-class AuthorChoice(TypedDict):
-    """One choice: its kind, where it stands in campaign.toml, and what it is."""
-
-    kind: Literal["exclude", "row filter", "holdout", "threshold"]
-    place: str
-    text: str
 
 
 def author_choices(
@@ -42,18 +32,18 @@ def _row_filters(manifest: Manifest) -> Iterator[AuthorChoice]:
     for source, settings in manifest.sources.items():
         if settings.rows:
             place = f"sources.{source}.rows"
-            yield {"kind": "row filter", "place": place, "text": f"only rows with {settings.rows}"}
+            yield AuthorChoice(kind="row filter", place=place, text=f"only rows with {settings.rows}")
     for source, name, signal in manifest.signals():
         rows = getattr(signal, "rows", None)
         if rows:
-            yield {"kind": "row filter", "place": f"sources.{source}.{name}.rows", "text": f"only rows with {rows}"}
+            yield AuthorChoice(kind="row filter", place=f"sources.{source}.{name}.rows", text=f"only rows with {rows}")
 
 
 def _holdouts(manifest: Manifest) -> Iterator[AuthorChoice]:
     runs = [run.id for run in manifest.runs if run.holdout]
     if runs:
         text = f"the unseen poses are those of {len(runs)} of {len(manifest.runs)} runs: {', '.join(runs)}"
-        yield {"kind": "holdout", "place": "runs", "text": text}
+        yield AuthorChoice(kind="holdout", place="runs", text=text)
 
 
 def _excludes(manifest: Manifest) -> Iterator[AuthorChoice]:
@@ -61,7 +51,7 @@ def _excludes(manifest: Manifest) -> Iterator[AuthorChoice]:
         run = f" of run {entry.run}" if entry.run is not None else ""
         noun = "row" if len(entry.rows) == 1 else "rows"
         text = f"{entry.source}{run}: {noun} {_ranges(entry.rows)} ({len(entry.rows)}) left out: {entry.why}"
-        yield {"kind": "exclude", "place": f"exclude[{number}]", "text": text}
+        yield AuthorChoice(kind="exclude", place=f"exclude[{number}]", text=text)
 
 
 def _ranges(rows: Iterable[int]) -> str:
@@ -93,7 +83,7 @@ def _thresholds(
             notes.append(_against_file(key, campaign, file))
         if notes:
             text = f"{key} = {_shown(own.get(key))}: {'; '.join(notes)}"
-            yield {"kind": "threshold", "place": f"thresholds.{key}", "text": text}
+            yield AuthorChoice(kind="threshold", place=f"thresholds.{key}", text=text)
     if file is not None:
         yield from _by_name_alone(campaign, file)
 
@@ -118,7 +108,7 @@ def _by_name_alone(campaign: Campaign, file: ThresholdsFile) -> Iterator[AuthorC
     before = file.campaigns[name].limits
     if file.own_limits(name, _folder(campaign)).written() != (file.limits.written() | before.written()):
         text = f'name = "{name}": the thresholds of that name hold only where tighter, as the folder has another name'
-        yield {"kind": "threshold", "place": "name", "text": text}
+        yield AuthorChoice(kind="threshold", place="name", text=text)
 
 
 def _folder(campaign: Campaign) -> str:

@@ -6,12 +6,22 @@ import os
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-from stiffcal.batch.outcome import BROKEN, HELD, NOT_HELD, Document, outcome_of, task_of
+from stiffcal.batch.results import (
+    BROKEN,
+    HELD,
+    NOT_HELD,
+    BatchCounts,
+    BatchResult,
+    BatchTask,
+    BatchWorkers,
+    CampaignOutcome,
+    outcome_of,
+)
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import Fault, InputError, Progress, no_progress
 from stiffcal.escapes.file_name import fitting
@@ -21,11 +31,10 @@ from stiffcal.masking import masked
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import ThresholdsFile
 
-SCHEMA = "stiffcal/batch/1"
 NOT_SEARCHED = frozenset({"store", "raw", "node_modules", "__pycache__"})
 
 
-def no_outcome(outcome: Document, done: int, of: int) -> None:
+def no_outcome(outcome: CampaignOutcome, done: int, of: int) -> None:
     """Let an outcome pass; the default of `BatchOptions.finished`."""
 
 
@@ -52,10 +61,10 @@ class BatchOptions:
     report: bool = True
     scheduler: str | None = None
     progress: Progress = no_progress
-    finished: Callable[[Document, int, int], None] = no_outcome
+    finished: Callable[[CampaignOutcome, int, int], None] = no_outcome
 
 
-def batch_campaigns(folders: Sequence[Path], options: BatchOptions | None = None) -> Document:
+def batch_campaigns(folders: Sequence[Path], options: BatchOptions | None = None) -> BatchResult:
     """Run ingest, identify, validate and report on many campaigns.
 
     What has not changed since the last time is not computed again. A campaign that is wrong, or whose process is
@@ -68,8 +77,8 @@ def batch_campaigns(folders: Sequence[Path], options: BatchOptions | None = None
 
     Returns
     -------
-    dict
-        The `batch` document: ``campaigns``, one entry each in the order given, ``counts`` by state, ``passed``.
+    BatchResult
+        What came of each campaign, in the order given.
 
     Raises
     ------
@@ -81,31 +90,37 @@ def batch_campaigns(folders: Sequence[Path], options: BatchOptions | None = None
     file = _thresholds(options.thresholds) if options.thresholds is not None else None
     listed, absent = find_campaigns(folders)
     tasks = _tasks(listed, folders, options, file)
-    outcomes: dict[str, Document] = {absent_folder["folder"]: absent_folder for absent_folder in absent}
+    outcomes = {absent_folder.folder: absent_folder for absent_folder in absent}
 
-    def take(outcome: Document) -> None:
+    def take(outcome: CampaignOutcome) -> None:
         # What a worker's process or a cluster wrote of itself stands in these as it came.
-        outcome |= {name: masked(outcome[name]) for name in ("error", "others", "warnings", "choices")}
-        outcomes[outcome["folder"]] = outcome
+        outcome = replace(
+            outcome,
+            error=masked(outcome.error),
+            others=masked(outcome.others),
+            warnings=masked(outcome.warnings),
+            choices=masked(outcome.choices),
+        )
+        outcomes[outcome.folder] = outcome
         done = len(outcomes) - len(absent)
-        options.progress(f"{done} of {len(tasks)} campaigns: {outcome['campaign']}", done / len(tasks))
+        options.progress(f"{done} of {len(tasks)} campaigns: {outcome.campaign}", done / len(tasks))
         options.finished(outcome, done, len(tasks))
 
     options.progress(f"{len(tasks)} campaigns", 0.0)
     # The largest first: none of them is then left over at the end while the other cores have nothing to do.
-    queue = sorted(tasks, key=lambda task: _bytes_of(Path(task["folder"])), reverse=True)
+    queue = sorted(tasks, key=lambda task: _bytes_of(Path(task.folder)), reverse=True)
     if options.scheduler is not None:
         from stiffcal.batch.cluster import run_on_cluster
 
-        workers = {"kind": "dask", "count": run_on_cluster(queue, options.scheduler, take)}
+        workers = BatchWorkers(kind="dask", count=run_on_cluster(queue, options.scheduler, take))
     else:
         from stiffcal.batch.processes import run_on_this_machine
 
         jobs = min(options.jobs or cores(), len(queue))
-        workers = {"kind": "processes", "count": jobs}
+        workers = BatchWorkers(kind="processes", count=jobs)
         run_on_this_machine(queue, jobs, take)
-    ordered = [outcomes[task["folder"]] for task in tasks] + absent
-    return _document(ordered, workers, time.monotonic() - began, _unused(file, ordered))
+    ordered = [outcomes[task.folder] for task in tasks] + absent
+    return _result(ordered, workers, time.monotonic() - began, _unused(file, ordered))
 
 
 def _thresholds(file: Path) -> ThresholdsFile:
@@ -119,7 +134,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def find_campaigns(folders: Sequence[Path]) -> tuple[list[tuple[Path, str]], list[Document]]:
+def find_campaigns(folders: Sequence[Path]) -> tuple[list[tuple[Path, str]], list[CampaignOutcome]]:
     """Find the campaign folders: those named, and those inside of folders that are none themselves.
 
     Returns
@@ -131,7 +146,8 @@ def find_campaigns(folders: Sequence[Path]) -> tuple[list[tuple[Path, str]], lis
     InputError : there is none at all.
     """
     by_path: dict[Path, tuple[Path, str]] = {}
-    absent = []
+    absent: list[CampaignOutcome] = []
+    faults: list[Fault] = []
     for named in folders:
         inside = [named] if (named / MANIFEST_FILE).is_file() else sorted(_below(named))
         for folder in inside:
@@ -140,16 +156,11 @@ def find_campaigns(folders: Sequence[Path]) -> tuple[list[tuple[Path, str]], lis
         if not inside:
             reason = f"there is no {MANIFEST_FILE} in it" if named.is_dir() else "no such folder"
             fault = Fault(FaultCode.FILE_MISSING, str(named), "", reason, "name a campaign folder")
-            absent.append(outcome_of(task_of(named, str(named)), BROKEN, fault.as_document()))
+            faults.append(fault)
+            absent.append(outcome_of(BatchTask(folder=str(named), campaign=str(named)), BROKEN, fault))
     if not by_path:
-        first = absent[0]["error"]
-        raise InputError.at(
-            FaultCode.FILE_MISSING,
-            first["file"],
-            "",
-            first["reason"],
-            "name a campaign folder, or a folder with such in it",
-        )
+        mend = "name a campaign folder, or a folder with such in it"
+        raise InputError.at(FaultCode.FILE_MISSING, faults[0].file, "", faults[0].reason, mend)
     twice = Counter(label for _, label in by_path.values())
     return [
         (folder, label if twice[label] == 1 else whole.as_posix().strip("/"))
@@ -170,18 +181,28 @@ def _below(named: Path) -> list[Path]:
 
 def _tasks(
     listed: Sequence[tuple[Path, str]], named: Sequence[Path], options: BatchOptions, file: ThresholdsFile | None
-) -> list[Document]:
+) -> list[BatchTask]:
     reach = [str(path.resolve()) for path in (*named, *(file.baselines() if file is not None else ()))]
     thresholds = None if file is None else file.model_dump(mode="json", by_alias=True, exclude_none=True)
     local, tasks = options.scheduler is None, []
     for folder, label in listed:
-        report: str | bool | None = None if options.report else False
+        report_file = None
         if options.report and options.reports is not None:
-            report = str((options.reports / fitting(label, ".pdf")).resolve())
+            report_file = str((options.reports / fitting(label, ".pdf")).resolve())
         store = store_below(options.store, label) if options.store is not None else None
         # A cluster's workers have another current folder.
         place = folder if local else folder.resolve()
-        tasks.append(task_of(place, label, store=store, report=report, thresholds=thresholds, reach=reach))
+        tasks.append(
+            BatchTask(
+                folder=str(place),
+                campaign=label,
+                store=store,
+                report=options.report,
+                report_file=report_file,
+                thresholds=thresholds,
+                reach=reach,
+            )
+        )
     return tasks
 
 
@@ -202,33 +223,27 @@ def _bytes_of(folder: Path) -> int:
     return sum(file.stat().st_size for file in raw.iterdir() if file.is_file()) if raw.is_dir() else 0
 
 
-def _unused(file: ThresholdsFile | None, outcomes: Sequence[Document]) -> list[str]:
+def _unused(file: ThresholdsFile | None, outcomes: Sequence[CampaignOutcome]) -> list[str]:
     if file is None:
         return []
-    known = {name for outcome in outcomes for name in (outcome["name"], Path(outcome["folder"]).resolve().name)}
+    known = {name for outcome in outcomes for name in (outcome.name, Path(outcome.folder).resolve().name)}
     return [f"the thresholds of {name} are of no campaign here" for name in file.campaigns if name not in known]
 
 
-def _document(outcomes: list[Document], workers: Document, seconds: float, warnings: list[str]) -> Document:
-    memory = [outcome["memory_bytes"] for outcome in outcomes if outcome["memory_bytes"]]
-    return {
-        "schema": SCHEMA,
-        "warnings": warnings,
-        "passed": all(outcome["state"] == HELD for outcome in outcomes),
-        "counts": {
-            "campaigns": len(outcomes),
-            "held": sum(outcome["state"] == HELD for outcome in outcomes),
-            "not_held": sum(outcome["state"] == NOT_HELD for outcome in outcomes),
-            "broken": sum(outcome["state"] not in (HELD, NOT_HELD) for outcome in outcomes),
-            "unchanged": sum(unchanged(outcome) for outcome in outcomes),
-        },
-        "seconds": round(seconds, 3),
-        "workers": workers,
-        "peak_memory_bytes": max(memory, default=None),
-        "campaigns": outcomes,
-    }
-
-
-def unchanged(outcome: Document) -> bool:
-    """Return whether nothing had to be computed for this campaign."""
-    return outcome["error"] is None and not any(step["done"] for step in outcome["steps"].values())
+def _result(outcomes: list[CampaignOutcome], workers: BatchWorkers, seconds: float, warnings: list[str]) -> BatchResult:
+    memory = [outcome.memory_bytes for outcome in outcomes if outcome.memory_bytes]
+    return BatchResult(
+        warnings=warnings,
+        passed=all(outcome.state == HELD for outcome in outcomes),
+        counts=BatchCounts(
+            campaigns=len(outcomes),
+            held=sum(outcome.state == HELD for outcome in outcomes),
+            not_held=sum(outcome.state == NOT_HELD for outcome in outcomes),
+            broken=sum(outcome.state not in (HELD, NOT_HELD) for outcome in outcomes),
+            unchanged=sum(outcome.unchanged for outcome in outcomes),
+        ),
+        seconds=round(seconds, 3),
+        workers=workers,
+        peak_memory_bytes=max(memory, default=None),
+        campaigns=outcomes,
+    )

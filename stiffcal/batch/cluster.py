@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from stiffcal.batch.outcome import BROKEN, GENERATIONS, LOST, Document, outcome_of
 from stiffcal.batch.processes import LARGE_BYTES, WorkerLostError, WorkerProcess, outcome_of_lost_worker
+from stiffcal.batch.results import BROKEN, LOST, BatchTask, CampaignOutcome, outcome_of
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 
@@ -25,18 +25,18 @@ RETRIES = 2
 _kept = threading.local()
 
 
-def cluster_task(task: Document) -> Document:
+def cluster_task(task: BatchTask) -> CampaignOutcome:
     """Do a task on a Dask worker, in the process that this thread keeps.
 
     Raises
     ------
     WorkerLostError : that process has ended; Dask then tries again.
     """
-    if not Path(task["folder"]).is_dir():
+    if not Path(task.folder).is_dir():
         reason = "this folder is not there on a worker of the cluster"
         mend = "the campaign folders must lie under the same path on every worker"
-        fault = Fault(FaultCode.FILE_MISSING, task["folder"], "--scheduler", reason, mend)
-        return outcome_of(task, BROKEN, fault.as_document())
+        fault = Fault(FaultCode.FILE_MISSING, task.folder, "--scheduler", reason, mend)
+        return outcome_of(task, BROKEN, fault)
     worker: WorkerProcess | None = getattr(_kept, "worker", None)
     if worker is None:
         worker = _kept.worker = WorkerProcess()
@@ -46,13 +46,13 @@ def cluster_task(task: Document) -> Document:
         _kept.worker = None
         worker.stop()
         raise
-    if (outcome["memory_bytes"] or 0) > LARGE_BYTES:
+    if (outcome.memory_bytes or 0) > LARGE_BYTES:
         _kept.worker = None
         worker.stop()
     return outcome
 
 
-def run_on_cluster(tasks: Sequence[Document], address: str, finished: Callable[[Document], None]) -> int:
+def run_on_cluster(tasks: Sequence[BatchTask], address: str, finished: Callable[[CampaignOutcome], None]) -> int:
     """Run tasks on the cluster of a scheduler.
 
     Parameters
@@ -86,7 +86,7 @@ def run_on_cluster(tasks: Sequence[Document], address: str, finished: Callable[[
         try:
             for future in distributed.as_completed(futures):
                 outcome = _outcome_of_future(future, futures[future])
-                record_generation(futures[future], outcome.get(GENERATIONS, []))
+                record_generation(futures[future], outcome.generations or [])
                 finished(outcome)
         except BaseException:
             client.cancel(list(futures))
@@ -94,7 +94,7 @@ def run_on_cluster(tasks: Sequence[Document], address: str, finished: Callable[[
     return threads
 
 
-def record_generation(task: Document, committed: Sequence[str]) -> None:
+def record_generation(task: BatchTask, committed: Sequence[str]) -> None:
     """Record what a worker has committed to the store of a task as this user's own: workers have other home folders.
 
     Only what lies in that task's store now is recorded, whatever else a worker names.
@@ -109,7 +109,7 @@ def record_generation(task: Document, committed: Sequence[str]) -> None:
     if not committed:
         return
     try:
-        with open_store(Path(task["folder"]), RunContext(store=task["store"])).snapshot() as snapshot:
+        with open_store(Path(task.folder), RunContext(store=task.store)).snapshot() as snapshot:
             digest = snapshot.index.digest
     except InputError:
         return
@@ -148,10 +148,10 @@ def _threads(client: Any, address: str) -> int:
     return sum(client.nthreads().values())
 
 
-def _outcome_of_future(future: Any, task: Document) -> Document:
+def _outcome_of_future(future: Any, task: BatchTask) -> CampaignOutcome:
     """Return the outcome of a task; where Dask has given it up, why."""
     if future.status == "finished":
-        outcome: Document = future.result()
+        outcome: CampaignOutcome = future.result()
         return outcome
     error = None if future.cancelled() else future.exception()
     if isinstance(error, WorkerLostError):
@@ -160,6 +160,4 @@ def _outcome_of_future(future: Any, task: Document) -> Document:
         "the cluster has dropped it" if error is None else f"{type(error).__name__}: {' '.join(str(error).split())}"
     )
     mend = "look at the workers' logs; stiffcal of the same version must be installed there"
-    return outcome_of(
-        task, LOST, Fault(FaultCode.PROCESS_LOST, task["folder"], "--scheduler", reason, mend).as_document()
-    )
+    return outcome_of(task, LOST, Fault(FaultCode.PROCESS_LOST, task.folder, "--scheduler", reason, mend))

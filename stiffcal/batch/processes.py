@@ -16,7 +16,8 @@ import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from stiffcal.batch.outcome import BROKEN, LOST, Document, outcome_of
+from stiffcal.batch.results import BROKEN, LOST, BatchTask, CampaignOutcome, outcome_of
+from stiffcal.documents import document_of, result_from_values
 from stiffcal.errors import Fault
 from stiffcal.escapes.terminal import escaped
 from stiffcal.fault_codes import FaultCode
@@ -76,18 +77,19 @@ class WorkerProcess:
         """The process's number."""
         return self._process.pid
 
-    def do(self, task: Document) -> Document:
+    def do(self, task: BatchTask) -> CampaignOutcome:
         """Have a task done; messages of the process meanwhile go to standard error.
 
         Raises
         ------
-        WorkerLostError : the process ended before it answered; with its exit status and its last output.
+        WorkerLostError : the process ended before it answered, with its exit status and its last output; or it answered
+            with something else than an outcome.
         """
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         line, plugins = b"", ()
         with suppress(OSError, ValueError):
-            self._process.stdin.write(json.dumps(task).encode() + b"\n")
+            self._process.stdin.write(json.dumps(document_of(task)).encode() + b"\n")
             self._process.stdin.flush()
             while (line := self._process.stdout.readline()).startswith((SAID, PLUGINS)):
                 if line.startswith(PLUGINS):
@@ -97,8 +99,10 @@ class WorkerProcess:
                 sys.stderr.flush()
         if not line.endswith(b"\n"):
             raise WorkerLostError(self._last_words(), plugins)
-        outcome: Document = json.loads(line)
-        return outcome
+        try:
+            return result_from_values(CampaignOutcome, json.loads(line))
+        except ValueError as error:  # of pydantic too
+            raise WorkerLostError("its process answered with something else than an outcome", plugins) from error
 
     def _last_words(self) -> str:
         try:
@@ -130,9 +134,9 @@ class WorkerProcess:
 class _Pool:
     """Threads that each keep one worker process busy, and the queues between them and the caller."""
 
-    def __init__(self, tasks: Sequence[Document]) -> None:
-        self.waiting: queue.SimpleQueue[tuple[Document, int]] = queue.SimpleQueue()
-        self.outcomes: queue.SimpleQueue[Document | BaseException] = queue.SimpleQueue()
+    def __init__(self, tasks: Sequence[BatchTask]) -> None:
+        self.waiting: queue.SimpleQueue[tuple[BatchTask, int]] = queue.SimpleQueue()
+        self.outcomes: queue.SimpleQueue[CampaignOutcome | BaseException] = queue.SimpleQueue()
         for task in tasks:
             self.waiting.put((task, 1))
         self._lock = threading.Lock()
@@ -156,7 +160,7 @@ class _Pool:
                     worker = None
                     self._again(task, attempt, error)
                     continue
-                if (outcome["memory_bytes"] or 0) > LARGE_BYTES:
+                if (outcome.memory_bytes or 0) > LARGE_BYTES:
                     self._ended(worker)
                     worker = None
                 self.outcomes.put(outcome)
@@ -166,7 +170,7 @@ class _Pool:
             if worker is not None:
                 self._ended(worker)
 
-    def _again(self, task: Document, attempt: int, error: WorkerLostError) -> None:
+    def _again(self, task: BatchTask, attempt: int, error: WorkerLostError) -> None:
         """Try a task once more, after all others; give it up when that ended in the same way."""
         if attempt < ATTEMPTS:
             self.waiting.put((task, attempt + 1))
@@ -196,12 +200,12 @@ class _Pool:
             thread.join()
 
 
-def outcome_of_lost_worker(task: Document, error: WorkerLostError) -> Document:
+def outcome_of_lost_worker(task: BatchTask, error: WorkerLostError) -> CampaignOutcome:
     """Return the outcome of a task whose process was lost each time; by its campaign's own code, where that ran."""
     mend = "look whether memory is short (fewer --jobs), and try it alone: stiffcal run DIR"
     reason = f"{error.how}, {ATTEMPTS} times"
     if not error.plugins:
-        return outcome_of(task, LOST, Fault(FaultCode.PROCESS_LOST, task["folder"], "", reason, mend).as_document())
+        return outcome_of(task, LOST, Fault(FaultCode.PROCESS_LOST, task.folder, "", reason, mend))
     fault = Fault(
         FaultCode.PLUGIN_FAILED,
         ", ".join(error.plugins),
@@ -209,10 +213,10 @@ def outcome_of_lost_worker(task: Document, error: WorkerLostError) -> Document:
         f"{reason}, after code of this campaign began to run",
         f"mend the code, or {mend}",
     )
-    return outcome_of(task, BROKEN, fault.as_document())
+    return outcome_of(task, BROKEN, fault)
 
 
-def run_on_this_machine(tasks: Sequence[Document], jobs: int, finished: Callable[[Document], None]) -> None:
+def run_on_this_machine(tasks: Sequence[BatchTask], jobs: int, finished: Callable[[CampaignOutcome], None]) -> None:
     """Run tasks in parallel processes.
 
     Parameters
@@ -238,7 +242,7 @@ def run_on_this_machine(tasks: Sequence[Document], jobs: int, finished: Callable
         thread.join()
 
 
-def _next(outcomes: queue.SimpleQueue[Document | BaseException]) -> Document:
+def _next(outcomes: queue.SimpleQueue[CampaignOutcome | BaseException]) -> CampaignOutcome:
     while True:
         try:
             # Not without end: on Windows a waiting thread does not see Ctrl-C.

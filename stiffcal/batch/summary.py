@@ -5,12 +5,12 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-from stiffcal.batch.campaigns import unchanged
-from stiffcal.batch.outcome import HELD, NOT_HELD, STEPS, Document
-from stiffcal.errors import Fault, InputError
+from stiffcal.batch.results import HELD, NOT_HELD, STEPS, AuthorChoice, BatchResult, CampaignOutcome
+from stiffcal.errors import InputError
 from stiffcal.escapes import markdown, xml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_of_the_system, write_whole
+from stiffcal.measurements.rms import Rms
 
 VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
 
@@ -47,78 +47,69 @@ def write_summary(text: str, output: Path) -> None:
         write_whole(output, text)
 
 
-def fault_text(error: Document) -> str:
-    """Return an error document as the one line that the command line prints."""
-    return str(Fault(FaultCode(error["code"]), error["file"], error["place"], error["reason"], error["mend"]))
-
-
-def verdict_of(outcome: Document) -> str:
+def verdict_of(outcome: CampaignOutcome) -> str:
     """Return one word or two for a campaign's state."""
-    if outcome["state"] == HELD and not outcome["checks"]:
+    if outcome.state == HELD and not outcome.checks:
         return "done"
-    state = str(outcome["state"])
-    return VERDICTS.get(state, state)
+    return VERDICTS.get(outcome.state, outcome.state)
 
 
-def choice_text(choice: Document) -> str:
+def choice_text(choice: AuthorChoice) -> str:
     """Return a choice of a campaign's author as one line."""
-    return f"{choice['kind']}, {choice['place']}: {choice['text']}"
+    return f"{choice.kind}, {choice.place}: {choice.text}"
 
 
-def complaints_of(outcome: Document) -> list[str]:
+def complaints_of(outcome: CampaignOutcome) -> list[str]:
     """Return the failures and errors of a campaign, one line each."""
-    error = outcome["error"]
-    if error is None:
-        return list(outcome["failed"])
-    folder = str(outcome["folder"])
+    if outcome.error is None:
+        return list(outcome.failed)
     return [
-        fault_text(fault) if fault["file"].startswith(folder) else f"{folder}: {fault_text(fault)}"
-        for fault in (error, *outcome["others"])
+        str(fault) if fault.file.startswith(outcome.folder) else f"{outcome.folder}: {fault}"
+        for fault in (outcome.error, *outcome.others)
     ]
 
 
-def totals_of(document: Document) -> str:
+def totals_of(result: BatchResult) -> str:
     """Return the sentence that sums the batch up."""
-    counts, workers, memory = document["counts"], document["workers"], document["peak_memory_bytes"]
+    counts, workers, memory = result.counts, result.workers, result.peak_memory_bytes
     states = ", ".join(
-        f"{counts[key]} {words}"
-        for key, words in (("held", "held"), ("not_held", "not held"), ("broken", "broken"))
-        if counts[key] or key == "held"
+        f"{number} {words}"
+        for number, words in ((counts.held, "held"), (counts.not_held, "not held"), (counts.broken, "broken"))
+        if number or words == "held"
     )
-    kind = "process" if workers["count"] == 1 else "processes"
-    means = f"{workers['count']} {kind}" if workers["kind"] == "processes" else f"{workers['count']} threads of Dask"
+    kind = "process" if workers.count == 1 else "processes"
+    means = f"{workers.count} {kind}" if workers.kind == "processes" else f"{workers.count} threads of Dask"
     size = f", at most {memory / 1e6:.0f} MB each" if memory else ""
-    noun = "campaign" if counts["campaigns"] == 1 else "campaigns"
+    noun = "campaign" if counts.campaigns == 1 else "campaigns"
     return (
-        f"{counts['campaigns']} {noun}: {states}; {counts['unchanged']} unchanged; "
-        f"{document['seconds']:.1f} s with {means}{size}"
+        f"{counts.campaigns} {noun}: {states}; {counts.unchanged} unchanged; {result.seconds:.1f} s with {means}{size}"
     )
 
 
-def junit_text(document: Document) -> str:
+def junit_text(result: BatchResult) -> str:
     """Return JUnit XML: a suite per campaign; its cases are the steps and each threshold.
 
     A step that was wrong is an error, a threshold that does not hold a failure, what cannot be judged or was not
     reached is skipped.
     """
-    root = ElementTree.Element("testsuites", name="stiffcal batch", time=f"{document['seconds']:.3f}")
-    for outcome in document["campaigns"]:
+    root = ElementTree.Element("testsuites", name="stiffcal batch", time=f"{result.seconds:.3f}")
+    for outcome in result.campaigns:
         cases = [*_steps(outcome), *_checks(outcome), *_choices(outcome)]
         suite = ElementTree.SubElement(
             root,
             "testsuite",
-            name=xml_text.characters(outcome["campaign"]),
-            time=f"{outcome['seconds']:.3f}",
+            name=xml_text.characters(outcome.campaign),
+            time=f"{outcome.seconds:.3f}",
             tests=str(len(cases)),
             failures=str(sum(case.find("failure") is not None for case in cases)),
             errors=str(sum(case.find("error") is not None for case in cases)),
             skipped=str(sum(case.find("skipped") is not None for case in cases)),
         )
-        if outcome["choices"]:
+        if outcome.choices:
             properties = ElementTree.SubElement(suite, "properties")
-            for choice in outcome["choices"]:
+            for choice in outcome.choices:
                 value = xml_text.characters(choice_text(choice))
-                ElementTree.SubElement(properties, "property", name=choice["kind"], value=value)
+                ElementTree.SubElement(properties, "property", name=choice.kind, value=value)
         suite.extend(cases)
     for count in ("tests", "failures", "errors", "skipped"):
         root.set(count, str(sum(int(suite.get(count, "0")) for suite in root)))
@@ -126,49 +117,49 @@ def junit_text(document: Document) -> str:
     return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _case(outcome: Document, name: str, seconds: float = 0.0) -> ElementTree.Element:
+def _case(outcome: CampaignOutcome, name: str, seconds: float = 0.0) -> ElementTree.Element:
     return ElementTree.Element(
         "testcase",
-        classname=xml_text.characters(outcome["campaign"]),
+        classname=xml_text.characters(outcome.campaign),
         name=xml_text.characters(name),
         time=f"{seconds:.3f}",
     )
 
 
-def _steps(outcome: Document) -> list[ElementTree.Element]:
+def _steps(outcome: CampaignOutcome) -> list[ElementTree.Element]:
     cases = []
     for step in STEPS:
-        done = outcome["steps"].get(step)
-        if done is None and outcome["error"] is None:
+        done = outcome.steps.get(step)
+        if done is None and outcome.error is None:
             continue
-        case = _case(outcome, step, done["seconds"] if done else 0.0)
-        if done is None and step == outcome["failed_at"]:
+        case = _case(outcome, step, done.seconds if done else 0.0)
+        if done is None and step == outcome.failed_at:
             lines = complaints_of(outcome)
-            _with(case, "error", lines[0], "\n".join(lines), outcome["state"])
+            _with(case, "error", lines[0], "\n".join(lines), outcome.state)
         elif done is None:
-            _with(case, "skipped", f"not reached: {outcome['failed_at']} failed")
+            _with(case, "skipped", f"not reached: {outcome.failed_at} failed")
         cases.append(case)
     return cases
 
 
-def _checks(outcome: Document) -> list[ElementTree.Element]:
+def _checks(outcome: CampaignOutcome) -> list[ElementTree.Element]:
     cases = []
-    for check in outcome["checks"]:
-        case = _case(outcome, f"{check['threshold']} {check['where']}".strip())
-        if check["held"] is False:
-            _with(case, "failure", check["says"], check["says"], "threshold")
-        elif check["held"] is None:
-            _with(case, "skipped", check["says"])
+    for check in outcome.checks:
+        case = _case(outcome, f"{check.threshold} {check.where}".strip())
+        if check.held is False:
+            _with(case, "failure", check.says, check.says, "threshold")
+        elif check.held is None:
+            _with(case, "skipped", check.says)
         cases.append(case)
     return cases
 
 
-def _choices(outcome: Document) -> list[ElementTree.Element]:
+def _choices(outcome: CampaignOutcome) -> list[ElementTree.Element]:
     """Return one case that passes and carries what the author has chosen, in a place that CI systems show."""
-    if not outcome["choices"]:
+    if not outcome.choices:
         return []
     case = _case(outcome, "chosen in campaign.toml")
-    text = "\n".join(xml_text.characters(choice_text(choice)) for choice in outcome["choices"])
+    text = "\n".join(xml_text.characters(choice_text(choice)) for choice in outcome.choices)
     ElementTree.SubElement(case, "system-out").text = text
     return [case]
 
@@ -181,25 +172,25 @@ def _with(case: ElementTree.Element, tag: str, message: str, text: str = "", kin
         entry.text = "\n".join(map(xml_text.characters, text.split("\n")))
 
 
-def markdown_text(document: Document) -> str:
+def markdown_text(result: BatchResult) -> str:
     """Return the summary as Markdown: the totals, what is wrong, a table of all campaigns."""
-    title = "stiffcal: all campaigns hold" if document["passed"] else "stiffcal: not all campaigns hold"
-    lines = [f"## {title}", "", totals_of(document), ""]
-    for outcome in document["campaigns"]:
-        lines += [_item(outcome["campaign"], line) for line in complaints_of(outcome)]
-    lines += [f"- {markdown.escaped(warning)}" for warning in document["warnings"]]
+    title = "stiffcal: all campaigns hold" if result.passed else "stiffcal: not all campaigns hold"
+    lines = [f"## {title}", "", totals_of(result), ""]
+    for outcome in result.campaigns:
+        lines += [_item(outcome.campaign, line) for line in complaints_of(outcome)]
+    lines += [f"- {markdown.escaped(warning)}" for warning in result.warnings]
     lines += [""] if lines[-1] else []
     lines += [
         "| campaign | verdict | error in unseen poses, mm rms | of the deflection | noise, mm | states | s |",
         "|---|---|---:|---:|---:|---:|---:|",
     ]
-    for outcome in document["campaigns"]:
+    for outcome in result.campaigns:
         lines.append("| " + " | ".join(_row(outcome)) + " |")
-    chosen = [(entry["campaign"], choice) for entry in document["campaigns"] for choice in entry["choices"]]
+    chosen = [(entry.campaign, choice) for entry in result.campaigns for choice in entry.choices]
     if chosen:
         lines += ["", "### Chosen by the authors of the campaigns", ""]
         lines += [_item(name, choice_text(choice)) for name, choice in chosen]
-    not_judged = [(entry["campaign"], line) for entry in document["campaigns"] for line in entry["not_judged"]]
+    not_judged = [(entry.campaign, line) for entry in result.campaigns for line in entry.not_judged]
     if not_judged:
         lines += ["", "<details><summary>what could not be judged</summary>", ""]
         lines += [_item(name, line) for name, line in not_judged]
@@ -211,18 +202,22 @@ def _item(campaign: str, line: str) -> str:
     return f"- **{markdown.escaped(campaign)}**: {markdown.escaped(line)}"
 
 
-def _row(outcome: Document) -> list[str]:
+def _row(outcome: CampaignOutcome) -> list[str]:
     verdict = verdict_of(outcome)
     marked = verdict if verdict in ("held", "done") else f"**{verdict}**"
-    rms = outcome["rms"] or {}
+    torque = _part(outcome.rms, "torque")
     values = [
-        _number(rms.get("translation"), 1e3) if rms.get("torque") is None else _number(rms["torque"], 1.0, " N·m"),
-        _number((outcome["relative"] or {}).get("translation"), 100.0, " %"),
-        _number((outcome["noise"] or {}).get("translation"), 1e3),
+        _number(_part(outcome.rms, "translation"), 1e3) if torque is None else _number(torque, 1.0, " N·m"),
+        _number(_part(outcome.relative, "translation"), 100.0, " %"),
+        _number(_part(outcome.noise, "translation"), 1e3),
     ]
-    states = "–" if outcome["n_states"] is None else str(outcome["n_states"])
-    took = "unchanged" if unchanged(outcome) else f"{outcome['seconds']:.1f}"
-    return [markdown.escaped(outcome["campaign"]), marked, *values, states, took]
+    states = "–" if outcome.n_states is None else str(outcome.n_states)
+    took = "unchanged" if outcome.unchanged else f"{outcome.seconds:.1f}"
+    return [markdown.escaped(outcome.campaign), marked, *values, states, took]
+
+
+def _part(measures: Rms | None, name: str) -> float | None:
+    return None if measures is None else dict(measures.items()).get(name)
 
 
 def _number(value: float | None, factor: float, unit: str = "") -> str:

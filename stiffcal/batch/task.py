@@ -1,6 +1,6 @@
-"""One campaign of a batch: ingest, identify, validate, report, and what came of it as a small document.
+"""One campaign of a batch: ingest, identify, validate, report, and what came of it as a small result.
 
-A task and an outcome are plain JSON values: they go through a pipe to another process, or to another machine.
+Tasks and outcomes go as JSON through a pipe to another process, or to another machine.
 """
 
 from __future__ import annotations
@@ -10,12 +10,24 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from stiffcal import __version__
-from stiffcal.batch.author_choices import AuthorChoice, author_choices
-from stiffcal.batch.outcome import BROKEN, FAULT, GENERATIONS, HELD, NOT_HELD, STEPS, Document, outcome_of
+from stiffcal.batch.author_choices import author_choices
+from stiffcal.batch.results import (
+    BROKEN,
+    FAULT,
+    HELD,
+    NOT_HELD,
+    STEPS,
+    AuthorChoice,
+    BatchStep,
+    BatchTask,
+    CampaignOutcome,
+    IdentifiedStiffness,
+    outcome_of,
+)
 from stiffcal.campaign.thresholds import ThresholdsFile
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError
@@ -28,6 +40,7 @@ from stiffcal.results.validate_result import ValidateResult
 from stiffcal.store.index import FOREIGN
 from stiffcal.store.origin import committed_by_this_process
 from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
+from stiffcal.workflow.error_result import FaultEntry
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
 from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.steps import (
@@ -57,7 +70,7 @@ class _Run:
     choices : of the campaign's author, as soon as they are known.
     """
 
-    steps: dict[str, Document] = field(default_factory=dict)
+    steps: dict[str, BatchStep] = field(default_factory=dict)
     step: str = STEPS[0]
     why: str = ""
     began: bool = False
@@ -77,48 +90,54 @@ class _Run:
         """Time a step; what `starting` was given meanwhile is why it ran."""
         self.step, self.why, self.began, began = step, "", False, time.monotonic()
         yield
-        self.steps[step] = {"done": self.began, "why": self.why, "seconds": round(time.monotonic() - began, 3)}
+        self.steps[step] = BatchStep(done=self.began, why=self.why, seconds=round(time.monotonic() - began, 3))
 
 
-def run_task(task: Document) -> Document:
+def run_task(task: BatchTask) -> CampaignOutcome:
     """Run a task; whatever goes wrong becomes part of its outcome.
 
     Returns
     -------
-    dict
-        One entry of ``campaigns`` of the `batch` document, and the digests of the generations that were committed.
+    CampaignOutcome
+        With the digests of the generations that were committed.
     """
     began, run, before = time.monotonic(), _Run(), len(committed_by_this_process())
-    outcome = outcome_of(task, HELD)
     use_own_results()
     try:
-        outcome |= _all_steps(task, run)
+        outcome = _all_steps(task, run)
     except InputError as error:
-        first, *further = (fault.as_document() for fault in error.faults)
-        outcome |= {"state": BROKEN, "error": first, "others": further}
+        first, *further = error.faults
+        outcome = replace(outcome_of(task, BROKEN, first), others=[FaultEntry.of(fault) for fault in further])
     except (Exception, SystemExit) as error:
         wrong = plugin_fault(error) or (fault_of_foreign_content(error) if isinstance(error, Exception) else None)
         if wrong is not None:
-            outcome |= {"state": BROKEN, "error": wrong.faults[0].as_document()}
+            outcome = outcome_of(task, BROKEN, wrong.faults[0])
         elif isinstance(error, SystemExit):
             raise
         else:
-            outcome |= {"state": FAULT, "error": _fault(error, str(task["folder"]))}
-    failed_at = run.step if outcome["error"] else None
-    took = round(time.monotonic() - began, 3)
-    outcome |= {"steps": run.steps, "failed_at": failed_at, "seconds": took, "memory_bytes": _peak_memory()}
-    return outcome | {"choices": run.choices, GENERATIONS: list(committed_by_this_process()[before:])}
+            outcome = outcome_of(task, FAULT, _fault(error, task.folder))
+    return replace(
+        outcome,
+        steps=run.steps,
+        failed_at=None if outcome.error is None else run.step,
+        seconds=round(time.monotonic() - began, 3),
+        memory_bytes=_peak_memory(),
+        choices=run.choices,
+        generations=list(committed_by_this_process()[before:]),
+    )
 
 
-def _all_steps(task: Document, run: _Run) -> Document:
-    folder, store = Path(task["folder"]), task["store"]
+def _all_steps(task: BatchTask, run: _Run) -> CampaignOutcome:
     context = RunContext(
-        store=store, notify=run.notify, on_step=run.starting, reach=tuple(Path(path) for path in task["reach"]),
+        store=task.store,
+        notify=run.notify,
+        on_step=run.starting,
+        reach=tuple(Path(path) for path in task.reach),
         thorough=True,
-    )  # fmt: skip
-    file = None if task["thresholds"] is None else ThresholdsFile.model_validate(task["thresholds"])
+    )
+    file = None if task.thresholds is None else ThresholdsFile.model_validate(task.thresholds)
     with run.doing("ingest"):
-        data = ingested(folder, context)
+        data = ingested(Path(task.folder), context)
         run.choices = author_choices(data.campaign, file, _earlier_thresholds(data))
     with run.doing("identify"):
         stored = stored_fit(data.store)
@@ -135,11 +154,11 @@ def _all_steps(task: Document, run: _Run) -> Document:
             run.starting("validate", "the present fit is not validated yet")
             current = validate_now(data, identified, context, fit)
         validation = with_present_verdict(data, identified, current, context, file)
-    numbers = _numbers(data, identified, validation) | {"origin": data.store.origin_of(VALIDATE)}
-    if task["report"] is not False:
+    outcome = _with_numbers(outcome_of(task, HELD), data, identified, validation)
+    if task.report:
         with run.doing("report"):
-            numbers["report"] = _report(data, task, context, run)
-    return numbers
+            outcome = replace(outcome, report=_report(data, task, context, run))
+    return outcome
 
 
 def _earlier_thresholds(data: Ingested) -> dict[str, object] | None:
@@ -148,36 +167,40 @@ def _earlier_thresholds(data: Ingested) -> dict[str, object] | None:
     return None if stored is None or data.store.origin_of(VALIDATE) == FOREIGN else stored.thresholds
 
 
-def _numbers(data: Ingested, identified: IdentifyResult, validation: ValidateResult) -> Document:
-    return {
-        "name": data.campaign.name,
-        "state": HELD if validation.passed else NOT_HELD,
-        "n_states": identified.n_states,
-        "n_runs": identified.n_runs,
-        "rms": document_of(validation.rms),
-        "noise": None if validation.noise is None else document_of(validation.noise),
-        "relative": document_of(validation.relative),
-        "stiffness": [
-            {
-                "name": parameter.name,
-                "where": document_of(parameter.where),
-                "stiffness": parameter.known_stiffness,
-                "stiffness_std": parameter.known_stiffness_std,
-            }
+def _with_numbers(
+    outcome: CampaignOutcome, data: Ingested, identified: IdentifyResult, validation: ValidateResult
+) -> CampaignOutcome:
+    return replace(
+        outcome,
+        name=data.campaign.name,
+        state=HELD if validation.passed else NOT_HELD,
+        n_states=identified.n_states,
+        n_runs=identified.n_runs,
+        rms=validation.rms,
+        noise=validation.noise,
+        relative=validation.relative,
+        stiffness=[
+            IdentifiedStiffness(
+                name=parameter.name,
+                where=parameter.where,
+                stiffness=parameter.known_stiffness,
+                stiffness_std=parameter.known_stiffness_std,
+            )
             for parameter in identified.parameters
             if parameter.is_compliance
         ],
-        "checks": [document_of(check) for check in validation.checks],
-        "failed": validation.failed,
-        "not_judged": validation.not_judged,
-        "warnings": list(dict.fromkeys([*identified.warnings, *validation.warnings])),
-    }
+        checks=validation.checks,
+        failed=validation.failed,
+        not_judged=validation.not_judged,
+        warnings=list(dict.fromkeys([*identified.warnings, *validation.warnings])),
+        origin=data.store.origin_of(VALIDATE),
+    )
 
 
-def _report(data: Ingested, task: Document, context: RunContext, run: _Run) -> str:
+def _report(data: Ingested, task: BatchTask, context: RunContext, run: _Run) -> str:
     """Write the PDF where it is not there, or not of what the store holds now; return its file."""
     folder = data.campaign.folder
-    file = Path(task["report"]) if task["report"] else folder / "report.pdf"
+    file = Path(task.report_file) if task.report_file else folder / "report.pdf"
     key = _report_key(data)
     # A stranger can compute the key too, and deliver a PDF of their own with it.
     foreign = data.store.origin_of(REPORT) == FOREIGN
@@ -204,12 +227,12 @@ def _digest(file: Path) -> str | None:
     return hashlib.sha256(read_regular(file)).hexdigest() if file.is_file() else None
 
 
-def _fault(error: Exception, folder: str) -> Document:
-    """Write the traceback of an internal fault to a log file; return the fault as an error document."""
+def _fault(error: Exception, folder: str) -> Fault:
+    """Write the traceback of an internal fault to a log file; return the fault."""
     reason = f"internal fault, not your input: {type(error).__name__}: {' '.join(str(error).split())}"
     log = write_fault_log(error, __version__, f"stiffcal batch {folder}")
     mend = f"please report it with the log file {log}" if log else f"stiffcal run {folder} --debug shows where"
-    return Fault(FaultCode.INTERNAL_FAULT, folder, "", reason, mend).as_document()
+    return Fault(FaultCode.INTERNAL_FAULT, folder, "", reason, mend)
 
 
 def _peak_memory() -> int | None:

@@ -29,7 +29,9 @@ def main() -> None:
     os.dup2(2, 1)
     tasks: queue.SimpleQueue[str] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin, tasks), daemon=True).start()
+    from stiffcal.batch.results import BatchTask
     from stiffcal.batch.task import run_task
+    from stiffcal.documents import document_of, result_from_values
     from stiffcal.escapes.json_text import document_text
     from stiffcal.trust.notices import notices_to
     from stiffcal.trust.running import before_plugin_code
@@ -44,7 +46,7 @@ def main() -> None:
     before_plugin_code(lambda files: answer({"plugins": list(files)}))
     try:
         while True:
-            answer(run_task(json.loads(tasks.get())))
+            answer(document_of(run_task(result_from_values(BatchTask, json.loads(tasks.get())))))
     except (KeyboardInterrupt, BrokenPipeError):
         # Asked to stop: what was being written has been taken away by now.
         os._exit(130)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Answer, Document, answering, command_line
+from stiffcal.cli.answers import Answer, answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import AsJson, StoreAt, Thresholds
 from stiffcal.cli.tables import plain_table
@@ -16,6 +16,8 @@ from stiffcal.cli.wording import deviation, share
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.batch.results import BatchResult, CampaignOutcome
 
 
 def batch(
@@ -68,15 +70,15 @@ def batch(
             finished=printer.finished,
         )
         try:
-            document = batch_campaigns(folders, batch_options)
+            result = batch_campaigns(folders, batch_options)
         except KeyboardInterrupt:
             answer.notify(printer.interrupted())
             raise
         for file, text in ((junit, junit_text), (markdown, markdown_text)):
             if file is not None:
-                write_summary(text(document), file)
-        answer.give(document, show_batch, _next(document, store))
-    return OK if document["passed"] else NOT_HELD
+                write_summary(text(result), file)
+        answer.give(result, show_batch, _next(result, store))
+    return OK if result.passed else NOT_HELD
 
 
 class _BatchPrinter:
@@ -87,59 +89,59 @@ class _BatchPrinter:
         self._lines = not sys.stderr.isatty()
         self._done = self._of = 0
 
-    def finished(self, outcome: Document, done: int, of: int) -> None:
+    def finished(self, outcome: CampaignOutcome, done: int, of: int) -> None:
         from stiffcal.batch.summary import verdict_of
 
         self._done, self._of = done, of
         if self._lines:
-            took = f"{outcome['seconds']:.1f} s"
-            self._answer.notify(f"{done} of {of}: {outcome['campaign']}: {verdict_of(outcome)}, {took}")
+            took = f"{outcome.seconds:.1f} s"
+            self._answer.notify(f"{done} of {of}: {outcome.campaign}: {verdict_of(outcome)}, {took}")
 
     def interrupted(self) -> str:
         done = f"{self._done} of {self._of} campaigns are" if self._of else "no campaign is"
         return f"{done} done; the same call goes on with the rest"
 
 
-def show_batch(console: Console, document: Document) -> None:
+def show_batch(console: Console, result: BatchResult) -> None:
     """Draw the summary: a row per campaign, then what does not hold, then the totals."""
     from stiffcal.batch.summary import choice_text, complaints_of, totals_of, verdict_of
 
     table = plain_table("campaign", "verdict", "rms in unseen poses>", "of the deflection>", "noise>", "computed")
     for number, column in enumerate(table.columns):
         column.no_wrap = number not in (2, 4)  # errors of several measures wrap, names do not
-    for outcome in document["campaigns"]:
-        steps = outcome["steps"]
-        done = [name for name, step in steps.items() if step["done"]]
-        unchanged = "nothing: unchanged" if outcome["error"] is None else "nothing"
+    for outcome in result.campaigns:
+        steps = outcome.steps
+        done = [name for name, step in steps.items() if step.done]
+        unchanged = "nothing: unchanged" if outcome.error is None else "nothing"
         computed = "all" if len(done) == len(steps) > 1 else ", ".join(done) or unchanged
-        relative, noise = outcome["relative"] or {}, outcome["noise"]
+        relative = None if outcome.relative is None else outcome.relative.translation
         table.add_row(
-            outcome["campaign"],
+            outcome.campaign,
             verdict_of(outcome),
-            deviation(outcome["rms"]),
-            share(relative.get("translation")),
-            deviation(noise) if noise else "not known",
+            deviation(outcome.rms),
+            share(relative),
+            "not known" if outcome.noise is None else deviation(outcome.noise),
             computed,
         )
     console.print(table)
-    for outcome in document["campaigns"]:
+    for outcome in result.campaigns:
         for line in complaints_of(outcome):
-            console.print(f"{outcome['campaign']}: {verdict_of(outcome)}: {line}", soft_wrap=True)
-        for line in outcome["not_judged"]:
-            console.print(f"{outcome['campaign']}: not judged: {line}", soft_wrap=True)
-    for outcome in document["campaigns"]:
-        for choice in outcome["choices"]:
-            console.print(f"{outcome['campaign']}: chosen: {choice_text(choice)}", soft_wrap=True)
-    console.print(totals_of(document), soft_wrap=True)
+            console.print(f"{outcome.campaign}: {verdict_of(outcome)}: {line}", soft_wrap=True)
+        for line in outcome.not_judged:
+            console.print(f"{outcome.campaign}: not judged: {line}", soft_wrap=True)
+    for outcome in result.campaigns:
+        for choice in outcome.choices:
+            console.print(f"{outcome.campaign}: chosen: {choice_text(choice)}", soft_wrap=True)
+    console.print(totals_of(result), soft_wrap=True)
 
 
-def _next(document: Document, store: str | None) -> str:
+def _next(result: BatchResult, store: str | None) -> str:
     """Return the step that the worst campaign asks for."""
     from stiffcal.batch.campaigns import store_below
 
-    for outcome in document["campaigns"]:
-        if outcome["error"] is not None:
-            return command_line("check", Path(outcome["folder"]))
-    first = next((entry for entry in document["campaigns"] if entry["failed"]), document["campaigns"][0])
-    own = store_below(store, first["campaign"]) if store else None
-    return command_line("diagnose", Path(first["folder"]), store=own)
+    for outcome in result.campaigns:
+        if outcome.error is not None:
+            return command_line("check", Path(outcome.folder))
+    first = next((entry for entry in result.campaigns if entry.failed), result.campaigns[0])
+    own = store_below(store, first.campaign) if store else None
+    return command_line("diagnose", Path(first.folder), store=own)

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from stiffcal.batch.document import BatchAnswer
+from stiffcal.batch.results import BatchResult
 from stiffcal.compensation.compensate_result import CompensateResult
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
@@ -28,7 +28,7 @@ from stiffcal.workflow.command_results import (
     ReportResult,
     SimulateResult,
 )
-from stiffcal.workflow.documents import Error
+from stiffcal.workflow.error_result import ErrorResult
 from stiffcal.workflow.improve_results import ImproveResult
 from stiffcal.workflow.run_result import RunResult
 from stiffcal.workflow.trust_results import TrustResult
@@ -46,7 +46,7 @@ DOCUMENTS: dict[str, Any] = {
     "compare": CompareResult,
     "check": CheckResult,
     "run": RunResult,
-    "batch": BatchAnswer,
+    "batch": BatchResult,
     "report": ReportResult,
     "plot": PlotResult,
     "export": ExportResult,
@@ -55,7 +55,7 @@ DOCUMENTS: dict[str, Any] = {
     "effects": EffectsResult,
     "init": InitResult,
     "simulate": SimulateResult,
-    "error": Error,
+    "error": ErrorResult,
 }
 
 

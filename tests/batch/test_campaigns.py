@@ -12,6 +12,7 @@ import threading
 import time
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -19,15 +20,17 @@ import pytest
 
 from stiffcal.batch import processes as batch_processes
 from stiffcal.batch.campaigns import BatchOptions, batch_campaigns, cores, find_campaigns
-from stiffcal.batch.outcome import task_of
 from stiffcal.batch.processes import WorkerProcess
+from stiffcal.batch.results import BatchCounts, BatchResult, BatchTask, BatchWorkers, CampaignOutcome
 from stiffcal.batch.summary import junit_text, markdown_text
 from stiffcal.batch.task import run_task
 from stiffcal.cli.app import main
+from stiffcal.documents import document_of, result_from_values
 from stiffcal.errors import InputError, Progress
 from stiffcal.report.content import ReportContent
 from stiffcal.store import Store
 from stiffcal.trust.record import open_record
+from stiffcal.validation.results import ThresholdCheck
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.long
@@ -70,7 +73,8 @@ def cells(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three campaigns, of which one is wrong, and a folder that is none; all computed once."""
     cells = tmp_path_factory.mktemp("cells") / "cells"
     for seed, name in enumerate(("a", "b")):
-        run_task(task_of(write_small_campaign(cells / name, seed=seed, poses=2), name, report=False))
+        folder = write_small_campaign(cells / name, seed=seed, poses=2)
+        run_task(BatchTask(folder=str(folder), campaign=name, report=False))
     shutil.copytree(cells / "a", cells / "broken")
     (cells / "broken" / "robot.toml").write_text("name =", encoding="utf-8")
     (cells / "notes").mkdir()
@@ -81,9 +85,10 @@ def cells(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Run tasks here, where they need not be started for a second each; most is not about processes."""
 
-    def run(tasks: Sequence[Document], jobs: int, finished: Callable[[Document], None]) -> None:
+    def run(tasks: Sequence[BatchTask], jobs: int, finished: Callable[[CampaignOutcome], None]) -> None:
         for task in tasks:
-            finished(json.loads(json.dumps(run_task(task))))
+            document = json.loads(json.dumps(document_of(run_task(task))))
+            finished(result_from_values(CampaignOutcome, document))
 
     monkeypatch.setattr(batch_processes, "run_on_this_machine", run)
 
@@ -103,12 +108,12 @@ def copied(cells: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(cells, tmp_path / "cells", symlinks=True))
 
 
-def by_name(document: Document) -> dict[str, Document]:
-    return {one["campaign"].split("/")[-1]: one for one in document["campaigns"]}
+def by_name(result: BatchResult) -> dict[str, CampaignOutcome]:
+    return {outcome.campaign.split("/")[-1]: outcome for outcome in result.campaigns}
 
 
-def done(outcome: Document) -> list[str]:
-    return [name for name, step in outcome["steps"].items() if step["done"]]
+def done(outcome: CampaignOutcome) -> list[str]:
+    return [name for name, step in outcome.steps.items() if step.done]
 
 
 def test_campaigns_are_found_once_and_in_order(cells: Path, tmp_path: Path) -> None:
@@ -119,7 +124,7 @@ def test_campaigns_are_found_once_and_in_order(cells: Path, tmp_path: Path) -> N
     assert [label for _, label in found] == ["y/a", "b", f"{tmp_path.name}/x/deep/a/inside"]
     assert not absent
     found, absent = find_campaigns([cells / "notes", cells / "b"])
-    assert [one["error"]["reason"] for one in absent] == ["there is no campaign.toml in it"]
+    assert [outcome.error and outcome.error.reason for outcome in absent] == ["there is no campaign.toml in it"]
     with pytest.raises(InputError, match="no such folder; name a campaign folder"):
         find_campaigns([tmp_path / "nowhere"])
 
@@ -138,16 +143,17 @@ def test_one_broken_campaign_does_not_stop_the_others(copied: Path) -> None:
         shutil.rmtree(copied / name / "store")
     heard: list[tuple[int, int]] = []
     wishes = BatchOptions(jobs=2, report=False, finished=lambda _, done, of: heard.append((done, of)))
-    document = batch_campaigns([copied], wishes)
-    states = {name: one["state"] for name, one in by_name(document).items()}
+    result = batch_campaigns([copied], wishes)
+    states = {name: outcome.state for name, outcome in by_name(result).items()}
     assert states == {"a": "held", "b": "held", "broken": "broken"}
-    assert document["passed"] is False
-    assert document["counts"] == {"campaigns": 3, "held": 2, "not_held": 0, "broken": 1, "unchanged": 0}
+    assert result.passed is False
+    assert result.counts == BatchCounts(campaigns=3, held=2, not_held=0, broken=1, unchanged=0)
     assert heard == [(1, 3), (2, 3), (3, 3)]
-    outcome = by_name(document)["broken"]
-    assert (outcome["failed_at"], outcome["error"]["file"]) == ("ingest", "robot.toml")
-    assert done(by_name(document)["a"]) == ["ingest", "identify", "validate"]
-    memory = document["peak_memory_bytes"]
+    outcome = by_name(result)["broken"]
+    assert outcome.error is not None
+    assert (outcome.failed_at, outcome.error.file) == ("ingest", "robot.toml")
+    assert done(by_name(result)["a"]) == ["ingest", "identify", "validate"]
+    memory = result.peak_memory_bytes
     assert memory is None or 50e6 < memory < 400e6
 
 
@@ -160,18 +166,18 @@ def test_unchanged_campaigns_are_not_computed_again(copied: Path) -> None:
     assert done(found["a"]) == []
     assert Store(copied / "a" / "store").generation == generation
     assert done(found["b"]) == ["identify", "validate"]
-    assert found["b"]["steps"]["identify"]["why"] == "the model or the load states have changed"
+    assert found["b"].steps["identify"].why == "the model or the load states have changed"
 
 
 @pytest.mark.usefixtures("in_this_process")
 def test_a_note_about_missing_logs_is_no_step(copied: Path) -> None:
     """What is stored is used; nothing was computed, and the campaign counts as unchanged."""
     shutil.rmtree(copied / "a" / "raw")
-    document = batch_campaigns([copied / "a"], BatchOptions(jobs=1, report=False))
-    outcome = by_name(document)["a"]
+    result = batch_campaigns([copied / "a"], BatchOptions(jobs=1, report=False))
+    outcome = by_name(result)["a"]
     assert done(outcome) == []
-    assert outcome["steps"]["ingest"]["why"].startswith("the logs are missing (raw/")
-    assert document["counts"]["unchanged"] == 1
+    assert outcome.steps["ingest"].why.startswith("the logs are missing (raw/")
+    assert result.counts.unchanged == 1
 
 
 @pytest.mark.usefixtures("in_this_process")
@@ -220,32 +226,36 @@ def test_the_summary_names_what_does_not_hold(copied: Path, tmp_path: Path, caps
 
 @pytest.mark.usefixtures("in_this_process")
 def test_summaries_bear_any_text(cells: Path) -> None:
-    document = batch_campaigns([cells / "a"], BatchOptions(jobs=1, report=False))
-    outcome = document["campaigns"][0]
-    outcome["campaign"] = "a\x00|b <script> & `c`\n_d_"
-    outcome["checks"] = [{"threshold": "max_rms_m", "where": "", "held": False, "says": "\x1b[1m]]> \ud800"}]
-    outcome["failed"] = ["\x1b[1m]]> \ud800"]
-    suite = ElementTree.fromstring(junit_text(document))[0]
+    result = batch_campaigns([cells / "a"], BatchOptions(jobs=1, report=False))
+    outcome = replace(
+        result.campaigns[0],
+        campaign="a\x00|b <script> & `c`\n_d_",
+        checks=[ThresholdCheck("max_rms_m", "", 1e-4, 2e-4, "m", False, "\x1b[1m]]> \ud800")],
+        failed=["\x1b[1m]]> \ud800"],
+    )
+    result = replace(result, campaigns=[outcome])
+    suite = ElementTree.fromstring(junit_text(result))[0]
     assert suite.get("name") == "a\\x00|b <script> & `c`\\n_d_"
-    row = markdown_text(document).splitlines()[-1]
+    row = markdown_text(result).splitlines()[-1]
     assert row.startswith("| a&#92;x00&#124;b &lt;script&gt; &amp; \\`c\\`&#92;n\\_d\\_ | ")
-    assert "- **" in markdown_text(document)
+    assert "- **" in markdown_text(result)
 
 
 @pytest.mark.usefixtures("in_this_process", "unprinted")
 def test_stores_and_reports_elsewhere(tmp_path: Path) -> None:
     write_small_campaign(tmp_path / "fresh", poses=2)
     wishes = BatchOptions(jobs=1, store=str(tmp_path / "stores"), reports=tmp_path / "pdf")
-    (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes)["campaigns"]
-    assert outcome["report"] == str(tmp_path / "pdf" / "fresh.pdf")
-    assert Path(outcome["report"]).read_bytes().startswith(b"%PDF")
+    (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes).campaigns
+    pdf = tmp_path / "pdf" / "fresh.pdf"
+    assert outcome.report == str(pdf)
+    assert pdf.read_bytes().startswith(b"%PDF")
     assert not (tmp_path / "fresh" / "store").exists()
     assert "fit" in Store(tmp_path / "stores" / "fresh").tables
-    (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes)["campaigns"]
+    (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes).campaigns
     assert done(outcome) == []
-    with Path(outcome["report"]).open("ab") as file:
+    with pdf.open("ab") as file:
         file.write(b"scribbled on")
-    (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes)["campaigns"]
+    (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes).campaigns
     assert done(outcome) == ["report"]
 
 
@@ -255,11 +265,12 @@ def test_a_killed_process_costs_a_retry(copied: Path) -> None:
     with_plugin(copied / "broken", KILLED)
     shutil.copy(copied / "a" / "robot.toml", copied / "broken" / "robot.toml")
     found = by_name(batch_campaigns([copied], BatchOptions(jobs=2, report=False)))
-    assert {name: one["state"] for name, one in found.items()} == {"a": "held", "b": "held", "broken": "broken"}
-    error = found["broken"]["error"]
-    assert (error["file"], error["place"]) == ("own.py", "plugins")
-    assert error["reason"].startswith("its process was ended by signal 9: ")
-    assert error["reason"].endswith(", 2 times, after code of this campaign began to run")
+    assert {name: outcome.state for name, outcome in found.items()} == {"a": "held", "b": "held", "broken": "broken"}
+    error = found["broken"].error
+    assert error is not None
+    assert (error.file, error.place) == ("own.py", "plugins")
+    assert error.reason.startswith("its process was ended by signal 9: ")
+    assert error.reason.endswith(", 2 times, after code of this campaign began to run")
     assert (copied / "a" / "killed").exists()
     assert (copied / "a" / "threads").read_text() == "1"
 
@@ -283,10 +294,9 @@ def test_a_process_that_has_grown_is_replaced(
 
 @pytest.mark.usefixtures("in_this_process")
 def test_as_many_processes_as_cores(cells: Path) -> None:
-    assert batch_campaigns([cells], BatchOptions(report=False))["workers"] == {
-        "kind": "processes",
-        "count": min(cores(), 3),
-    }
+    assert batch_campaigns([cells], BatchOptions(report=False)).workers == BatchWorkers(
+        kind="processes", count=min(cores(), 3)
+    )
 
 
 def alive(pid: int) -> bool:
@@ -324,7 +334,7 @@ def test_ctrl_c_ends_all_processes_and_the_next_call_goes_on(copied: Path) -> No
     assert not any(alive(int(pid)) for pid in (waiting / "pids").read_text().split())
     (waiting / "go").touch()
     found = by_name(batch_campaigns([copied], BatchOptions(jobs=1, report=False)))
-    assert {one["state"] for one in found.values()} == {"held"}
+    assert {outcome.state for outcome in found.values()} == {"held"}
     assert (done(found["a"]), done(found["b"])) == ([], ["identify", "validate"])
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
-from stiffcal.batch.outcome import task_of
+from stiffcal.batch.results import BatchTask, CampaignOutcome
 from stiffcal.batch.task import run_task
 from stiffcal.errors import InputError
 from stiffcal.trust.record import open_record
@@ -69,8 +69,8 @@ def workers(scheduler: str, count: int) -> Iterator[list[subprocess.Popen[bytes]
         yield [first, *others]
 
 
-def numbers(outcome: dict[str, Any]) -> tuple[Any, ...]:
-    return outcome["state"], outcome["rms"], outcome["stiffness"]
+def numbers(outcome: CampaignOutcome) -> tuple[Any, ...]:
+    return outcome.state, outcome.rms, outcome.stiffness
 
 
 def test_a_cluster_gives_the_same_and_a_killed_worker_costs_a_retry(scheduler: str, tmp_path: Path) -> None:
@@ -83,16 +83,16 @@ def test_a_cluster_gives_the_same_and_a_killed_worker_costs_a_retry(scheduler: s
     open_record().allow_folder(here / "b")
     (cells / "b" / "own.py").write_text(PLUGIN + KILL_THE_CLUSTERS_WORKER)
     with workers(scheduler, 2) as running:
-        document = batch_campaigns([cells], BatchOptions(scheduler=scheduler, report=False))
+        result = batch_campaigns([cells], BatchOptions(scheduler=scheduler, report=False))
         killed = int((cells / "b" / "killed").read_text())
         assert killed in {worker.pid for worker in running}
         assert [worker.wait(LONGEST_S) for worker in running if worker.pid == killed] == [-signal.SIGKILL]
-    assert document["workers"]["kind"] == "dask"
-    found = by_name(document)
+    assert result.workers.kind == "dask"
+    found = by_name(result)
     for name in "abc":
-        alone = run_task(task_of(here / name, name, report=False))
+        alone = run_task(BatchTask(folder=str(here / name), campaign=name, report=False))
         assert numbers(found[name]) == numbers(alone), name
-    assert document["passed"] is True
+    assert result.passed is True
 
 
 def test_a_cluster_without_workers_or_without_a_scheduler(
@@ -112,6 +112,7 @@ def test_a_cluster_without_workers_or_without_a_scheduler(
 def test_folders_that_a_cluster_does_not_see(tmp_path: Path) -> None:
     from stiffcal.batch.cluster import cluster_task
 
-    outcome = cluster_task(task_of(tmp_path / "elsewhere", "a"))
-    assert outcome["state"] == "broken"
-    assert "same path on every worker" in outcome["error"]["mend"]
+    outcome = cluster_task(BatchTask(folder=str(tmp_path / "elsewhere"), campaign="a"))
+    assert outcome.state == "broken"
+    assert outcome.error is not None
+    assert "same path on every worker" in outcome.error.mend

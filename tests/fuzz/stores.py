@@ -21,7 +21,7 @@ from typing import Any
 import pyarrow as pa
 from pyarrow import parquet
 
-from stiffcal.batch.outcome import FAULT, HELD, task_of
+from stiffcal.batch.results import FAULT, HELD, BatchTask
 from stiffcal.batch.task import run_task
 from stiffcal.store import Store
 from stiffcal.trust.record import open_record
@@ -93,9 +93,9 @@ def feed_store(chance: random.Random, place: Path) -> None:
         words = chance.choice(WITH_LOGS if logs else SHOWING).format(c=campaign, f=folder).split()
         if words[0] == "batch":
             with FENCE.around((folder,), place / "outside"), redirect_stderr(io.StringIO()):
-                outcome = run_task(task_of(campaign, "c", report=False))
-            if outcome["state"] == FAULT or (outcome["state"] == HELD and whose == "stranger" and not logs):
-                raise AssertionError(f"{outcome['state']}: {outcome['error']}")
+                outcome = run_task(BatchTask(folder=str(campaign), campaign="c", report=False))
+            if outcome.state == FAULT or (outcome.state == HELD and whose == "stranger" and not logs):
+                raise AssertionError(f"{outcome.state}: {outcome.error}")
             return
         code, document = run_fenced(words, folder)
     if document is not None and whose == "stranger":

@@ -13,7 +13,7 @@ import pytest
 
 from stiffcal.batch.author_choices import author_choices
 from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
-from stiffcal.batch.outcome import Document
+from stiffcal.batch.results import BatchTask, CampaignOutcome
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.thresholds import Thresholds, ThresholdsFile, load_thresholds, tighter
@@ -97,7 +97,7 @@ def cell(validated: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def _in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    def run(tasks: list[Document], jobs: int, finished: Callable[[Document], None]) -> None:
+    def run(tasks: list[BatchTask], jobs: int, finished: Callable[[CampaignOutcome], None]) -> None:
         for task in tasks:
             finished(run_task(task))
 
@@ -241,16 +241,17 @@ def test_choices_are_named_even_where_a_later_step_fails(cell: Path, monkeypatch
 
     add(cell, EXCLUDED.replace('"table"', f'"{source_of(cell)}"'))
     monkeypatch.setattr("stiffcal.batch.task.current_fit", fail)
-    (campaign,) = batch_campaigns([cell], BatchOptions(jobs=1, report=False))["campaigns"]
-    assert campaign["state"] == "fault"
-    Path(campaign["error"]["mend"].rpartition(" ")[2]).unlink()
-    assert [choice["kind"] for choice in campaign["choices"]] == ["exclude"]
+    (campaign,) = batch_campaigns([cell], BatchOptions(jobs=1, report=False)).campaigns
+    assert campaign.state == "fault"
+    assert campaign.error is not None
+    Path(campaign.error.mend.rpartition(" ")[2]).unlink()
+    assert [choice.kind for choice in campaign.choices] == ["exclude"]
 
 
 @pytest.mark.usefixtures("_in_this_process")
 def test_a_campaign_without_choices_has_nothing_to_say(cell: Path) -> None:
-    (campaign,) = batch_campaigns([cell], BatchOptions(jobs=1, report=False))["campaigns"]
-    assert campaign["choices"] == []
+    (campaign,) = batch_campaigns([cell], BatchOptions(jobs=1, report=False)).campaigns
+    assert campaign.choices == []
 
 
 def test_row_filters_holdouts_and_names_are_choices(cell: Path) -> None:
@@ -266,7 +267,7 @@ def test_row_filters_holdouts_and_names_are_choices(cell: Path) -> None:
     campaign = type(campaign)(campaign.folder, changed, campaign.robot, campaign.model)
     file = file_of("[validate]\nmax_rms_m = 1e-4\n[campaigns.soft.validate]\nmax_rms_m = 1.0")
     found = author_choices(campaign, file, None)
-    texts = [choice["text"] for choice in found]
+    texts = [choice.text for choice in found]
     assert "only rows with Fz < 0" in texts
     assert any(text.startswith('name = "soft": ') for text in texts)
     if runs:

@@ -18,6 +18,7 @@ from typing import Any
 import pytest
 
 from stiffcal.batch.processes import WorkerLostError, WorkerProcess
+from stiffcal.batch.results import BatchTask
 from stiffcal.campaign.loading import load_campaign, load_manifest
 from stiffcal.campaign.row_filter import parse_rows
 from stiffcal.campaign.table_sniffing import sniff_table
@@ -187,7 +188,7 @@ def test_a_worker_that_has_written_without_end_is_reported_by_its_last_words() -
     tracemalloc.start()
     try:
         with pytest.raises(WorkerLostError, match="^its process was ended by signal 9: no memory is left$"):
-            worker.do({})
+            worker.do(BatchTask(folder="a", campaign="b"))
         assert tracemalloc.get_traced_memory()[1] < 1 << 20
     finally:
         tracemalloc.stop()

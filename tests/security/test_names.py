@@ -11,7 +11,7 @@ import tomllib
 import unicodedata
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -22,7 +22,7 @@ from pypdf import PdfReader
 from rich.progress import TextColumn
 
 from stiffcal.batch.campaigns import BatchOptions, batch_campaigns, find_campaigns, store_below
-from stiffcal.batch.outcome import task_of
+from stiffcal.batch.results import BatchTask
 from stiffcal.batch.summary import junit_text, markdown_text
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
@@ -34,6 +34,7 @@ from stiffcal.escapes.file_name import fitting
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.report import fonts
 from stiffcal.report.typesetting import set_pages
+from stiffcal.validation.results import ThresholdCheck
 from stiffcal.workflow.export import write_table
 from tests.escapes.test_escapes import V1, V2, assert_printable, read_html
 from tests.laboratory.named_campaign import write_named_campaign
@@ -82,8 +83,8 @@ def stiffcal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 def fitted_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A campaign of hostile names in a folder called like an option, fitted and validated."""
     folder = write_named_campaign(tmp_path_factory.mktemp("hostile") / "--help", runs=RUNS, joints=JOINTS, named=NAMED)
-    outcome = run_task(task_of(folder, "cells/--help", report=False))
-    assert outcome["error"] is None
+    outcome = run_task(BatchTask(folder=str(folder), campaign="cells/--help", report=False))
+    assert outcome.error is None
     return folder
 
 
@@ -148,17 +149,23 @@ def test_exported_tables_start_no_formula_and_come_back(
 
 
 def test_the_summaries_of_a_batch(fitted_folder: Path) -> None:
-    document = batch_campaigns([fitted_folder], BatchOptions(jobs=1, report=False))
-    for outcome in document["campaigns"]:
-        outcome["campaign"] = NAMED["campaign"]
-        outcome["failed"] = [f"run {run} \x1b[31m" for run in RUNS]
-        outcome["checks"] = [{"threshold": RUNS[1], "where": JOINTS[3], "held": False, "says": "]]>\x00\ud800"}]
-    shown = read_html(MarkdownIt("gfm-like", {"linkify": False}).render(markdown_text(document)))
+    result = batch_campaigns([fitted_folder], BatchOptions(jobs=1, report=False))
+    outcomes = [
+        replace(
+            outcome,
+            campaign=NAMED["campaign"],
+            failed=[f"run {run} \x1b[31m" for run in RUNS],
+            checks=[ThresholdCheck(RUNS[1], JOINTS[3], 1.0, 2.0, "", False, "]]>\x00\ud800")],
+        )
+        for outcome in result.campaigns
+    ]
+    result = replace(result, campaigns=outcomes)
+    shown = read_html(MarkdownIt("gfm-like", {"linkify": False}).render(markdown_text(result)))
     assert {tag for tag, _ in shown.tags} <= {
         "h2", "p", "ul", "li", "strong", "table", "thead", "tbody", "tr", "th", "td"
     }  # fmt: skip
     assert not any(dict(attributes).get("href") for _, attributes in shown.tags)
-    suite = ElementTree.fromstring(junit_text(document))[0]
+    suite = ElementTree.fromstring(junit_text(result))[0]
     assert suite.get("name") == NAMED["campaign"]
     assert any(case.get("name") == f"{RUNS[1]} {JOINTS[3]}" for case in suite)
 
@@ -200,10 +207,10 @@ class TestFolders:
         folder = write_named_campaign(tmp_path / "cells" / os.fsdecode(b"M\xfc"), runs=("pose1", "pose2"))
         ((found, label),), _ = find_campaigns([tmp_path / "cells"])
         assert found == folder
-        document = batch_campaigns([tmp_path / "cells"], BatchOptions(jobs=1, report=False))  # by a process of its own
-        assert document["passed"]
-        assert document["campaigns"][0]["campaign"] == label
-        (markdown_text(document) + junit_text(document)).encode("utf-8")
+        result = batch_campaigns([tmp_path / "cells"], BatchOptions(jobs=1, report=False))  # by a process of its own
+        assert result.passed
+        assert result.campaigns[0].campaign == label
+        (markdown_text(result) + junit_text(result)).encode("utf-8")
 
 
 def test_progress_takes_no_markup(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.batch.outcome import task_of
+from stiffcal.batch.results import BatchTask
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
@@ -46,11 +46,12 @@ def test_terms_that_are_none_are_a_fault_of_the_file(folder: Path, term: str, wo
     assert TERM in text
     (folder / NAME).write_text(text.replace(TERM, term), encoding="utf-8")
     ingest_campaign(folder)
-    outcome = run_task(task_of(folder, "stranger", report=False))
-    assert outcome["state"] == "broken"
-    error = outcome["error"]
-    assert (error["file"], error["place"]) == (NAME, "CrossStiffness.terms")
-    assert error["reason"].startswith(f"returns {words}")
+    outcome = run_task(BatchTask(folder=str(folder), campaign="stranger", report=False))
+    assert outcome.state == "broken"
+    error = outcome.error
+    assert error is not None
+    assert (error.file, error.place) == (NAME, "CrossStiffness.terms")
+    assert error.reason.startswith(f"returns {words}")
 
 
 @pytest.mark.parametrize(

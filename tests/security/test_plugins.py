@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from stiffcal.batch.outcome import task_of
+from stiffcal.batch.results import BatchTask
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
@@ -131,9 +131,10 @@ def test_code_whose_files_cannot_be_used_does_not_stop_a_diagnosis_that_can_do_w
 
 
 def test_in_a_batch_only_that_campaign_is_broken(folder: Path) -> None:
-    outcome = run_task(task_of(folder, "stranger", report=False))
-    assert outcome["state"] == "broken"
-    assert "is not trusted" in outcome["error"]["reason"]
+    outcome = run_task(BatchTask(folder=str(folder), campaign="stranger", report=False))
+    assert outcome.state == "broken"
+    assert outcome.error is not None
+    assert "is not trusted" in outcome.error.reason
     assert not ran(folder)
 
 
@@ -348,9 +349,10 @@ def test_an_exception_out_of_an_effect_is_a_fault_of_its_file(
     assert code == 2
     assert document_["error"]["file"] == NAME
     assert document_["error"]["place"] == "line 25"
-    outcome = run_task(task_of(folder, "stranger", report=False))
-    assert outcome["state"] == "broken"
-    assert outcome["error"]["file"] == NAME
+    outcome = run_task(BatchTask(folder=str(folder), campaign="stranger", report=False))
+    assert outcome.state == "broken"
+    assert outcome.error is not None
+    assert outcome.error.file == NAME
 
 
 def test_removing_the_code_from_the_list_of_effects_changes_no_fit(state: Path, tmp_path: Path) -> None:

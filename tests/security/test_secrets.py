@@ -7,12 +7,14 @@ import os
 import re
 import stat
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import stiffcal.workflow.history
+from stiffcal.batch.results import BatchTask
 from stiffcal.cli.app import main
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
@@ -151,12 +153,12 @@ def test_a_batch_shows_no_secret_in_any_of_its_outputs(
 ) -> None:
     folder = write_small_campaign(tmp_path / "cell")
 
-    def lose(tasks: list[dict[str, Any]], jobs: int, finished: Any) -> None:
+    def lose(tasks: list[BatchTask], jobs: int, finished: Any) -> None:
         from stiffcal.batch.processes import WorkerLostError, outcome_of_lost_worker
 
         for task in tasks:
             outcome = outcome_of_lost_worker(task, WorkerLostError(f"its process ended: {SECRET}"))
-            finished(outcome | {"warnings": [f"w {SECRET}"]})
+            finished(replace(outcome, warnings=[f"w {SECRET}"]))
 
     monkeypatch.setattr("stiffcal.batch.processes.run_on_this_machine", lose)
     junit, markdown = tmp_path / "junit.xml", tmp_path / "summary.md"

@@ -17,7 +17,7 @@ import pyarrow.parquet as parquet
 import pytest
 
 from stiffcal.batch import task as batch_task
-from stiffcal.batch.outcome import task_of
+from stiffcal.batch.results import BatchTask, CampaignOutcome
 from stiffcal.batch.task import run_task
 from stiffcal.cli.app import main
 from stiffcal.documents import document_of
@@ -76,8 +76,8 @@ def hold(document: dict[str, Any]) -> None:
         check.update(held=True, value=1e-12)
 
 
-def batch(folder: Path) -> dict[str, Any]:
-    return run_task(task_of(folder, "small", report=False))
+def batch(folder: Path) -> CampaignOutcome:
+    return run_task(BatchTask(folder=str(folder), campaign="small", report=False))
 
 
 def without_logs(folder: Path) -> Path:
@@ -89,10 +89,11 @@ def test_forged_results_do_not_make_batch_say_held(delivered: Path) -> None:
     forge(delivered, "validate", hold)
     forge(delivered, "identify", lambda document: document.update(rms={"translation": 1e-12, "rotation": 1e-12}))
     outcome = batch(delivered)
-    assert outcome["state"] == "not held"
-    assert outcome["origin"] == "own"
-    assert outcome["steps"]["ingest"]["why"] == "the store was not written by you: computed again"
-    assert outcome["rms"]["translation"] > 1e-6
+    assert outcome.state == "not held"
+    assert outcome.origin == "own"
+    assert outcome.steps["ingest"].why == "the store was not written by you: computed again"
+    assert outcome.rms is not None
+    assert (outcome.rms.translation or 0.0) > 1e-6
 
 
 def test_results_of_one_own_are_not_computed_again(delivered: Path) -> None:
@@ -121,7 +122,7 @@ def test_an_own_store_stays_own_wherever_it_lies(delivered: Path, tmp_path: Path
 def test_a_document_changed_in_an_own_store_is_computed_again(delivered: Path) -> None:
     true = validate_campaign(delivered)
     forge(delivered, "validate", hold)  # with its index: the generation is nobody's now
-    assert batch(delivered)["state"] == "not held"
+    assert batch(delivered).state == "not held"
     current = delivered / "store" / "current"
     document = json.loads((current / "validate.json").read_text("utf-8"))
     hold(document)
@@ -198,7 +199,7 @@ def test_without_the_logs_no_threshold_is_held(made: Path, tmp_path: Path, state
     assert document.passed is False
     assert not any(check.held for check in document.checks)
     assert "not computed by you" in document.failed[0]
-    assert batch(folder)["state"] == "not held"
+    assert batch(folder).state == "not held"
     with pytest.raises(SystemExit) as ended:
         main(["validate", str(folder), "--json"])
     assert ended.value.code == 1
@@ -446,7 +447,7 @@ def test_a_delivered_report_does_not_pass_for_the_one_of_this_batch(
     (current / "generation.json").write_text(json.dumps(index), "utf-8")
     (current / "report.json").write_text("{}", "utf-8")
     forge(delivered, "report", lambda document: document.update(made))
-    assert run_task(task_of(delivered, "small"))["error"] is None
+    assert run_task(BatchTask(folder=str(delivered), campaign="small")).error is None
     assert (delivered / "report.pdf").read_bytes() == b"by the user"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import os
 import subprocess
 import sys
@@ -191,8 +192,8 @@ def test_warnings_of_libraries_are_kept_from_standard_error() -> None:
 
 def test_a_warning_of_a_library_ends_no_task_of_a_batch(tmp_path: Path) -> None:
     code = (
-        "import warnings; from stiffcal.batch import task as batch_task, worker as batch_worker\n"
-        "def run_task(task): warnings.warn('overflow', RuntimeWarning); return {'done': True}\n"
+        "import warnings; from stiffcal.batch import results, task as batch_task, worker as batch_worker\n"
+        "def run_task(task): warnings.warn('overflow', RuntimeWarning); return results.outcome_of(task, 'held')\n"
         "batch_task.run_task = run_task; batch_worker.main()"
     )
     environment = {**os.environ, "PYTHONWARNINGS": "error"}
@@ -201,8 +202,8 @@ def test_a_warning_of_a_library_ends_no_task_of_a_batch(tmp_path: Path) -> None:
     ) as worker:
         assert worker.stdin is not None
         assert worker.stdout is not None
-        worker.stdin.write(b"{}\n")
+        worker.stdin.write(b'{"folder": "a", "campaign": "b"}\n')
         worker.stdin.flush()
         line = worker.stdout.readline()
         worker.stdin.close()
-    assert line == b'{"done": true}\n'
+    assert json.loads(line)["state"] == "held"
