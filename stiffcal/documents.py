@@ -275,7 +275,7 @@ def result_of(kind: type[Result], text: str | bytes) -> Result:
 
 
 def result_from_values(kind: type[Result], document: Document) -> Result:
-    """Return a result from its document as one process of stiffcal hands it to another.
+    r"""Return a result from its document as one process of stiffcal hands it to another.
 
     Unlike `result_of` it takes texts that are no Unicode: names of files may be any bytes.
 
