@@ -40,7 +40,7 @@ class WantedColumns:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names, each once, in the order in which they were asked for."""
+        """All names, each once, in the order in which they were requested."""
         return tuple(dict.fromkeys((*self.numbers, *self.times, *self.texts)))
 
 

@@ -57,7 +57,7 @@ class Roles:
     time: SniffedColumn | None = None
     """Single columns."""
     unused: tuple[SniffedColumn, ...] = field(default=())
-    """Columns that nothing was seen in."""
+    """Columns that were not recognised."""
 
 
 def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedColumn] = ()) -> Roles:

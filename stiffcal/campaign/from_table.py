@@ -40,7 +40,7 @@ class Proposal:
     guessed: tuple[str, ...]
     """The lines that are marked, each with its file."""
     unused: tuple[str, ...]
-    """Columns that nothing was seen in."""
+    """Columns that were not recognised."""
     files: list[Path] = field(default_factory=list)
     """What was written; empty for a draft."""
 

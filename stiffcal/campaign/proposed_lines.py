@@ -32,7 +32,7 @@ class ProposedLine:
     toml: str
     """What stands before the comment, "" of a comment alone."""
     doubt: str | None = None
-    """What a person should check, "" where the value itself says it; None where nothing was guessed."""
+    """What a person should check, "" where the value itself shows it; None where nothing was guessed."""
     frames: tuple[str, ...] = ()
     """The frames that it names."""
 
@@ -268,7 +268,7 @@ def _unit(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
 
 
 def _columns(role: Role) -> str:
-    """Write column names: as a range where that says the same, else as a list."""
+    """Write column names: as a range where that means the same, else as a list."""
     headers = [column.header for column in role.columns]
     if len(headers) > 3:
         text = f"{headers[0]}..{headers[-1]}"

@@ -68,7 +68,7 @@ class JointEntry(TomlTable):
 
 
 class GravityCompensatorEntry(TomlTable):
-    """The balancing spring or cylinder beside a joint.
+    """The balancing spring or cylinder in parallel with a joint.
 
     Attributes
     ----------

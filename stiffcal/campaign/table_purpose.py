@@ -79,7 +79,7 @@ def _rows_of_one_pose(roles: Roles) -> list[int]:
     """Return the first rows, from 1, that share their joint angles; empty where each row is another pose."""
     assert roles.joints is not None
     columns = [column.values for column in roles.joints.columns]
-    if len({len(values) for values in columns}) > 1:  # of rows with empty cells it cannot be said
+    if len({len(values) for values in columns}) > 1:  # with empty cells it cannot be decided
         return [1, 2]
     degrees = max(column.size for column in roles.joints.columns) > _MOST_RADIANS
     angles = np.array(columns).T

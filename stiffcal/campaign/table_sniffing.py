@@ -1,6 +1,6 @@
 """Looking at a table of unknown make: encoding, delimiter, decimal mark, header, unit row, values.
 
-For `init --from` alone, which only proposes; the readers then read exactly what the manifest says.
+For `init --from` alone, which only proposes; the readers then read exactly what the manifest states.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from stiffcal.measurements.scope_export import PROPERTIES, TIME, TIME_UNIT, is_s
 from stiffcal.measurements.timestamps import seconds_of_times
 from stiffcal.quantities import UnknownUnitError, quantities, unit
 
-# So many rows tell a column's unit by their size; a longer log is not read to its end.
+# So many rows show a column's unit by their size; a longer log is not read to its end.
 ROWS_LOOKED_AT = 5000
 BYTES_LOOKED_AT = 1 << 22
 
@@ -61,7 +61,7 @@ class SniffedTable:
 
 
 def sniff_table(path: Path) -> SniffedTable:
-    """Look at a table.
+    """Read the columns of a table, with proposals for their units.
 
     Raises
     ------

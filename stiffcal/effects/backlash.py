@@ -22,7 +22,7 @@ from stiffcal.model.effect import (
     Values,
 )
 
-# Bands tried, as shares of the largest torque seen: from a crossing between two load steps to one over a good part of
+# Bands tried, as shares of the largest torque: from a crossing between two load steps to one over a good part of
 # the load.
 _BANDS = np.geomspace(3e-3, 0.3, 6)
 
@@ -35,10 +35,10 @@ class Backlash(DocumentedEffect):
     no torque, real gears within a narrow band, because of friction and teeth that do not all touch at once.
 
     Assumes that the crossing takes the same way in both directions; where it does not, friction-hysteresis shows
-    beside it.
+    next to it.
 
-    Limits: a joint that weight keeps on one flank in every pose and at every load shows none, and nothing can be said
-    of its backlash. The band is seldom known well: few load states lie inside it, and only their like tell.
+    Limits: a joint that weight keeps on one flank in every pose and at every load shows none, and nothing is known
+    of its backlash. The band is seldom known well: few load states lie inside it, and only these determine it.
     """
 
     name = "backlash"
@@ -71,7 +71,7 @@ class Backlash(DocumentedEffect):
         return drive_terms(chain, joint, "width", 0.5 * np.tanh(torque / shape["band"]))
 
     def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
-        """Bands as shares of the largest torque seen; none where the torque keeps its sign."""
+        """Bands as shares of the largest torque applied; none where the torque keeps its sign."""
         torque = drive_torque(chain, loads.wrench, place.joints[0])
         if torque.size == 0 or float(torque.min()) * float(torque.max()) >= 0.0:
             return {"band": np.zeros(0)}

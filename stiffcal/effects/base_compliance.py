@@ -45,7 +45,7 @@ class BaseCompliance(DocumentedEffect):
     Assumes that the six directions do not couple and that the tracker stands on other ground than the robot.
 
     Limits: the turn about z (about joint 1's axis) moves everything exactly as the drive of joint 1 does; only their
-    sum is known. Turns about x and y are told from tilts of joint 1's bearing only in that they stay with the base
+    sum is known. Turns about x and y differ from tilts of joint 1's bearing only in that they stay with the base
     while joint 1 turns.
     """
 

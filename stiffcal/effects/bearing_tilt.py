@@ -37,10 +37,10 @@ class BearingTilt(DocumentedEffect):
     y2 or y3 (`stiffcal add … --curved`) takes both directions curved, δ = c M + c2 M² + c3 M³ (paper 001, III.C).
 
     Assumes a bearing that is pre-loaded, so that it tilts in proportion, and that its two directions do not couple. A
-    bearing's tilt is of the same order as the give of its gear and cannot be seen from the motor.
+    bearing's tilt is of the same order as the give of its gear and cannot be measured at the motor.
 
     Limits: the tilts of wrist bearings about the next joint's axis turn the tool exactly as that joint's drive does;
-    only their sum is known. Tilts of neighbouring joints with nearly parallel directions are hard to tell apart.
+    only their sum is known. Tilts of neighbouring joints with nearly parallel directions are hard to distinguish.
     """
 
     name = "bearing-tilt"

@@ -14,12 +14,12 @@ class ClockOffset(DocumentedEffect):
     """Two devices log on clocks that do not agree, so that readings are paired with those of another moment.
 
     Law: y_seen(t) = y(t + offset), the offset in seconds by which the displacement is read later than the force that it
-    is put beside. Over a sweep it adds offset × dy/dt, and opens a loop between loading and unloading that is wider the
+    is paired. Over a sweep it adds offset × dy/dt, and opens a loop between loading and unloading that is wider the
     faster the load moves.
 
     Assumes clocks that run at the same rate over a run, and one offset for all runs.
 
-    Limits: it is seen in sweeps and ramps only. In load states, averaged while the load is held, nothing moves, and
+    Limits: it shows in sweeps and ramps only. In load states, averaged while the load is held, nothing moves, and
     nothing is left of it. The clocks are aligned before, when the logs are reduced (`ingest` reports clock_ahead_s):
     what this effect can find is what is left of that, or a clock_ahead_s written wrong. A loop that hysteresis makes is
     as wide in a slow sweep as in a fast one.

@@ -34,7 +34,7 @@ class CubicStiffness(DocumentedEffect):
     Law: δ_Rz = c2 τ² + c3 τ³, added to the linear c τ of joint-compliance; the load form of the third-order polynomial
     τ = p1 φ + p2 φ² + p3 φ³ that paper 004 (section 5.2 and Table 2) fits to clamped joints: c = 1/p1, c2 = −p2/p1³,
     c3 = (2 p2² − p1 p3)/p1⁵ to third order. τ is the whole torque, weight included. Clamped runs give p1, p2 and p3
-    themselves; a model that says these instead takes the curve as it is, φ(τ), its linear term included.
+    themselves; a model that gives these instead takes the curve as it is, φ(τ), its linear term included.
 
     Assumes one smooth curve for loading and unloading. c3 below zero hardens, above zero softens; c2 makes the two
     directions of torque unlike.

@@ -22,10 +22,10 @@ _NO_GEOMETRY = "the compensator's geometry: [gravity_compensator] in robot.toml"
 
 
 class GravityCompensator(DocumentedEffect):
-    """A spring or cylinder beside a joint balances weight; it also resists the joint's turning and shifts its torque.
+    """A spring or cylinder in parallel with a joint balances weight, resists turning and shifts torque.
 
     Law: the spring runs from an anchor on the link before to an arm on the link moved, with length l(q) and tension
-    F = k (l − l0). It puts the torque τ_s = −F ∂l/∂q on its joint, beside the drive: the drive carries the weight's and
+    F = k (l − l0). It adds the torque τ_s = −F ∂l/∂q to its joint's drive: the drive carries the weight's and
     the load's torque plus τ_s, and −∂τ_s/∂q adds to the joint's stiffness (Klimchik et al. 2013, on heavy robots with
     such springs). The length without tension l0 follows from robot.toml: the preload is what the spring pulls with, at
     its nominal rate, at the joint's zero.
@@ -33,7 +33,7 @@ class GravityCompensator(DocumentedEffect):
     Assumes a spring of constant rate without friction, fixed at two points. A gas cylinder is one about its working
     point.
 
-    Limits: its stiffness is seen as a joint compliance that varies with the pose; its torque is seen only where the
+    Limits: its stiffness shows as a joint compliance that varies with the pose; its torque shows only where the
     drive's law is not straight. Without geometry in robot.toml it is not tried; periodic-stiffness of order 1 at that
     joint is then its look-alike.
     """

@@ -64,7 +64,7 @@ class JointCompliance(DocumentedEffect):
     def from_torque_angle(
         self, torque_angle: TorqueAngle, other_effects: Iterable[str]
     ) -> Mapping[str, tuple[float, float]]:
-        """The compliance from the flanks to the ends; none where a curved law beside it holds the linear term too."""
+        """The compliance from the flanks to the ends; none where a curved law next to it holds the linear term too."""
         return {} if "cubic-stiffness" in other_effects else {"c": torque_angle.compliance}
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:

@@ -66,7 +66,7 @@ class JointFull(DocumentedEffect):
 
     Assumes an elastic joint: proportional, and with an energy, whence the symmetry and the non-negative eigenvalues.
 
-    Limits: 21 parameters a joint. Twelve poses seldom tell more than a few of them, and those that cannot be told are
+    Limits: 21 parameters a joint. Twelve poses seldom identify more than a few; those that cannot be identified are
     reported so. It includes joint-compliance (c66), bearing-tilt (c44, c55) and joint-translation (c11, c22, c33) and
     takes their place; prefer these where they suffice.
     """

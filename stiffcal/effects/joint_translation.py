@@ -40,7 +40,7 @@ class JointTranslation(DocumentedEffect):
 
     Limits: usually small. A kilonewton moves a good bearing by some micrometres; paper 001 found no clear trend in the
     translations of six joints. Expect it to matter only where a bearing or its seat is damaged or loose. The forces are
-    nearly the same at all joints, so that the place is told only by how the joints' axes turn from pose to pose.
+    nearly the same at all joints, so that the place shows only in how the joints' axes turn from pose to pose.
     """
 
     name = "joint-translation"

@@ -44,7 +44,7 @@ class LinkBeam(DocumentedEffect):
     inboard joint's axis.
 
     Limits: bending about x3 of a link between two parallel joints looks much like the give of these joints; twist looks
-    like a bearing's tilt. Tension is as a rule far below what can be seen. Links shorter than 50 mm are no place.
+    like a bearing's tilt. Tension is as a rule far below what can be measured. Links shorter than 50 mm are no place.
     """
 
     name = "link-beam"

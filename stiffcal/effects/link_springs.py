@@ -32,13 +32,13 @@ class LinkSprings(DocumentedEffect):
 
     Law: θ_i = M_i / k_i at mid-length, i = 1 (along the link), 2, 3, with M the moment there. At the outboard end, F
     and M being the wrench at that end and L the length: θ1 = M1/k1; θ2 = (M2 − F3 L/2)/k2 and u3 = −θ2 L/2;
-    θ3 = (M3 + F2 L/2)/k3 and u2 = θ3 L/2. This is Rösch's model as paper 000 tells it (section 2 and Table 1, columns
+    θ3 = (M3 + F2 L/2)/k3 and u2 = θ3 L/2. This is Rösch's model as paper 000 gives it (section 2 and Table 1, columns
     S and A).
 
     Assumes that where the link bends does not matter, only by how much it turns. Compared with a beam it has the right
     turn under a pure moment (k = EI/L) but 3/4 of the deflection under a force at the end.
 
-    Limits: as for the beam. The two exclude each other at one link; in most data they cannot be told apart. Rods on
+    Limits: as for the beam. The two exclude each other at one link; in most data they cannot be distinguished. Rods on
     such a link read an even curvature over it, whose whole turn is the springs': half-way is where they act, not where
     the link bends.
     """

@@ -22,7 +22,7 @@ class LoadPointOffset(DocumentedEffect):
     Assumes one load point for the whole campaign, fixed to the flange.
 
     Limits: an offset along the force does nothing; three directions of load are needed. An offset of a millimetre at a
-    lever of a metre changes that joint's deflection by a thousandth: the wrist, with its short levers, tells more.
+    lever of a metre changes that joint's deflection by a thousandth: the wrist, with its short levers, shows more.
     """
 
     name = "load-point-offset"

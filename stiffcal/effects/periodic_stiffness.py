@@ -36,8 +36,8 @@ class PeriodicStiffness(DocumentedEffect):
     Assumes that compliance follows the joint's own angle and nothing else. Bearings with uneven seats (order 1, 2),
     gears with two, three or four eccentrics or rollers, and balancing springs of unknown geometry (order 1) do so.
 
-    Limits: twelve poses are twelve angles; two amplitudes beside the joint's mean compliance use them up fast, and an
-    order is told from another only where the angles are spread well. |(a, b)| may not exceed the joint's compliance.
+    Limits: twelve poses are twelve angles; two amplitudes besides the joint's mean compliance use them up fast, and an
+    order differs from another only where the angles are spread well. |(a, b)| may not exceed the joint's compliance.
     """
 
     name = "periodic-stiffness"

@@ -20,7 +20,7 @@ from stiffcal.model.effect import (
     joint_node,
 )
 
-# A fifth of an arc second: below any motor encoder's step seen through its gear, above a printed angle's last digit.
+# A fifth of an arc second: below any motor encoder's step behind its gear, above a printed angle's last digit.
 _STANDS_STILL = 1e-6
 
 
@@ -28,7 +28,7 @@ class ServoDeflection(DocumentedEffect):
     """The motor itself is pushed off its target under load, because its position loop is not infinitely stiff.
 
     Law: D = … + J Δq_motor: the joints turn by what the motors' encoders show since the run's reference, besides the
-    give of everything behind the encoder (physics, section 1). There is no free parameter: the controller's log says
+    give of everything behind the encoder (physics, section 1). There is no free parameter: the controller's log gives
     it all. Paper 002, section II.A, counts this active stiffness of the position loop into the joint's.
 
     Assumes that the log holds measured joint positions of every state, not the commanded ones, and that the controller

@@ -35,8 +35,8 @@ class ThermalDrift(DocumentedEffect):
     Assumes that the drift is even over the campaign. ISO 9283 has a test of its own for the drift of a warming robot,
     which is quicker at first; then the runs at the beginning show it more.
 
-    Limits: only what happens between a run's reference and its states is seen. Runs in which load and time rise
-    together cannot tell drift from compliance: measure unloaded states in between and at the end.
+    Limits: only what happens between a run's reference and its states shows. Runs in which load and time rise
+    together cannot separate drift from compliance: measure unloaded states in between and at the end.
     """
 
     name = "thermal-drift"

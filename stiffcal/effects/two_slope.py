@@ -64,7 +64,7 @@ class TwoSlope(DocumentedEffect):
         return drive_terms(chain, joint, "c", np.clip(drive_torque(chain, loads.wrench, joint), -knee, knee))
 
     def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
-        """Knees at even shares of the torques seen; none where no torque lies inside the smallest."""
+        """Knees at even shares of the torques applied; none where no torque lies inside the smallest."""
         size = np.abs(drive_torque(chain, loads.wrench, place.joints[0]))
         reach = float(size.max(initial=0.0))
         if reach == 0.0 or size.min() > 0.9 * reach:

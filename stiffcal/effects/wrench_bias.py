@@ -33,7 +33,7 @@ class WrenchBias(DocumentedEffect):
     Assumes one zero for the whole campaign. Where the weight that the sensor reads belongs to a tool that the manifest
     lists in [tool], mass is what it counts twice.
 
-    Limits: in a run of one pose a constant wrench goes into the run's reference, so that it is seen only through laws
+    Limits: in a run of one pose a constant wrench goes into the run's reference, so that it shows only through laws
     that are not straight (backlash, friction, curved stiffness), or where the sensor turns within a run, or where
     deflections come without a free reference. Elsewhere it is not tried.
     """

@@ -98,7 +98,7 @@ def _offsets(
         if len(picked) == len(counts):
             states = slice(0, data.n_states)
         own = unit[:, :, states].reshape(m, m, len(picked), -1).transpose(2, 1, 3, 0).reshape(len(picked), -1, m)
-        # A component that a run never saw has no offset there.
+        # A component that a run never measured has no offset there.
         value, vector = np.linalg.eigh(own.transpose(0, 2, 1) @ own)
         known = value > 1e-12 * value[:, -1:]
         scale = np.where(known, 1.0 / np.sqrt(np.where(known, value, 1.0)), 0.0)

@@ -173,7 +173,7 @@ class RegressorSource:
 
 @dataclass(frozen=True)
 class StoredRegressor:
-    """A signature whose columns are made when they are asked for."""
+    """A regressor whose columns are made when they are needed."""
 
     effect: Effect
     """As in `Regressor`."""

@@ -1,7 +1,7 @@
 """What lies in an HDF5 file itself, found without opening any other file.
 
 A link can lead to any file of the machine, and opening that can be reading a secret or waiting on a pipe for ever. The
-library follows such links as soon as it is asked whether a name is there; so each link is looked at first.
+library follows such links as soon as it looks up a name; so each link is looked at first.
 """
 
 from __future__ import annotations

@@ -120,7 +120,7 @@ def _reading_axes(shape: DeformedChain, setup: MeasurementSetup, n: int) -> Stac
 
 
 def _is_node(chain: Chain, node: int) -> bool:
-    """Return whether anything can give there: links without a beam are no node, and nobody asks what they carry."""
+    """Return whether anything can give there: links without a beam are no node, and what they carry is not needed."""
     bending = {2 * beam.joint for beam in chain.beams.values()}
     return node == 0 or node % 2 == 1 or node in bending
 

@@ -33,7 +33,7 @@ def clock_courses(
     Parameters
     ----------
     run : its name.
-    shared : what each device saw.
+    shared : the signal of each device.
     clocks : source to the offset of the whole run.
 
     Returns

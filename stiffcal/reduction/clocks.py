@@ -1,4 +1,4 @@
-"""Offsets between the clocks of one run's logs, from what the devices saw in common.
+"""Offsets between the clocks of one run's logs, from what the devices measured in common.
 
 Why two steps: load cycles repeat, so the whole log is needed to find the right cycle (a regression of one log on the
 other at every lag, by Fourier transforms); but between holds instruments wander by more than a ramp resolves, so the

@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 
 LEAST_TICKS = 8
-"""Ticks below which nothing is said of their length."""
+"""Ticks below which their length is not judged."""
 REGULAR = 0.9
 """Share of ticks that hold the usual number of rows, give or take one: below it rows are missing, or do not come
 evenly."""

@@ -1,4 +1,4 @@
-"""What each joint saw of the load, and whether that is enough to identify its compliance.
+"""The load on each joint, and whether that is enough to identify its compliance.
 
 A first-order look before any fit: columns J Δτ of every drive's compliance, the scatter that is left, and the
 uncertainty that follows. It answers "which pose or load is still missing" while one can still measure.
@@ -26,7 +26,7 @@ NOT_KNOWN = 1.0
 
 @dataclass(frozen=True)
 class JointExcitation:
-    """What a joint saw."""
+    """The load on one joint."""
 
     name: str
     """The joint."""

@@ -12,7 +12,7 @@ from stiffcal.campaign.manifest import Manifest
 
 @dataclass(frozen=True)
 class RowExclusions:
-    """What ``[[exclude]]`` says of a source's file."""
+    """The rows of a source's file that ``[[exclude]]`` leaves out."""
 
     entries: tuple[tuple[Integers, str | None], ...] = ()
     """Data rows from 1, and the run that is meant; None: every run."""

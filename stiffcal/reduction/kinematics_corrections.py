@@ -96,7 +96,7 @@ def _fit_corrections(states: LoadStates, chain: Chain, estimated: bool) -> Itera
         yield from problem.corrections(frame, {"frame"}, lambda x: (_frame_words(x[:6]), FRAME_MEND))
     yield from problem.corrections(always + target, {"target"}, lambda x: (_target_words(x[6:9]), TARGET_MEND))
     for joint in range(n_joints):
-        # a zero of the first joint turns all poses about the base: where the frame is fitted too it says nothing
+        # a zero of the first joint turns all poses about the base: not identifiable where the frame is fitted too
         words = partial(_zero_words, chain, [joint])
         yield from problem.corrections([*always, 9 + joint], {f"zero {joint}"}, words)
     if not estimated:

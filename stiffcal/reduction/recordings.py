@@ -96,7 +96,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         placed.append((source, blocks, ahead))
         if ahead is None:
             continue
-        # what the device saw of a hold is averaged, unless it missed the better half
+        # what the device measured of a hold is averaged, unless it missed the better half
         start = np.maximum(holds.start, blocks.start[0] - ahead)
         end = np.minimum(holds.end, blocks.end[-1] - ahead + blocks.interval)
         covered = end - start >= LEAST_EXCITED * (holds.end - holds.start)

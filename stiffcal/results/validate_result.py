@@ -1,4 +1,4 @@
-"""What ``validate`` answers: the error in poses that the fit has not seen, and whether the thresholds hold."""
+"""What ``validate`` answers: the error in poses that the fit left out, and whether the thresholds hold."""
 
 from __future__ import annotations
 

@@ -263,7 +263,7 @@ def _solve(robot: CompliantRobot, batch: _LoadPointBatch, wrench: Floats, settle
 
 
 def _exact_balance(robot: CompliantRobot) -> RestSolver:
-    """Return the exact balance as the robot that is asked."""
+    """Return the exact balance as a `RestSolver`."""
 
     def settle(joints: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder) -> Places:
         try:

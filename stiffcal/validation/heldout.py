@@ -1,4 +1,4 @@
-"""The model in poses that the fit has not seen.
+"""The model in poses left out of the fit.
 
 Held out are *poses*: all runs whose joints agree within 1° fall into one fold, and a fold is left out whole.
 Around the full fit the problem is linear to within a fraction of a standard uncertainty, so that leaving a fold out is
@@ -178,7 +178,7 @@ def factors_without_each(factors: Sequence[Floats], outside: Floats | None = Non
 
 
 def _solve_without_fold(reduced: Reduced, lowest: Floats) -> Floats:
-    """Solve for the step without a fold; directions that only the fold had seen stay where the full fit has them."""
+    """Solve for the step without a fold; directions that only the fold measured stay where the full fit has them."""
     if len(lowest) == 0:
         return np.zeros(0)
     scale = column_scale(reduced.factor)

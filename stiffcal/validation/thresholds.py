@@ -225,7 +225,7 @@ def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> 
         return ThresholdCheck("max_drift", joint, limit, None, "", None, says)
     drift, chance = after / before - 1.0, min(p_value * judged, 1.0)
     words = f"stiffness of {joint} is {100 * drift:+.3g} % against {name} ({after:.3g} and {before:.3g} N·m/rad)"
-    # 1.96 standard uncertainties of the relative change: smaller drifts than this cannot be seen with these two fits.
+    # 1.96 standard uncertainties of the relative change: smaller drifts these two fits cannot detect.
     blur = NORMAL_95 * std / abs(value)
     if abs(drift) > limit and chance < CHANCE:
         return ThresholdCheck("max_drift", joint, limit, drift, "", False, f"{words}, p = {chance:.1g}: above {bound}")

@@ -50,7 +50,7 @@ class Validation:
 
 
 def lengths(values: Floats, data: Observations, measure: str = "translation") -> Floats:
-    """Return (n,) the length of the residual vector in one measure, of several the longest; NaN where none was seen.
+    """Return (n,) the length of the residual vector in one measure, of several the longest; NaN where none is.
 
     Parameters
     ----------

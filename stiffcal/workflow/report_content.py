@@ -330,7 +330,7 @@ def _set_aside(states: LoadStates) -> list[SetAsideRows]:
     groups: dict[tuple[str, SetAsideCode, str], list[int]] = defaultdict(list)
     for i in np.flatnonzero(~states.used).tolist():
         code = SetAsideCode(states.set_aside_code[i])
-        # an exclusion's text is what the manifest says of it, one entry for each
+        # an exclusion's text is the manifest's reason for it, one entry for each
         detail = str(states.set_aside[i]) if code == SetAsideCode.EXCLUDED else str(i) if code in _OF_ONE_STATE else ""
         groups[states.runs[states.run[i]].name, code, detail].append(i)
     return [

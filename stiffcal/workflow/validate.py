@@ -1,4 +1,4 @@
-"""Hold the model against poses that the fit has not seen, and complete the history with it."""
+"""Compare the model with poses left out of the fit, and complete the history with it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 def validate_campaign(
     folder: Path, context: RunContext | None = None, model: Path | None = None, thresholds: ThresholdsFile | None = None
 ) -> ValidateResult:
-    """Judge the present model in poses that the fit has not seen.
+    """Judge the present model in poses left out of the fit.
 
     Parameters
     ----------

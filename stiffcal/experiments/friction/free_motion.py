@@ -25,7 +25,7 @@ NOISE_BAND = 5.0
 
 
 def free_motion(info: RunInfo, chain: Chain, time: Floats, logged: Floats, torque: Floats) -> FreeMotion:
-    """Return the samples of one run, two to a window, so that neighbours share no more than half of what they saw.
+    """Return the samples of one run, two to a window, so that neighbours share no more than half of their readings.
 
     Parameters
     ----------
