@@ -11,8 +11,8 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
 from stiffcal.experiments.clamped.chain import ClampedChain, clamped_chain, drive_deflection
+from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw
-from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup, RunInfo
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 

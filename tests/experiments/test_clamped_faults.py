@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stiffcal.experiments.clamped.faults import loaded_words, other_loaded, why_no_sweep
+from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.saturation import find_saturation
 from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw
-from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 from tests.experiments.test_clamped_chain import driven
 

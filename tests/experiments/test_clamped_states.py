@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.states import clamped_states
-from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 
 STIFFNESS, WIDTH, BAND = 3e5, 6e-4, 4.0

@@ -19,11 +19,11 @@ from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.branches import Branches, average_branches, reversal_error
 from stiffcal.experiments.clamped.chain import ClampedChain, drive_deflection
 from stiffcal.experiments.clamped.faults import why_no_sweep
+from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.saturation import Saturation, find_saturation
 from stiffcal.experiments.clamped.sweeps import Sweeps, cut_sweeps
 from stiffcal.experiments.clamped.torque_angle import PlaySegment, SeriesFit, TorqueAngleLaw, fit_series, play_segment
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.uncertainty import NORMAL_95
 
 N_BINS = 120

@@ -19,8 +19,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw
-from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.clamped_inverse import clamped_inverse

@@ -24,6 +24,7 @@ from stiffcal.experiments.clamped.documents import (
 from stiffcal.experiments.clamped.faults import loaded_words, why_no_sweep
 from stiffcal.experiments.clamped.heldout import angle_residual
 from stiffcal.experiments.clamped.joints import ClampedJoint, joints_of
+from stiffcal.experiments.clamped.readings import ClampedReadings, readings_from_table
 from stiffcal.experiments.clamped.reduction import CLAMPED
 from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.clamped.saturation import find_saturation
@@ -32,7 +33,6 @@ from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.document import model_summary
-from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.assembly import fixed_parameters
 from stiffcal.model.campaign_effects import placed_robot

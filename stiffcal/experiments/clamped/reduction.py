@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
+from stiffcal.experiments.clamped.readings import ClampedReadings, readings_table, stacked_readings
 from stiffcal.experiments.clamped.states import clamped_states
 from stiffcal.experiments.clamped.sweeps import clamped_readings, moved_joint
 from stiffcal.experiments.reduction import RunsReduction
-from stiffcal.measurements.clamped_readings import ClampedReadings, readings_table, stacked_readings
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.results import IngestedRun

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments.clamped.chain import ClampedChain
-from stiffcal.measurements.clamped_readings import ClampedReadings
+from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.reduction.blocks import noise_of
 
 _AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")

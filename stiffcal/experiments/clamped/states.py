@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.sweeps import cut_sweeps, leading_component
-from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.set_aside import IN_USE
 from stiffcal.reduction.raw_states import RawStates
 

@@ -16,8 +16,8 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
+from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.reduction.blocks import Blocks, noise_of
 from stiffcal.reduction.clocks import SourceClockOffset

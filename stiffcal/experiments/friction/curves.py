@@ -9,10 +9,10 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.documents import Document
+from stiffcal.experiments.friction.readings import SteadyReadings
 from stiffcal.experiments.friction.results import FrictionSection
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.presentation import UnusedReadings
-from stiffcal.measurements.friction_readings import SteadyReadings
 from stiffcal.store import values_of
 from stiffcal.uncertainty import NORMAL_95
 

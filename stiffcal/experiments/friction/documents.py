@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from stiffcal.experiments.friction.fitting import FrictionFit, FrictionParameter, JointFrictionFit
-    from stiffcal.measurements.friction_readings import SteadyReadings
+    from stiffcal.experiments.friction.readings import SteadyReadings
     from stiffcal.model.composite import PlacedEffect
 
 

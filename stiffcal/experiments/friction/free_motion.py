@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.friction.readings import FreeMotion
 from stiffcal.experiments.friction.steady import angle_noise
-from stiffcal.measurements.friction_readings import FreeMotion
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rigid_body import drive_matrix

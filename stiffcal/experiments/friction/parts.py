@@ -34,9 +34,9 @@ from stiffcal.model.campaign_effects import moving_effects
 
 if TYPE_CHECKING:
     from stiffcal.experiments.friction.fitting import FrictionFit
+    from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings
     from stiffcal.experiments.friction.rows import FrictionRows
     from stiffcal.identification.fit_results import IdentifiedParameter
-    from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings
     from stiffcal.model.composite import PlacedEffect
 
 
@@ -71,7 +71,7 @@ def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
 
 def friction_readings(data: MeasuredRuns) -> tuple[SteadyReadings | None, FreeMotion | None]:
     """Return the friction runs that the store holds."""
-    from stiffcal.measurements.friction_readings import motion_from_table, steady_from_table
+    from stiffcal.experiments.friction.readings import motion_from_table, steady_from_table
 
     return data.read(FRICTION, steady_from_table), data.read(FREE_MOTION, motion_from_table)
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
+from stiffcal.experiments.friction.readings import motion_table, steady_table
 from stiffcal.experiments.friction.runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
 from stiffcal.experiments.reduction import RunsReduction
-from stiffcal.measurements.friction_readings import motion_table, steady_table
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
 

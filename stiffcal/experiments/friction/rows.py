@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings
+from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rigid_body import drive_matrix, inertial_regressor
 

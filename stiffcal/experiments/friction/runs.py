@@ -12,9 +12,9 @@ from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.experiments.friction.clocks import torque_clock
 from stiffcal.experiments.friction.free_motion import free_motion
+from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings, stacked_motion
 from stiffcal.experiments.friction.steady import JointLog, JointPass, angle_noise, readings_of, steady_passes
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, stacked_motion
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.measurements.set_aside import set_aside_columns
 from stiffcal.mechanics.chain import Chain

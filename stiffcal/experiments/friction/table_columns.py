@@ -8,8 +8,8 @@ import numpy as np
 
 from stiffcal.experiments.friction.documents import friction_fit_columns
 from stiffcal.experiments.friction.fitting import FrictionFit
+from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.experiments.friction.rows import steady_rows
-from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.measurements.set_aside import OF_PASSES
 from stiffcal.measurements.table_specimens import ColumnDescription, TableSpecimen, cause_column
