@@ -8,6 +8,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     BASE_NODE,
     RX,
@@ -66,6 +67,8 @@ __all__ = [
     "Term",
     "TorqueAngle",
     "Values",
+    "drive_terms",
+    "drive_torque",
     "joint_node",
     "link_node",
     "members_of",

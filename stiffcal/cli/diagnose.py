@@ -13,6 +13,7 @@ from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
+from stiffcal.escapes import shell
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -47,6 +48,11 @@ def _next_step(folder: Path, result: DiagnoseResult, store: str | None) -> str:
     # What is missing comes first: with it, other effects may turn out to be needed, or not.
     for effect in result.missing:
         return command_line("add", folder, effect.effect, *place_words(effect.where), store=None)
+    if result.pattern is not None:
+        from stiffcal.diagnosis.words import suggested_name
+
+        place = shell.escaped_path(str(folder))
+        return f"stiffcal effects new {suggested_name(result.pattern)} --from {place}"
     for redundant in result.superfluous:
         return command_line("remove", folder, redundant.effect, *place_words(redundant.where), store=None)
     return command_line("report", folder, store=store)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -19,7 +20,8 @@ from stiffcal.fault_codes import FaultCode
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.workflow.command_results import EffectDescription, EffectsResult
+    from stiffcal.cli.answers import Answer
+    from stiffcal.workflow.command_results import EffectDescription, EffectsResult, NewEffectResult
 
 
 PLACES = {
@@ -40,7 +42,15 @@ HEADINGS = {"law": "Law", "assumes": "Assumptions", "limits": "Where it ends"}
 
 
 def effects(
-    name: Annotated[str | None, typer.Argument(metavar="NAME", help="One effect in full.", show_default=False)] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="One effect in full; or: new.", show_default=False)
+    ] = None,
+    new_name: Annotated[
+        str | None, typer.Argument(metavar="NEW_NAME", help="After new: what to call it.", show_default=False)
+    ] = None,
+    source: Annotated[
+        Path | None, typer.Option("--from", metavar="DIR", help="After new: the campaign that needs it.")
+    ] = None,
     as_json: AsJson = False,
     output: Output = None,
 ) -> int:
@@ -49,9 +59,19 @@ def effects(
     With a name: physics, law, places, parameters with units and sizes, what it needs, its fingerprint, what looks like
     it, how to check it, and a sketch of what it does to a load-deformation curve: the same as a picture with -o FILE.
 
+    `effects new NAME --from DIR` writes a plugin that tests what `diagnose` found where nothing in the catalogue
+    accounts for the remainder, and lists it in campaign.toml; it runs once you trust it.
+
     Example: stiffcal effects backlash -o backlash.svg
     """
     with answering(as_json) as answer:
+        if name == "new":
+            _write_new(answer, new_name, source, output)
+            return OK
+        if new_name is not None or source is not None:
+            reason, mend = "goes with new only", "write: effects new NAME --from DIR"
+            place = "--from" if source is not None else "NEW_NAME"
+            raise InputError.at(FaultCode.OPTION_CONFLICT, "command line", place, reason, mend)
         from stiffcal.workflow.effects import describe_effects
 
         if output is not None and name is None:
@@ -73,6 +93,28 @@ def effects(
             result = replace(result, picture=str(output), drawn=draw_effect(name, output))
         answer.give(result, show_effect, command_line("add", HERE, ".", name, "--all"))
     return OK
+
+
+def _write_new(answer: Answer, name: str | None, source: Path | None, output: Path | None) -> None:
+    """Write an effect that tests what a diagnosis found."""
+    from stiffcal.workflow.new_effect import write_new_effect
+    from stiffcal.workflow.steps import RunContext
+
+    if name is None or source is None:
+        place = "NAME" if name is None else "--from"
+        mend = "write: effects new NAME --from DIR"
+        raise InputError.at(FaultCode.OPTION_MISSING, "command line", place, "is missing", mend)
+    if output is not None:
+        reason = "no picture is drawn of a new effect"
+        raise InputError.at(FaultCode.OPTION_CONFLICT, "command line", "-o", reason, "leave -o out")
+    context = RunContext(progress=answer.progress, notify=answer.notify)
+    answer.give(write_new_effect(source, name, context), show_new_effect, command_line("trust", source))
+
+
+def show_new_effect(console: Console, result: NewEffectResult) -> None:
+    """Write what was written, and what it tests."""
+    console.print(f"wrote {result.file}: {result.effect}, which tests whether {result.tests}", soft_wrap=True)
+    console.print("campaign.toml lists it under plugins; read it, then allow it; diagnose tries it from then on")
 
 
 def show_catalogue(console: Console, result: EffectsResult) -> None:

@@ -9,8 +9,10 @@ from stiffcal.diagnosis.choosing import confidence_by_class
 from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, rms_after_choosing, size_at_tool
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice
 from stiffcal.diagnosis.naming import near_best
+from stiffcal.diagnosis.patterns import find_pattern
 from stiffcal.diagnosis.results import (
     CandidateParameter,
+    CompliancePattern,
     DiagnoseResult,
     Finding,
     ProposedEffect,
@@ -21,7 +23,7 @@ from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.search import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, REPORTED_LINGERING
-from stiffcal.diagnosis.words import candidate_in_words, explain
+from stiffcal.diagnosis.words import candidate_in_words, explain, pattern_in_words
 from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
 from stiffcal.identification.document import finite, identified_parameter
 from stiffcal.identification.fit_results import IdentifiedParameter
@@ -78,6 +80,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     noise = Rms.of(search.final.noise_length) if search.final.noise is not None else None
     before = left_out_rms(scan, None)
     adequate = None if search.before is None else not search.tried and search.before.adequate
+    pattern = find_pattern(search.final if search.found else scan.fit, states) if search.unexplained else None
     remainder = what_it_follows(search.final_scan if search.found else scan, states)
     with_missing = fitted_rms(states, search.final) if search.found else before
     parameters = [identified_parameter(parameter) for parameter in search.final.parameters] if search.found else []
@@ -94,6 +97,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         next_measurement=None,
         not_tried=list(search.not_tried),
         unexplained=search.unexplained or None if search.after is None else search.unexplained,
+        pattern=pattern,
         structure=remainder if search.unexplained or search.after is None else [],
         explained_by_missing=search.explained.share if search.tried else None,
         explained_interval=[search.explained.low, search.explained.high] if search.tried else None,
@@ -110,7 +114,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
             seconds=search.pace.seconds,
             candidates_per_second=search.pace.candidates / search.pace.seconds,
         ),
-        summary=summary(search, before, noise),
+        summary=summary(search, before, noise) + _pattern_sentence(pattern),
         superfluous=[],
         evidence=[],
         fit_id="",
@@ -252,6 +256,10 @@ def _missing_effect_in_words(missing_effect: MissingEffect) -> str:
     if n_alternatives == 1:
         return f"{name} (or {candidate_in_words(missing_effect.alternatives[0])}, which looks alike)"
     return f"{name} (or one of {n_alternatives} others that look alike in these poses)"
+
+
+def _pattern_sentence(pattern: CompliancePattern | None) -> str:
+    return "" if pattern is None else f" Where to look: {pattern_in_words(pattern)}."
 
 
 def _share_in_words(search: Search) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Annotated, Literal
 
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
@@ -128,6 +129,70 @@ class ResidualDependence:
     """How it follows, in words."""
 
 
+class FollowedBy(Enum):
+    """What a joint's compliance may follow."""
+
+    JOINT_ANGLE = "joint angle"
+    JOINT_TORQUE = "joint torque"
+    LOAD = "load"
+    TIME = "time"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PatternAlternative:
+    """A dependence that explains the remainder as well as the one that is named."""
+
+    joint: int
+    """Whose compliance varies, from 1."""
+    follows: FollowedBy
+    of_joint: int | None
+    """Whose angle or torque, from 1; null for load and time."""
+    share: float
+    """Of the avoidable error in poses left out."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PatternPoint:
+    """A joint's apparent change of compliance in one run."""
+
+    run: str
+    at: float
+    """Mean of what is followed in the run: rad, or a share of the largest torque or load or of the latest time."""
+    compliance: float
+    """rad/(N·m), what the run's residuals amount to, in addition to the model's compliance."""
+    std: float
+    """rad/(N·m), its standard uncertainty, all else known."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompliancePattern:
+    """A joint's compliance that varies, where nothing in the catalogue accounts for the remainder."""
+
+    joint: int
+    """Whose compliance varies, from 1."""
+    follows: FollowedBy
+    of_joint: int | None
+    """Whose angle or torque it follows, from 1; null for load and time."""
+    share: float
+    """Of the avoidable error in poses left out, that goes with the dependence; of all of it without a known noise."""
+    p_value: float
+    """Family-wise, over all dependences that were tried."""
+    heldout_rms_before: Rms
+    """In poses left out of the fit, without the dependence."""
+    heldout_rms_after: Rms
+    """The same with it."""
+    scale: float
+    """N·m, N or s, of the largest torque or load or the latest time: the law is in shares of it; 1 for angles."""
+    parameters: list[CandidateParameter]
+    """Of the law: for an angle q (a cos mq + b sin mq) with m the order, else a s + b s²."""
+    alternatives: list[PatternAlternative]
+    """Those that cannot be distinguished from it, at most four."""
+    points: list[PatternPoint]
+    """The apparent compliance in each run."""
+    curve: list[list[float]]
+    """Pairs of what is followed and the law's change of compliance, rad/(N·m), to be drawn with the points."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeparatingMeasurement:
     """A pose and a load in which two look-alikes differ."""
@@ -236,6 +301,8 @@ class DiagnoseResult(CommandResult):
     """Whether something is left that nothing accounts for; null where neither noise nor structure is known."""
     structure: list[ResidualDependence]
     """What the unexplained error follows, most first."""
+    pattern: Annotated[CompliancePattern | None, NOT_PROMISED] = None
+    """Whose compliance varies with what, where something is left that nothing accounts for; null where none does."""
     explained_by_missing: Annotated[Number, KeyIf("has_searched"), NOT_PROMISED] = None
     """Share of the avoidable error that goes with what is missing; of all of it where the noise is not known."""
     explained_interval: Annotated[list[float] | None, NOT_PROMISED] = None

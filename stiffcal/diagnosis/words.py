@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import poses_helped, size_at_tool
 from stiffcal.diagnosis.judge import fitted_values
-from stiffcal.diagnosis.results import Explanation
+from stiffcal.diagnosis.results import CompliancePattern, Explanation, FollowedBy, PatternAlternative
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.model.effect import Place
 
@@ -27,6 +27,33 @@ def place_in_words(place: Place) -> str:
     if place.kind == "links":
         return f"link {place.link}"
     return f"{PLACE_WORDS[place.kind]} {' and '.join(str(joint) for joint in place.joints)}"
+
+
+def what_is_followed(pattern: CompliancePattern | PatternAlternative) -> str:
+    """Return what a joint's compliance follows."""
+    return {
+        FollowedBy.JOINT_ANGLE: f"angle of joint {pattern.of_joint}",
+        FollowedBy.JOINT_TORQUE: f"size of the torque on joint {pattern.of_joint}",
+        FollowedBy.LOAD: "size of the load",
+        FollowedBy.TIME: "time",
+    }[pattern.follows]
+
+
+def suggested_name(pattern: CompliancePattern) -> str:
+    """Return a name for the effect that tests a pattern."""
+    words = {
+        FollowedBy.JOINT_ANGLE: f"angle-{pattern.of_joint}",
+        FollowedBy.JOINT_TORQUE: f"torque-{pattern.of_joint}",
+        FollowedBy.LOAD: "load",
+        FollowedBy.TIME: "time",
+    }
+    return f"compliance-over-{words[pattern.follows]}"
+
+
+def pattern_in_words(pattern: CompliancePattern | PatternAlternative) -> str:
+    """Return which joint's compliance follows what, and the share of the error that it explains."""
+    share = f"{100.0 * pattern.share:.0f} % of the remainder"
+    return f"the compliance of joint {pattern.joint} follows the {what_is_followed(pattern)} ({share})"
 
 
 def candidate_in_words(candidate: Candidate) -> str:

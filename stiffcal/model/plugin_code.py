@@ -138,7 +138,7 @@ def read_plugins(folder: Path, names: Iterable[str]) -> PluginCode:
     files: list[PluginFile] = []
     for name in listed:
         module = PurePosixPath(name).stem
-        _check_name(name, module, folder)
+        check_plugin_name(name, folder)
         if module in (file.module for file in files):
             reason = f"two files are called {module}: the one could not be imported beside the other"
             raise InputError.at(FaultCode.PLUGIN_INVALID, MANIFEST_FILE, "plugins", reason, "rename one of them")
@@ -146,7 +146,15 @@ def read_plugins(folder: Path, names: Iterable[str]) -> PluginCode:
     return PluginCode(folder, tuple(files))
 
 
-def _check_name(name: str, module: str, folder: Path) -> None:
+def check_plugin_name(name: str, folder: Path) -> None:
+    """Raise an `InputError` where a file of this name cannot be a campaign's plugin.
+
+    Parameters
+    ----------
+    name : as campaign.toml lists it.
+    folder : the campaign folder.
+    """
+    module = PurePosixPath(name).stem
     if escapes(name):
         reason = f'"{name}" lies outside the campaign folder'
         raise InputError.at(

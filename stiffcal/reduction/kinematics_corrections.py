@@ -32,7 +32,7 @@ MUCH_BETTER = 0.3
 
 
 @dataclass(frozen=True)
-class Correction:
+class KinematicsCorrection:
     """A change of the campaign's geometry that makes kinematics meet the tracker better."""
 
     left_m: float
@@ -47,7 +47,7 @@ class Correction:
     """What was fitted, by name: a correction that holds all parts of another one is no alternative to it."""
 
 
-def corrections(states: LoadStates, chain: Chain, estimated: bool) -> list[Correction]:
+def corrections(states: LoadStates, chain: Chain, estimated: bool) -> list[KinematicsCorrection]:
     """Return the corrections that these poses determine, the one to name first.
 
     Parameters
@@ -86,7 +86,7 @@ def correcting_words(states: LoadStates, chain: Chain, estimated: bool, most_m: 
     return words, first.mend
 
 
-def _fit_corrections(states: LoadStates, chain: Chain, estimated: bool) -> Iterator[Correction]:
+def _fit_corrections(states: LoadStates, chain: Chain, estimated: bool) -> Iterator[KinematicsCorrection]:
     """Yield the corrections that are numbers to be fitted."""
     problem = _Problem(states, chain)
     n_joints = states.joints.shape[1]
@@ -132,7 +132,7 @@ class _Problem:
 
     def corrections(
         self, free: list[int], parts: set[str], words: Callable[[Floats], tuple[str, str]]
-    ) -> Iterator[Correction]:
+    ) -> Iterator[KinematicsCorrection]:
         """Yield the correction with these parameters free; none where the poses do not determine them."""
         n_readings = 3 * len(self.states)
         if n_readings - len(free) < LEAST_FREEDOM:
@@ -153,10 +153,10 @@ class _Problem:
             return
         away = np.linalg.norm(self.residual(x), axis=1)
         left = float(np.median(away)) * np.sqrt(n_readings / (n_readings - len(free)))
-        yield Correction(left, len(free), *words(x), frozenset(parts))
+        yield KinematicsCorrection(left, len(free), *words(x), frozenset(parts))
 
 
-def _order_corrections(states: LoadStates, chain: Chain) -> Iterator[Correction]:
+def _order_corrections(states: LoadStates, chain: Chain) -> Iterator[KinematicsCorrection]:
     """Yield the order of the poses' places that meets kinematics best, where it is another one."""
     from scipy.optimize import linear_sum_assignment
 
@@ -172,7 +172,7 @@ def _order_corrections(states: LoadStates, chain: Chain) -> Iterator[Correction]
     left = float(np.median(away[np.arange(len(order)), order]))
     pairs = ", ".join(f"“{names[k]}” has the place of “{names[order[k]]}”" for k in moved[:4])
     suffix = f" and {len(moved) - 4} more" if len(moved) > 4 else ""
-    yield Correction(
+    yield KinematicsCorrection(
         left, len(moved), f"the poses in another order ({pairs}{suffix})",
         "joint angles and places of different poses stand together: bring the rows or files into one order",
         frozenset({"order"}),

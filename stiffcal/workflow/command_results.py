@@ -95,6 +95,21 @@ class EffectsResult(CommandResult):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class NewEffectResult(CommandResult):
+    """Answer of ``effects new``."""
+
+    schema: Literal["stiffcal/new-effect/1"] = "stiffcal/new-effect/1"
+    effect: str
+    """Its name."""
+    file: str
+    """The plugin that was written, in the campaign folder, and that campaign.toml now lists."""
+    tests: str
+    """What it tests, in words."""
+    sha256: str
+    """Of all plugins of the campaign: what `stiffcal trust` allows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SimulateResult(CommandResult):
     """Answer of ``simulate``."""
 

@@ -89,8 +89,9 @@ def answer(capsys: pytest.CaptureFixture[str], folder: Path, name: str) -> dict[
     return document
 
 
+# A new effect takes a campaign that no effect explains: `tests/workflow/test_new_effect.py` judges its answer.
 @pytest.mark.usefixtures("unprinted")
-@pytest.mark.parametrize("name", sorted(DOCUMENTS))
+@pytest.mark.parametrize("name", sorted(DOCUMENTS.keys() - {"new-effect"}))
 def test_answers_hold_to_their_schema(name: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     schema = json.loads(schema_texts()[f"{name}.document.schema.json"])
     held = jsonschema.Draft202012Validator(schema)

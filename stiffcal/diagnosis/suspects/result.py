@@ -36,7 +36,7 @@ class NotCheckedReason(StrEnum):
 class RunsNotChecked:
     """What was not compared with the other runs."""
 
-    reason: NotCheckedReason
+    code: NotCheckedReason
     """Why not."""
     sentence: str
     """The same in words."""

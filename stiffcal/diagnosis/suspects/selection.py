@@ -35,7 +35,7 @@ class Selection:
 
     def admits(self, kind: SuspectKind) -> bool:
         """Return whether so many runs can show this kind of fault."""
-        few = self.not_checked is not None and self.not_checked.reason is NotCheckedReason.UNIT_AND_SIGN_ONLY
+        few = self.not_checked is not None and self.not_checked.code is NotCheckedReason.UNIT_AND_SIGN_ONLY
         return not few or kind in KINDS_OF_FEW_RUNS
 
 
@@ -89,5 +89,5 @@ def not_checked(reason: NotCheckedReason, *numbers: int) -> RunsNotChecked:
         NotCheckedReason.NO_FIT: "runs were not compared with each other: the model cannot be fitted to them",
     }
     return RunsNotChecked(
-        reason=reason, sentence=sentences[reason].format(*numbers, least=LEAST_RUNS, all_kinds=RUNS_FOR_ALL_KINDS)
+        code=reason, sentence=sentences[reason].format(*numbers, least=LEAST_RUNS, all_kinds=RUNS_FOR_ALL_KINDS)
     )

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+from functools import partial
+
+from stiffcal.diagnosis.results import CompliancePattern, DiagnoseResult, ProposedEffect
+from stiffcal.diagnosis.words import pattern_in_words, what_is_followed
 from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
@@ -11,12 +14,14 @@ from stiffcal.report.blocks import (
     Items,
     LeftOut,
     Paragraph,
+    PictureBlock,
     ReportSection,
     SubheadingBlock,
     TableBlock,
     TableColumn,
 )
 from stiffcal.report.content import ReportContent
+from stiffcal.report.figures.pattern import draw_pattern
 
 ORDER = 72
 _TITLE = "What is missing"
@@ -36,6 +41,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     blocks.append(Facts(tuple(_facts(diagnosis))))
     if diagnosis.structure:
         blocks.extend(_remainder(diagnosis))
+    if diagnosis.pattern is not None:
+        blocks.extend(_pattern(diagnosis.pattern))
     if diagnosis.superfluous:
         names = wording.listing(map(wording.effect_at, diagnosis.superfluous))
         blocks.append(Paragraph(f"Not needed: {names}. Without it the error in unseen poses is no larger."))
@@ -114,6 +121,26 @@ def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
         "away. Shares overlap; the largest says where to look first."
     )
     return [SubheadingBlock("What the remainder follows"), TableBlock(columns, rows, caption)]
+
+
+def _pattern(pattern: CompliancePattern) -> list[Block]:
+    """Lay out whose compliance varies with what, run by run."""
+    text = f"Where to look: {pattern_in_words(pattern)}."
+    if pattern.alternatives:
+        others = wording.listing(map(pattern_in_words, pattern.alternatives))
+        text += f" These runs do not distinguish it from: {others}."
+    text += " “stiffcal effects new NAME --from DIR” writes an effect that tests it."
+    before, after = wording.both(pattern.heldout_rms_before), wording.both(pattern.heldout_rms_after)
+    caption = (
+        f"Each run’s apparent change of the compliance of joint {pattern.joint} against the "
+        f"{what_is_followed(pattern)}, with 95 % bars, and the fitted law (line). In unseen poses the law takes the "
+        f"error from {before} to {after} rms."
+    )
+    return [
+        SubheadingBlock("A compliance that varies"),
+        Paragraph(text),
+        PictureBlock(partial(draw_pattern, pattern), caption),
+    ]
 
 
 def _way_here(content: ReportContent) -> list[Block]:

@@ -193,7 +193,7 @@ def test_of_three_runs_none_is_judged_and_the_answer_gives_the_reason() -> None:
     few = states.select(np.flatnonzero(states.run < 3))
     not_checked = found_in("pairs", few).not_checked
     assert not_checked is not None
-    assert not_checked.reason == "few-runs"
+    assert not_checked.code == "few-runs"
     assert "there are 3 load runs" in not_checked.sentence
 
 
@@ -205,7 +205,7 @@ def test_among_five_runs_a_wrong_unit_is_named_and_a_bump_is_not() -> None:
     bumped = found_in("pairs", moved(few, own(few, 2)[-1:], 5e-4))
     assert not bumped.suspects
     assert bumped.not_checked is not None
-    assert bumped.not_checked.reason == "unit-and-sign-only"
+    assert bumped.not_checked.code == "unit-and-sign-only"
 
 
 def many(form: str, poses: int, loads: int) -> Faulty:
@@ -230,7 +230,7 @@ def test_of_very_long_runs_some_states_are_compared_and_the_answer_gives_their_n
     suspicion = find_suspects(campaign.states, campaign.model)
     assert [(suspect.run, suspect.kind) for suspect in suspicion.suspects] == [(campaign.runs[0], "sign")]
     assert suspicion.not_checked is not None
-    assert suspicion.not_checked.reason == "some-states"
+    assert suspicion.not_checked.code == "some-states"
     assert "600 of 2424 states" in suspicion.not_checked.sentence
     assert suspicion.fit is not None
     assert len(suspicion.fit.data.run) == 23 * 101  # the fit without the suspect is of all the others' states

@@ -1,0 +1,45 @@
+"""A joint's apparent compliance, run by run, against what it follows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.diagnosis.results import CompliancePattern, FollowedBy
+from stiffcal.report.figures import canvas
+from stiffcal.uncertainty import NORMAL_95
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@canvas.styled
+def draw_pattern(pattern: CompliancePattern) -> Figure:
+    """Draw each run's apparent change of compliance with 95 % bars, and the fitted law.
+
+    Returns
+    -------
+    Figure; µrad/(N·m), angles in degrees, else N·m, N or s.
+    """
+    angle = pattern.follows is FollowedBy.JOINT_ANGLE
+    factor = 180.0 / np.pi if angle else pattern.scale
+    what, unit = {
+        FollowedBy.JOINT_ANGLE: (f"angle of joint {pattern.of_joint}", "°"),
+        FollowedBy.JOINT_TORQUE: (f"size of the torque on joint {pattern.of_joint}", "N·m"),
+        FollowedBy.LOAD: ("size of the load", "N"),
+        FollowedBy.TIME: ("time", "s"),
+    }[pattern.follows]
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 60)
+    axes = figure.subplots()
+    at = np.array([point.at for point in pattern.points]) * factor
+    compliance = np.array([point.compliance for point in pattern.points]) * 1e6
+    half_width = NORMAL_95 * 1e6 * np.array([point.std for point in pattern.points])
+    axes.errorbar(at, compliance, half_width, fmt="o", color=canvas.COLOURS[0], markersize=4.0, label="a run, 95 %")
+    curve = np.array(pattern.curve).reshape(-1, 2)
+    axes.plot(curve[:, 0] * factor, curve[:, 1] * 1e6, color=canvas.ACCENT, label="fitted law")
+    axes.axhline(0.0, color=canvas.PALE, linewidth=1.0, zorder=0)
+    axes.set_xlabel(f"{what} [{unit}]")
+    axes.set_ylabel("change of compliance [µrad/(N·m)]")
+    canvas.share_legend(figure, axes.get_legend_handles_labels()[0])
+    return figure
