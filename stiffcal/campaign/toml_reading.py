@@ -87,15 +87,15 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
         parsers_words = str(error)  # all that tomllib gives: it has neither codes nor fields
         match = _PLACE.search(parsers_words)
         place = match["place"] if match else ""
-        message = parsers_words[: match.start()] if match else parsers_words
+        complaint = parsers_words[: match.start()] if match else parsers_words
         if place == "end of document":
             place = f"line {text.rstrip().count(chr(10)) + 1}"
         raise InputError.at(
             FaultCode.SYNTAX_INVALID,
             file,
             place,
-            f"this is not TOML: {message[:1].lower()}{message[1:]}",
-            _syntax_mend(message),
+            f"this is not TOML: {complaint[:1].lower()}{complaint[1:]}",
+            _syntax_mend(complaint),
         ) from None
     except ValueError:  # of more digits than Python reads at all
         reason = "a whole number of thousands of digits"

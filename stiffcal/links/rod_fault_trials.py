@@ -43,7 +43,7 @@ class RodReadings:
 
 
 @dataclass(frozen=True)
-class Trial:
+class RodFaultTrial:
     """One fault, tried: its readings mended, the squared contradiction left, and how many numbers that took."""
 
     kind: FaultKind | None
@@ -59,11 +59,11 @@ class Trial:
         return count * float(np.log(mean)) + self.numbers * float(np.log(count))
 
 
-def trials_of(readings: RodReadings) -> Iterator[Trial]:
+def trials_of(readings: RodReadings) -> Iterator[RodFaultTrial]:
     """Try no fault first, then each fault at each place."""
     count = np.flatnonzero(readings.used)
     known = 0 if readings.columns is None else len(readings.columns)
-    yield Trial(None, (), readings, *_squares(readings), 0.0)
+    yield RodFaultTrial(None, (), readings, *_squares(readings), 0.0)
     flips = [(int(i),) for i in count] + ([tuple(int(i) for i in count)] if known else [])
     for rods in flips:
         sign = np.ones(readings.lengths.shape[1])
@@ -85,26 +85,26 @@ def trials_of(readings: RodReadings) -> Iterator[Trial]:
             yield from _loose(int(i), readings, without_rod)
 
 
-def _loose(rod: int, readings: RodReadings, left: RodReadings) -> Iterator[Trial]:
+def _loose(rod: int, readings: RodReadings, left: RodReadings) -> Iterator[RodFaultTrial]:
     """Leave a rod out; or, where the load is known, let it answer the load in its own way, for fewer free numbers."""
     squares, numbers = _squares(left)
     off = left_over(left, readings.lengths)[:, rod]
     size = float(np.sqrt(np.mean(off**2)))
-    yield Trial("loose", (rod,), left, squares, numbers + len(off), size)
+    yield RodFaultTrial("loose", (rod,), left, squares, numbers + len(off), size)
     if readings.columns is not None:
         only_rod = np.zeros(len(readings.used), dtype=np.bool_)
         only_rod[rod] = True
         alone, more = _squares(replace(readings, used=only_rod, signed=False))
-        yield Trial("loose", (rod,), left, squares + alone, numbers + more, size)
+        yield RodFaultTrial("loose", (rod,), left, squares + alone, numbers + more, size)
 
 
-def _mended(kind: FaultKind, rods: tuple[int, ...], readings: RodReadings, lengths: Floats) -> Trial:
+def _mended(kind: FaultKind, rods: tuple[int, ...], readings: RodReadings, lengths: Floats) -> RodFaultTrial:
     mended = replace(readings, lengths=lengths)
     size = float(np.sqrt(np.mean((lengths - readings.lengths)[:, list(rods)] ** 2)))
-    return Trial(kind, rods, mended, *_squares(mended), size)
+    return RodFaultTrial(kind, rods, mended, *_squares(mended), size)
 
 
-def _drifting(rod: int, readings: RodReadings) -> Trial:
+def _drifting(rod: int, readings: RodReadings) -> RodFaultTrial:
     """Take out of one rod what grows with the time since each run began, bent by a square."""
     time = _since_start(readings)
     span = max(float(time.max()), 1e-12)
@@ -117,10 +117,10 @@ def _drifting(rod: int, readings: RodReadings) -> Trial:
     mended = replace(readings, lengths=readings.lengths - np.einsum("p,pnm->nm", rate, centred))
     squares, numbers = _squares(mended)
     size = float(np.sqrt(np.mean((rate @ columns[:, :, rod]) ** 2)))
-    return Trial("drifting", (rod,), mended, squares, numbers + 2, size)
+    return RodFaultTrial("drifting", (rod,), mended, squares, numbers + 2, size)
 
 
-def _warming(readings: RodReadings) -> Trial:
+def _warming(readings: RodReadings) -> RodFaultTrial:
     """Take out of all rods what they grow by with the temperature, at one expansion for all."""
     assert readings.growth is not None
     expected = left_over(readings, readings.growth)[:, readings.used].ravel()
@@ -129,7 +129,7 @@ def _warming(readings: RodReadings) -> Trial:
     mended = replace(readings, lengths=readings.lengths - expansion * readings.growth)
     squares, numbers = _squares(mended)
     rods = tuple(int(i) for i in np.flatnonzero(readings.used))
-    return Trial("warming", rods, mended, squares, numbers + 1, expansion)
+    return RodFaultTrial("warming", rods, mended, squares, numbers + 1, expansion)
 
 
 def _since_start(readings: RodReadings) -> Floats:

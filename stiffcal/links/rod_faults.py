@@ -16,8 +16,8 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.links.rod_fault_trials import (
     FaultKind,
+    RodFaultTrial,
     RodReadings,
-    Trial,
     centred_by_run,
     count_of,
     left_over,
@@ -171,7 +171,7 @@ def _next_fault(rods: Rods, readings: RodReadings) -> tuple[RodFault | None, Rod
     return fault, best.mended
 
 
-def _closest(ranked: list[Trial], count: int, sigma: float) -> Trial:
+def _closest(ranked: list[RodFaultTrial], count: int, sigma: float) -> RodFaultTrial:
     """Return the first; of faults that a stated noise cannot distinguish from it, the one that leaves least."""
     first = ranked[0]
     if first.kind is None:
@@ -186,14 +186,14 @@ def _closest(ranked: list[Trial], count: int, sigma: float) -> Trial:
     return plain[0] if best.kind == "loose" and plain and plain[0].squares <= PLAINER * best.squares else best
 
 
-def _size(trial: Trial, readings: RodReadings) -> float:
+def _size(trial: RodFaultTrial, readings: RodReadings) -> float:
     """Return the rms of what is wrong, m; of rods that grow, their growth."""
     if trial.kind != "warming":
         return trial.size
     return float(np.sqrt(np.mean((trial.mended.lengths - readings.lengths) ** 2)))
 
 
-def _is_large(trial: Trial, readings: RodReadings) -> bool:
+def _is_large(trial: RodFaultTrial, readings: RodReadings) -> bool:
     """Return whether a fault is large enough to be one."""
     if trial.kind != "loose":
         return True
@@ -212,11 +212,13 @@ def _unexplained_fault(rods: Rods, readings: RodReadings, before: float) -> RodF
     return RodFault("unexplained", names, float(off.max()), before, before, (), sentence)
 
 
-def _label(trial: Trial, rods: Rods) -> str:
+def _label(trial: RodFaultTrial, rods: Rods) -> str:
     return f"{' and '.join(rods.names[i] for i in trial.rods)} {trial.kind}"
 
 
-def _sentence(best: Trial, names: tuple[str, ...], before: float, after: float, alternatives: tuple[str, ...]) -> str:
+def _sentence(
+    best: RodFaultTrial, names: tuple[str, ...], before: float, after: float, alternatives: tuple[str, ...]
+) -> str:
     rods = " and ".join(names)
     rms = f"the rods then contradict each other by {1e6 * after:.3g} µm rms instead of {1e6 * before:.3g} µm"
     sentences = {
