@@ -60,14 +60,14 @@ class ClampedKind(ExperimentKind):
         from stiffcal.experiments.clamped.page import clamped_overview
 
         section = _section(identified)
-        return None if section is None else clamped_overview(section)
+        return None if section is None else clamped_overview(section, identified)
 
     def page(self, data: MeasuredRuns, identified: Document) -> Page | None:
         """Return definitions, tables and pictures."""
         from stiffcal.experiments.clamped.page import clamped_page
 
         section = _section(identified)
-        return None if section is None else clamped_page(data, section)
+        return None if section is None else clamped_page(data, section, identified)
 
     def plot(self, data: MeasuredRuns, identified: Document, run: str | None, joint: str | None) -> Plot:
         """Return torque over angle."""

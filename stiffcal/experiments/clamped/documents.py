@@ -54,12 +54,17 @@ def joint_result(joint: ClampedJoint, name: str) -> JointResult:
     play_high = joint.play + NORMAL_95 * joint.play_std
     bands = [run.segment.band for run in joint.runs if run.segment is not None and run.fit.play_found]
     p1, p2, p3 = joint.curve
+    shape = torque_angle(joint)
+    chord, chord_std = 1.0 / shape.compliance[0], shape.compliance[1] / shape.compliance[0] ** 2
+    width, width_std = shape.width
     return JointResult(
         joint=joint.joint,
         play_found=joint.play_found,
         play=joint.play,
         play_std=joint.play_std,
         play_interval=[play_low, play_high],
+        play_width=width,
+        play_width_interval=[max(width - NORMAL_95 * width_std, 0.0), width + NORMAL_95 * width_std],
         play_band=float(np.mean(bands)) if bands else None,
         resolution=_finite(joint.resolution),
         spread_between_poses=_finite(joint.spread),
@@ -77,6 +82,8 @@ def joint_result(joint: ClampedJoint, name: str) -> JointResult:
             torque=list(joint.torque),
             runs=[run.name for run in joint.curve_runs],
         ),
+        chord_stiffness=chord,
+        chord_interval=[max(chord - NORMAL_95 * chord_std, 0.0), chord + NORMAL_95 * chord_std],
         tangent_stiffness=[
             Tangent(
                 torque=torque,
@@ -108,6 +115,7 @@ def run_result(run: ClampedRun) -> ClampedRunResult:
         resolution=_finite(run.resolution),
         encoder_step=run.encoder_step,
         reversal_error=run.reversal,
+        torque_range=[float(run.branches.torque.min(initial=0.0)), float(run.branches.torque.max(initial=0.0))],
         friction=law.friction if run.both_ways else None,
         friction_found=run.friction_found,
         law=SeriesLaw(

@@ -121,8 +121,7 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
     frictions = [run for run in curve_runs if run.friction_found]
     friction, friction_std = _mean([(run.fit.law.friction, run.fit.std("friction")) for run in frictions])
     reversals = [run.reversal for run in curve_runs if run.reversal is not None]
-    reach = min(run.fit.law.reach[0] for run in curve_runs), max(run.fit.law.reach[1] for run in curve_runs)
-    ends = np.array(curve) @ np.array([[x, x * x, x**3] for x in reach]).T
+    reach, ends = _reached(curve, curve_runs)
     middle = 0.5 * resolution
     return ClampedJoint(
         joint=joint,
@@ -142,10 +141,36 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         curve=curve,
         covariance=covariance,
         reach=reach,
-        torque=(float(ends[0]), float(ends[1])),
+        torque=ends,
         source=runs[0].chain.source,
         curve_runs=curve_runs,
     )
+
+
+def _reached(
+    curve: tuple[float, float, float], runs: Sequence[ClampedRun]
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return spring angle and torque, rad and N·m, up to which the curve of all runs is known.
+
+    The runs' angles count from their own flanks. Where one of them has its flank further in, the common curve at its
+    last angle would promise a torque that none of them reached: there it ends at the largest that one did.
+    """
+    angles, torques = [], []
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        farthest = max(sign * run.fit.law.reach[side] for run in runs)
+        most = max(
+            min(
+                sign * float(run.fit.law.spring(np.array([run.fit.law.reach[side]]))[0]),
+                float((sign * (run.branches.torque - run.fit.law.zero)).max(initial=0.0)),
+            )
+            for run in runs
+        )
+        angle = np.linspace(0.0, farthest, 801)
+        torque = np.maximum.accumulate(sign * (np.stack([sign * angle, angle**2, sign * angle**3], 1) @ curve))
+        end = farthest if torque[-1] <= most else float(np.interp(most, torque, angle))
+        angles.append(sign * end)
+        torques.append(sign * min(float(torque[-1]), most))
+    return (angles[0], angles[1]), (torques[0], torques[1])
 
 
 def _largest_torque(run: ClampedRun) -> float:

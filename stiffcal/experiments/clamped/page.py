@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.curves import ClampedCurve, clamped_curves
 from stiffcal.experiments.clamped.pictures import branches_picture, curves_picture, play_picture
@@ -13,6 +15,7 @@ from stiffcal.experiments.presentation import (
     Block,
     Column,
     Digits,
+    Interval,
     Listing,
     Overview,
     Page,
@@ -30,36 +33,109 @@ _DEGREE = 180.0 / math.pi
 _TEXT = False
 
 
-def clamped_overview(section: ClampedSection) -> Overview:
-    """Return play, friction and reversal error joint by joint; the definition of play below."""
+def clamped_overview(section: ClampedSection, identified: Document) -> Overview:
+    """Return stiffness, play, friction joint by joint, and the reversal error run by run; the definitions below.
+
+    Parameters
+    ----------
+    section : of ``identify``'s answer.
+    identified : the answer; where it holds clamped runs alone, stiffness and play stand here and in no other table.
+    """
     columns = (
         Column("clamped", numbers=_TEXT),
+        Column("stiffness, ± 95 %", "N·m/rad"),
         Column("play, ± 95 %", "°"),
         Column("friction", "N·m"),
-        Column("reversal error", "°"),
-        Column("torque reached", "N·m"),
-        Column("poses", numbers=_TEXT),
     )
     rows: list[tuple[Words, ...]] = []
     for joint in section.joints:
         half = _degrees(NORMAL_95 * joint.play_std, 2)
-        low, high = joint.curve.torque
         rows.append(
             (
                 (f"joint {joint.joint} ({joint.name})",),
+                (Interval(joint.chord_stiffness, *joint.chord_interval),),
                 (_degrees(joint.play), " ± ", half) if joint.play_found else ("none found, ± ", half),
                 (Digits(joint.friction),) if joint.friction_found else ("none found",),
-                (_degrees(joint.reversal_error, 2),),
-                (Digits(low), " … ", Digits(high)),
-                (", ".join(joint.runs),),
             )
         )
     if not rows:
         return Overview(())
-    return Overview((Table(columns, tuple(rows)), Sentence((f"play: {section.definition.play}",), "definition")))
+    sentences = [
+        *map(_joint_sentence, section.joints),
+        Sentence((f"stiffness: {CHORD}",), "definition"),
+        Sentence((f"play: {section.definition.play}",), "definition"),
+        Sentence((f"reversal error: {section.definition.reversal_error}",), "definition"),
+    ]
+    blocks: tuple[Table | Sentence, ...] = (Table(columns, tuple(rows)), _runs_table(section), *sentences)
+    return Overview(blocks, shown_parameters(section, identified))
 
 
-def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
+def _joint_sentence(joint: JointResult) -> Sentence:
+    """Return over which torque a joint's stiffness is meant, how its tangent goes there, and the width of the law."""
+    low, high = joint.curve.torque
+    words: list[str | Digits] = [f"joint {joint.joint}: stiffness from ", Digits(low), " to ", Digits(high), " N·m"]
+    tangents = [tangent.stiffness for tangent in joint.tangent_stiffness]
+    if tangents:
+        words += [", where its tangent lies between ", Digits(min(tangents)), " and ", Digits(max(tangents))]
+        words += [" N·m/rad"]
+    if joint.play_found:
+        words += ["; its play is the segment of low slope of the law b·tanh(torque/w) with b = "]
+        words += [_degrees(joint.play_width), "°"]
+    return Sentence(tuple(words), "joint")
+
+
+CHORD = "chord of torque over angle from end to end of what was reached, play left out (one over joint-compliance)"
+
+
+def shown_parameters(section: ClampedSection, identified: Document) -> frozenset[str]:
+    """Return the names of the fitted parameters that the tables of this kind show, in the same units.
+
+    Parameters
+    ----------
+    section : of ``identify``'s answer.
+    identified : the answer. With load states in it the parameters are of both, and none is left to these tables.
+    """
+    if "n_readings" not in identified:
+        return frozenset()
+    joints = {joint.joint for joint in section.joints}
+    return frozenset(
+        parameter["name"]
+        for parameter in identified["parameters"]
+        if parameter["effect"] in ("joint-compliance", "backlash")
+        and parameter["value"] is not None
+        and not parameter["fixed"]
+        and set(parameter["where"].get("joints", ())) <= joints
+    )
+
+
+def _runs_table(section: ClampedSection) -> Table:
+    """Return play and reversal error of each run, with the torque over which it went: friction grows with that."""
+    columns = (
+        Column("run", numbers=_TEXT),
+        Column("joint", numbers=_TEXT),
+        Column("torque measured", "N·m"),
+        Column("reversal error", "°"),
+        Column("play", "°"),
+        Column("", numbers=_TEXT),
+    )
+    rows: list[tuple[Words, ...]] = [
+        (
+            (run.run,),
+            (f"joint {run.joint}",),
+            (Digits(run.torque_range[0]), " … ", Digits(run.torque_range[1])),
+            (_degrees(run.reversal_error),),
+            (_degrees(run.play),) if run.play else ("none found",),
+            ("" if run.used else "left out",),
+        )
+        for run in section.runs
+    ]
+    return Table(columns, tuple(rows))
+
+
+_RUNS = "Play and reversal error of each run, over the torque that was measured in it."
+
+
+def clamped_page(data: MeasuredRuns, section: ClampedSection, identified: Document) -> Page | None:
     """Return definitions, tables and pictures; None where there is no curve."""
     curves = clamped_curves(data, section)
     if not curves:
@@ -67,7 +143,7 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
     with_result = [(curve, curve.result) for curve in curves if curve.result is not None]
     blocks: list[Block] = [Sentence((_definitions(section.definition),), "definition")]
     if with_result:
-        blocks += [_play_table(with_result), _curve_table(with_result)]
+        blocks += [_play_table(with_result), replace(_runs_table(section), caption=_RUNS), _curve_table(with_result)]
     remarks = [
         Sentence((f"{curve.joint}, run {pose.run}: left out, {pose.left_out}",), "run-left-out", "warning")
         for curve in curves
@@ -93,7 +169,7 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
     if with_result:
         blocks.append(_tangent_table(with_result))
     title = "The clamped robot: play, friction and torque over angle"
-    return Page(title, tuple(blocks), subject="clamped robot")
+    return Page(title, tuple(blocks), subject="clamped robot", parameters=shown_parameters(section, identified))
 
 
 def clamped_plot(data: MeasuredRuns, section: ClampedSection | None, run: str | None) -> Plot:
@@ -119,7 +195,8 @@ def clamped_plot(data: MeasuredRuns, section: ClampedSection | None, run: str | 
 
 def _definitions(definition: Definition) -> str:
     return (
-        f"Play: {definition.play}. Friction: {definition.friction}. Reversal error: {definition.reversal_error}. "
+        f"Stiffness: {CHORD}. Play: {definition.play}. Friction: {definition.friction}. "
+        f"Reversal error: {definition.reversal_error}. "
         f"{definition.angle[0].upper()}{definition.angle[1:]}. Left out are {definition.left_out}."
     )
 
@@ -133,11 +210,11 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
         Column("joint", numbers=_TEXT),
         Column("play", "°"),
         Column("± 95 %", "°"),
+        Column("law's width b", "°"),
         Column("crossed within", "± N·m"),
         Column("between poses", "°"),
         Column("resolution", "°"),
         Column("friction", "N·m"),
-        Column("reversal error", "°"),
         Column("torque from", numbers=_TEXT),
     )
     rows: list[tuple[Words, ...]] = []
@@ -150,11 +227,11 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
                 (curve.joint,),
                 (_degrees(joint.play),) if joint.play_found else ("none found",),
                 (_degrees(NORMAL_95 * joint.play_std, 2),),
+                (_degrees(joint.play_width),) if joint.play_found else ("–",),
                 (Digits(joint.play_band, 2),),
                 (_degrees(joint.spread_between_poses, 2),),
                 (_degrees(joint.resolution, 2),),
                 friction,
-                (_degrees(joint.reversal_error, 2),),
                 (str(joint.torque_from),),
             )
         )
@@ -164,9 +241,10 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
 def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     columns = (
         Column("joint", numbers=_TEXT),
-        Column("p1", "N·m/°"),
-        Column("p2", "N·m/°²"),
-        Column("p3", "N·m/°³"),
+        Column("stiffness, chord", "N·m/rad"),
+        Column("p1", "N·m/rad"),
+        Column("p2", "N·m/rad²"),
+        Column("p3", "N·m/rad³"),
         Column("angle reached", "°"),
         Column("torque reached", "N·m"),
         Column("poses", numbers=_TEXT),
@@ -176,15 +254,15 @@ def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
         shape = joint.curve
         cells: list[Words] = []
         for power, coefficient in enumerate((shape.p1, shape.p2, shape.p3), start=1):
-            scale = 1.0 / _DEGREE**power
-            half = NORMAL_95 * math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0)) * scale
-            cells.append((Digits(coefficient * scale), " ± ", Digits(half, 2)))
+            half = NORMAL_95 * math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0))
+            cells.append((Digits(coefficient), " ± ", Digits(half, 2)))
         reach: Words = (_degrees(shape.reach[0]), " … ", _degrees(shape.reach[1]))
         torque: Words = (Digits(shape.torque[0]), " … ", Digits(shape.torque[1]))
-        rows.append(((curve.joint,), *cells, reach, torque, (", ".join(shape.runs),)))
+        chord: Words = (Interval(joint.chord_stiffness, *joint.chord_interval),)
+        rows.append(((curve.joint,), chord, *cells, reach, torque, (", ".join(shape.runs),)))
     caption = (
-        "Torque over angle, τ = p1 φ + p2 φ² + p3 φ³, φ in degrees from the flank: rising in all that was reached, and "
-        "not to be used beyond. Uncertainties 95 %."
+        "Torque over angle, τ = p1 φ + p2 φ² + p3 φ³, φ from the flank: rising in all that was reached, and not to be "
+        "used beyond. p1 is the tangent stiffness at the flank. Uncertainties 95 %."
     )
     return Table(columns, tuple(rows), caption)
 

@@ -78,6 +78,10 @@ class JointResult:
     """rad."""
     play_interval: list[float]
     """Both ends of the 95 % interval, rad."""
+    play_width: float
+    """b of the law b·tanh(torque/w), rad: `play` is the segment of it whose slope is low."""
+    play_width_interval: list[float]
+    """Both ends of the 95 % interval, rad."""
     play_band: Number
     """Torque within which the play is crossed, ± N·m."""
     resolution: Number
@@ -93,6 +97,10 @@ class JointResult:
     """rad."""
     torque_from: TorqueSource
     curve: TorqueOverAngle
+    chord_stiffness: float
+    """Torque over angle from end to end of what was reached, play left out, N·m/rad: one over joint-compliance."""
+    chord_interval: list[float]
+    """Both ends of the 95 % interval, N·m/rad."""
     tangent_stiffness: list[Tangent]
     runs: list[str]
     """Names of the runs that are used."""
@@ -149,6 +157,8 @@ class ClampedRunResult:
     """rad."""
     reversal_error: Number
     """rad."""
+    torque_range: list[float]
+    """Smallest and largest torque that was measured, mean over the half sweeps, N·m."""
     friction: Number
     """N·m; null where one direction alone was driven."""
     friction_found: bool

@@ -1,0 +1,75 @@
+"""One stiffness and one play of a clamped joint, each in one unit, and no torque that was not reached."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stiffcal.experiments.clamped.documents import DEFINITION, joint_result, run_result
+from stiffcal.experiments.clamped.joints import joints_of
+from stiffcal.experiments.clamped.page import clamped_overview, shown_parameters
+from stiffcal.experiments.clamped.results import ClampedSection
+from stiffcal.experiments.presentation import Column, Sentence, Table
+from tests.experiments.test_clamped_runs import clamped_run
+from tests.laboratory.torque_angle_laws import clamped_law
+
+
+def test_the_common_curve_promises_no_torque_that_was_not_reached() -> None:
+    """Where one run has no play, its angles from the flank go further; the other's curve is steeper out there."""
+    law = clamped_law(3)[0]
+    p1 = law.curve[0]
+    hard = replace(law, curve=(p1, 0.0, 40.0 * p1 / law.reach[1] ** 2))
+    soft = replace(law, width=0.0, curve=(0.5 * p1, 0.0, 0.0), reach=(1.6 * law.reach[0], 1.6 * law.reach[1]))
+    runs = [clamped_run("hard", hard, seed=1, noise=0.1), clamped_run("soft", soft, seed=2, noise=0.1)]
+    (joint,) = joints_of(runs)
+    measured = max(float(np.abs(run.branches.torque - run.fit.law.zero).max()) for run in runs)
+    x = np.array(joint.reach)
+    ends = np.stack([x, x**2, x**3], axis=1) @ joint.curve
+    farthest = max(run.fit.law.reach[1] for run in runs)
+    promised = farthest * joint.curve[0] + farthest**2 * joint.curve[1] + farthest**3 * joint.curve[2]
+    assert promised > 1.2 * measured, "the test has no power where the curve stays below what was measured"
+    assert np.abs(joint.torque).max() <= measured
+    assert np.abs(ends).max() == pytest.approx(np.abs(joint.torque).max(), rel=1e-2)
+
+
+def section() -> ClampedSection:
+    law = clamped_law(3, friction=12.0)[0]
+    runs = [clamped_run("wide", law), clamped_run("narrow", law, seed=2, reversal=0.01)]
+    for run in runs:
+        run.chain.lever, run.chain.weight = float("nan"), 0.0
+    (joint,) = joints_of(runs)
+    return ClampedSection(
+        definition=DEFINITION, joints=[joint_result(joint, "A3")], runs=[run_result(run) for run in runs]
+    )
+
+
+def parameters(names: dict[str, str], **changed: object) -> list[dict[str, object]]:
+    return [
+        {"name": name, "effect": effect, "where": {"joints": [3]}, "value": 1.0, "fixed": False, **changed}
+        for name, effect in names.items()
+    ]
+
+
+NAMES = {
+    "joint-compliance.j3.c": "joint-compliance", "backlash.j3.width": "backlash", "bearing-tilt.j3.x": "bearing-tilt",
+}  # fmt: skip
+
+
+def test_stiffness_and_play_stand_in_this_table_alone() -> None:
+    alone = {"n_readings": 10, "parameters": parameters(NAMES)}
+    assert shown_parameters(section(), alone) == {"joint-compliance.j3.c", "backlash.j3.width"}
+    assert shown_parameters(section(), {"parameters": parameters(NAMES)}) == frozenset()
+    assert shown_parameters(section(), {"n_readings": 10, "parameters": parameters(NAMES, fixed=True)}) == frozenset()
+
+
+def test_each_quantity_has_one_unit_and_each_run_its_reversal_error() -> None:
+    overview = clamped_overview(section(), {"n_readings": 10, "parameters": parameters(NAMES)})
+    joints, runs = (block for block in overview.blocks if isinstance(block, Table))
+    units = {column.title: column.unit for column in (*joints.columns, *runs.columns) if isinstance(column, Column)}
+    assert units["stiffness, ± 95 %"] == "N·m/rad"
+    assert units["play, ± 95 %"] == units["play"] == units["reversal error"] == "°"
+    assert [str(row[0][0]) for row in runs.rows] == ["wide", "narrow"]
+    (sentence,) = (block for block in overview.blocks if isinstance(block, Sentence) and block.code == "joint")
+    assert "its play is the segment of low slope of the law" in "".join(map(str, sentence.words))
