@@ -70,7 +70,7 @@ def _thinned(states: LoadStates, index: Integers, most: int) -> Selection:
     return Selection(kept, most, not_checked(NotCheckedReason.SOME_STATES, len(kept), len(index)))
 
 
-def not_checked(reason: NotCheckedReason, *numbers: int) -> RunsNotChecked:
+def not_checked(code: NotCheckedReason, *numbers: int) -> RunsNotChecked:
     """Return what was not looked at, in a sentence with its numbers."""
     sentences = {
         NotCheckedReason.FEW_RUNS: (
@@ -89,5 +89,5 @@ def not_checked(reason: NotCheckedReason, *numbers: int) -> RunsNotChecked:
         NotCheckedReason.NO_FIT: "runs were not compared with each other: the model cannot be fitted to them",
     }
     return RunsNotChecked(
-        code=reason, sentence=sentences[reason].format(*numbers, least=LEAST_RUNS, all_kinds=RUNS_FOR_ALL_KINDS)
+        code=code, sentence=sentences[code].format(*numbers, least=LEAST_RUNS, all_kinds=RUNS_FOR_ALL_KINDS)
     )
