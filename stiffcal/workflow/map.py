@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 PLANES: dict[Plane, tuple[int, int, int]] = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
 TABLES = (".csv", ".parquet")
+# A target that the joints move by less is on their axes: rounding, no place of work.
+SMALLEST_REACH_M = 1e-6
 
 
 @dataclass(frozen=True)
@@ -244,6 +246,14 @@ def _grid(
         edge = 0.5 / request.slices
         levels = box[third, 0] + np.ptp(box[third]) * np.linspace(edge, 1.0 - edge, request.slices)
     sides = np.ptp(box, axis=1)[[across, up]]
+    if not sides.max() > SMALLEST_REACH_M:
+        raise InputError.at(
+            FaultCode.POSE_UNREACHABLE,
+            "command line",
+            "--plane",
+            f"the joints do not move the target in the plane {plane}: there is nothing to map",
+            "name a plane in which it moves, or place the target off the axes of the joints",
+        )
     counts = np.maximum(2, np.round(request.points * sides / sides.max())).astype(int)
     ends = box[[across, up]]
     columns, rows = (np.linspace(low, high, int(count)) for (low, high), count in zip(ends, counts, strict=True))

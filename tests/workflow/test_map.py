@@ -14,6 +14,7 @@ from stiffcal.compensation.inverse import joints_along_path
 from stiffcal.compensation.targets import PoseGoal
 from stiffcal.compensation.workspace import longest_reach
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.workflow.fitted_robot import fitted_robot
 from stiffcal.workflow.map import MapRequest, map_campaign
@@ -115,6 +116,15 @@ def test_a_hung_mass_pulls_along_gravity(campaign: Path) -> None:
 def test_faulty_requests(campaign: Path, request_: MapRequest, message: str) -> None:
     with pytest.raises(InputError, match=message):
         map_campaign(campaign, request_)
+
+
+def test_a_target_on_the_only_axis_has_no_map(campaign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # one joint, and the target on its axis: it stands at one place, but for rounding
+    box = np.full((3, 2), 0.4) + np.array([0.0, 1e-16])
+    monkeypatch.setattr("stiffcal.compensation.workspace.reached_box", lambda *_: box)
+    with pytest.raises(InputError, match="do not move the target in the plane xz") as error:
+        map_campaign(campaign, MapRequest("0,0,-10"))
+    assert error.value.faults[0].code is FaultCode.POSE_UNREACHABLE
 
 
 def test_faulty_files(campaign: Path) -> None:
