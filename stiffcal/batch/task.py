@@ -47,12 +47,12 @@ from stiffcal.workflow.steps import (
     VALIDATE,
     Ingested,
     RunContext,
-    ingested,
     key_of,
     key_of_table,
     stored_fit,
     stored_result,
     stored_validation,
+    up_to_date_states,
 )
 from stiffcal.workflow.stored_types import StoredReport
 from stiffcal.workflow.validate import current_validation, validate_now, with_present_verdict
@@ -137,7 +137,7 @@ def _all_steps(task: BatchTask, run: _Run) -> CampaignOutcome:
     )
     file = None if task.thresholds is None else ThresholdsFile.model_validate(task.thresholds)
     with run.doing("ingest"):
-        data = ingested(Path(task.folder), context)
+        data = up_to_date_states(Path(task.folder), context)
         run.choices = author_choices(data.campaign, file, _earlier_thresholds(data))
     with run.doing("identify"):
         stored = stored_fit(data.store)

@@ -13,7 +13,15 @@ from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.answers import FittedModel, LoadPrediction, ModelDiagnosis, ModelValidation
 from stiffcal.trust.notices import notices_diverted
-from stiffcal.workflow.steps import FIT_STATES, HELDOUT_STATES, Ingested, RunContext, TrialModel, ingested, tried
+from stiffcal.workflow.steps import (
+    FIT_STATES,
+    HELDOUT_STATES,
+    Ingested,
+    RunContext,
+    TrialModel,
+    up_to_date_states,
+    with_trial_model,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -195,18 +203,18 @@ class CampaignSession:
         ------
         InputError : the campaign holds no load states.
         """
-        from stiffcal.workflow.identify import fitted
+        from stiffcal.workflow.identify import up_to_date_fit
         from stiffcal.workflow.residuals import residual_columns
-        from stiffcal.workflow.validate import validated
+        from stiffcal.workflow.validate import up_to_date_validation
 
         with self._logged():
             data = self._data()
             if len(data.states) == 0:
                 reason, mend = "the campaign holds no load states", "see identify().result for what was measured"
                 raise InputError.at(FaultCode.DATA_MISSING, str(self.folder), "runs", reason, mend)
-            identified = fitted(data, self._context)
+            identified = up_to_date_fit(data, self._context)
             if heldout:
-                validated(data, identified, self._context)
+                up_to_date_validation(data, identified, self._context)
             import pandas as pd
 
             return pd.DataFrame(residual_columns(data, identified, HELDOUT_STATES if heldout else FIT_STATES))
@@ -268,12 +276,12 @@ class CampaignSession:
             plot_campaign(self.folder, self._context, Path(file), run, against)
 
     def _data(self) -> Ingested:
-        return ingested(self.folder, self._context)
+        return up_to_date_states(self.folder, self._context)
 
     def _campaign(self) -> Campaign:
         from stiffcal.campaign.loading import load_campaign
 
-        return tried(load_campaign(self.folder, check_files=False), self._context)
+        return with_trial_model(load_campaign(self.folder, check_files=False), self._context)
 
     @contextmanager
     def _logged(self) -> Iterator[None]:

@@ -15,8 +15,8 @@ from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store.origin import worst_of
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import CompareResult
-from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import IDENTIFY, RunContext, ingested
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
 
 
 def compare_campaigns(before: Path, after: Path, context: RunContext | None = None) -> CompareResult:
@@ -39,9 +39,9 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
     context = context or RunContext()
     fits, joints, origins = [], [], []
     for folder in (before, after):
-        data = ingested(folder, context)
+        data = up_to_date_states(folder, context)
         joints.append(data.campaign.chain.joint_names)
-        fits.append(fitted(data, context))
+        fits.append(up_to_date_fit(data, context))
         origins.append(data.store.origin_of(IDENTIFY))
     if len(joints[0]) != len(joints[1]):
         reason = f"its robot has {len(joints[1])} joints, that of {before} has {len(joints[0])}"

@@ -14,8 +14,8 @@ from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.store.document_shape import result_from
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, diagnoses_with, evidence_of
-from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Ingested, RunContext, ingested, key_of, stored_document
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_document, up_to_date_states
 from stiffcal.workflow.suspects import described, suspicion_of
 
 if TYPE_CHECKING:
@@ -45,8 +45,8 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     InputError : the input is wrong.
     """
     context = context or RunContext()
-    data = ingested(folder, context)
-    identified = fitted(data, context)
+    data = up_to_date_states(folder, context)
+    identified = up_to_date_fit(data, context)
     stored, _ = current_diagnosis(data, identified)
     if stored is not None:
         return replace(stored, origin=data.store.origin_of(DIAGNOSE))
@@ -127,9 +127,9 @@ def without_states(data: Ingested, identified: IdentifyResult, context: RunConte
     repeats, or above it by no more than chance (p above 0.01), or, as an angle, within the encoder's step.
     """
     from stiffcal.experiments import all_kinds
-    from stiffcal.workflow.validate import validated
+    from stiffcal.workflow.validate import up_to_date_validation
 
-    validation = validated(data, identified, context)
+    validation = up_to_date_validation(data, identified, context)
     document = document_of(identified)
     laws = {kind.name: law for kind in all_kinds() if (law := kind.law(document)) is not None}
     lack = next((law.lack_of_fit for law in laws.values() if law.lack_of_fit is not None), None)

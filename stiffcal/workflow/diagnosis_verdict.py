@@ -17,8 +17,8 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
-from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import Document, Ingested, RunContext, up_to_date_states
 
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import Thresholds
@@ -99,13 +99,13 @@ def _baseline(data: Ingested, limits: Thresholds, context: RunContext) -> Baseli
 
 def _fit_of(path: Path, label: str, context: RunContext) -> list[IdentifiedParameter]:
     """Return the parameters of a baseline's campaign; a fit that does not count is no baseline."""
-    data = ingested(path, replace(context, store=None))
+    data = up_to_date_states(path, replace(context, store=None))
     if data.uncounted:
         mend = "put its logs in place, or name a baseline of your own"
         raise InputError.at(
             FaultCode.CONTENT_UNTRUSTED, MANIFEST_FILE, "thresholds.baseline", f"{label}: {data.uncounted}", mend
         )
-    return fitted(data, context).parameters
+    return up_to_date_fit(data, context).parameters
 
 
 def _read_model(path: Path, label: str) -> list[IdentifiedParameter]:

@@ -13,9 +13,9 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing, write_whole
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.workflow.command_results import ExportResult
-from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import HELDOUT_STATES, Document, Ingested, RunContext, ingested
-from stiffcal.workflow.validate import validated
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import HELDOUT_STATES, Document, Ingested, RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -56,10 +56,10 @@ def export_campaign(
             f"no export is known for {ending or 'a name without an ending'}",
             mend,
         )
-    data = ingested(folder, context)
-    identified = fitted(data, context)
+    data = up_to_date_states(folder, context)
+    identified = up_to_date_fit(data, context)
     if ending in TABLES:
-        validated(data, identified, context)
+        up_to_date_validation(data, identified, context)
         table = states_with_residuals(data) if len(data.states) else _readings(data)
         write_table(table, output, raw_text=raw_text)
         holds = f"{table.num_rows} readings with measured, predicted and residual"

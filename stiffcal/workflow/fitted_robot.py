@@ -13,8 +13,8 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import RunContext, free_names, ingested, tried
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import RunContext, free_names, up_to_date_states, with_trial_model
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
@@ -113,7 +113,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     from stiffcal.campaign.frames import measurement_setup, resolve_frames
     from stiffcal.ingest.sources import manifest_data_files
 
-    campaign = tried(campaign, context)
+    campaign = with_trial_model(campaign, context)
     robot = placed_robot(campaign)
     if not robot.placed:
         reason = "the model holds nothing that gives under a load, so no deflection can be predicted"
@@ -135,8 +135,8 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
         chain = campaign.chain
         setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
         return FittedRobot(campaign, robot, _with_target(setup, chain.n_joints), {}, "model.toml")
-    data = ingested(campaign.folder, context)
-    identified = fitted(data, context)
+    data = up_to_date_states(campaign.folder, context)
+    identified = up_to_date_fit(data, context)
     names, matrix = identified.free_parameters, np.array(identified.covariance, dtype=np.float64)
     # what shows in motion alone (friction) is in the fit and not in the robot at rest
     in_model = {

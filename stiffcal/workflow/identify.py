@@ -23,11 +23,11 @@ from stiffcal.workflow.steps import (
     Ingested,
     RunContext,
     announce,
-    ingested,
     key_of_fit,
     key_of_table,
     model_text,
     stored_fit,
+    up_to_date_states,
 )
 from stiffcal.workflow.stored import FIT_ID
 
@@ -77,7 +77,7 @@ def identify_campaign(
             f"no loss is called {loss}",
             f"choose {' or '.join(LOSSES)}",
         )
-    data = ingested(folder, context)
+    data = up_to_date_states(folder, context)
     current = current_fit(data, loss)
     if current is not None:
         context.notify(f"nothing has changed since fit {current.fit_id}")
@@ -115,7 +115,7 @@ def _with_dual_quaternions(data: Ingested, fit: Fit | None, result: IdentifyResu
     return result
 
 
-def fitted(data: Ingested, context: RunContext) -> IdentifyResult:
+def up_to_date_fit(data: Ingested, context: RunContext) -> IdentifyResult:
     """Return the fit of the present model, fitting first where it is missing or stale."""
     stored = stored_fit(data.store)
     # A fit with the robust loss counts as present too: the user asked for it.

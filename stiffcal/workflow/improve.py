@@ -18,9 +18,9 @@ from stiffcal.model.summary import EffectAt, ModelSummary, Where
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.improve_results import Action, ImproveResult, ImproveStep
-from stiffcal.workflow.steps import RunContext, ingested
+from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
 
 # More rungs than effects that a diagnosis looks for: the loop ends by itself long before.
@@ -122,7 +122,7 @@ class _Ladder:
             self.notify_step(step)
 
     def _present_fit(self) -> IdentifyResult:
-        return fitted(ingested(self.folder, self.context), self.context)
+        return up_to_date_fit(up_to_date_states(self.folder, self.context), self.context)
 
     def before_after(self) -> list[BeforeAfter]:
         """Return what all steps together did to the identified values."""

@@ -14,9 +14,9 @@ from stiffcal.experiments import ExperimentKind, all_kinds
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.command_results import PlotResult
 from stiffcal.workflow.experiments import runs_with_fits
-from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Ingested, RunContext, ingested
-from stiffcal.workflow.validate import validated
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import Ingested, RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,7 +68,7 @@ def plot_campaign(
         )
     if not file.parent.is_dir():
         raise InputError.at(FaultCode.FILE_MISSING, str(file), "", "its folder does not exist", "make the folder first")
-    data = ingested(folder, context)
+    data = up_to_date_states(folder, context)
     names = [info.name for info in data.states.runs]
     if len(data.states) == 0 and against is None:
         names += _runs_drawn(data)
@@ -76,7 +76,7 @@ def plot_campaign(
         raise InputError.at(
             FaultCode.RUN_UNKNOWN, "command line", "--run", f"no run is called {run}", f"runs: {', '.join(names)}"
         )
-    identified = fitted(data, context)
+    identified = up_to_date_fit(data, context)
     from stiffcal.report.figures.canvas import save_figure
 
     kind = _kind_to_draw(data, against)
@@ -89,7 +89,7 @@ def plot_campaign(
         raise InputError.at(
             FaultCode.DATA_MISSING, "command line", "--against", "the campaign holds no load states", mend
         )
-    validation = validated(data, identified, context)
+    validation = up_to_date_validation(data, identified, context)
     from stiffcal.workflow.report_content import report_states_of
 
     states = report_states_of(data)

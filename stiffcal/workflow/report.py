@@ -7,9 +7,9 @@ from pathlib import Path
 
 from stiffcal.workflow.command_results import ReportResult
 from stiffcal.workflow.history import read_history
-from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import IDENTIFY, RunContext, ingested
-from stiffcal.workflow.validate import validated
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
 
 
 def report_campaign(folder: Path, context: RunContext | None = None, output: Path | None = None) -> ReportResult:
@@ -31,9 +31,9 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
     InputError : the input is wrong, or the PDF cannot be written.
     """
     context = context or RunContext()
-    data = ingested(folder, context)
-    identified = fitted(data, context)
-    validation = validated(data, identified, context)
+    data = up_to_date_states(folder, context)
+    identified = up_to_date_fit(data, context)
+    validation = up_to_date_validation(data, identified, context)
 
     from stiffcal.report.building import build_report
     from stiffcal.workflow.report_content import report_content

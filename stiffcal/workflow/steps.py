@@ -224,7 +224,7 @@ def stored_ingest(store: Store) -> IngestResult | None:
     return None if document is None else result_from(IngestResult, document, store.display_name, INGEST)
 
 
-def ingested(folder: Path, context: RunContext) -> Ingested:
+def up_to_date_states(folder: Path, context: RunContext) -> Ingested:
     """Return the campaign's load states, ingesting first where they are missing, stale or somebody else's.
 
     Where logs are missing and nothing else has changed, what is stored is used; `Ingested.origin` holds whose it is.
@@ -264,10 +264,10 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
         from stiffcal.store.trial import TrialStore
 
         store = TrialStore(store, context.trial.results)
-    return Ingested(tried(campaign, context), store, table, states, non_load, origin, fresh.missing)
+    return Ingested(with_trial_model(campaign, context), store, table, states, non_load, origin, fresh.missing)
 
 
-def tried(campaign: Campaign, context: RunContext) -> Campaign:
+def with_trial_model(campaign: Campaign, context: RunContext) -> Campaign:
     """Return the campaign with the model that is tried, where there is one."""
     return campaign if context.trial is None else replace(campaign, model=context.trial.model)
 

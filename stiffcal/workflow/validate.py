@@ -13,7 +13,7 @@ from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.workflow.diagnosis_verdict import check_thresholds
-from stiffcal.workflow.identify import fit_now, fitted
+from stiffcal.workflow.identify import fit_now, up_to_date_fit
 from stiffcal.workflow.steps import (
     HELDOUT_STATES,
     HISTORY,
@@ -22,11 +22,11 @@ from stiffcal.workflow.steps import (
     Ingested,
     RunContext,
     announce,
-    ingested,
     key_of,
     open_store,
     stored_fit,
     stored_validation,
+    up_to_date_states,
 )
 
 if TYPE_CHECKING:
@@ -57,16 +57,16 @@ def validate_campaign(
     InputError : the input is wrong.
     """
     context = context or RunContext()
-    data = ingested(folder, context)
+    data = up_to_date_states(folder, context)
     if model is not None:
         return _validate_other(data, Path(model), context, thresholds)
-    identified = fitted(data, context)
+    identified = up_to_date_fit(data, context)
     current = current_validation(data, identified) or validate_now(data, identified, context)
     result = with_present_verdict(data, identified, current, context, thresholds)
     return replace(result, origin=data.store.origin_of(VALIDATE))
 
 
-def validated(data: Ingested, identified: IdentifyResult, context: RunContext) -> ValidateResult:
+def up_to_date_validation(data: Ingested, identified: IdentifyResult, context: RunContext) -> ValidateResult:
     """Return the validation of the present fit, judging first where it is missing or stale.
 
     A verdict on the manifest's present thresholds stands as it was last given: `validate` and `batch` look at the

@@ -12,7 +12,7 @@ from stiffcal.report.blocks import Paragraph, ReportSection
 from stiffcal.report.sections.summary import section
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, ingested, stored_fit, stored_validation
+from stiffcal.workflow.steps import RunContext, stored_fit, stored_validation, up_to_date_states
 from tests.laboratory.small_campaign import write_small_campaign
 
 COMMANDS = ("check", "ingest", "identify", "validate", "diagnose", "improve --dry-run", "run")
@@ -51,7 +51,7 @@ def test_json_has_it(campaign: Path, command: str, capsys: pytest.CaptureFixture
 def test_the_report_begins_with_it(campaign: Path) -> None:
     with pytest.raises(SystemExit):
         main(["validate", str(campaign)])
-    data = ingested(campaign, RunContext())
+    data = up_to_date_states(campaign, RunContext())
     fit, validation = stored_fit(data.store), stored_validation(data.store)
     assert fit is not None
     assert validation is not None

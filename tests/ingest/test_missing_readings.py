@@ -15,7 +15,7 @@ from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.reduction.coarse_clock import coarse_clock
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.states import _anything_measured
-from stiffcal.workflow.steps import RunContext, ingested
+from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.small_campaign import write_small_campaign
 
 EXCLUDE = '\n[[exclude]]\nsource = "table"\nrows = [{}]\nwhy = "the tracker lost it"\n'
@@ -44,7 +44,7 @@ def add_to_manifest(folder: Path, text: str) -> None:
 
 
 def states_of(folder: Path) -> LoadStates:
-    return ingested(folder, RunContext()).states
+    return up_to_date_states(folder, RunContext()).states
 
 
 def without_target(cell: str) -> dict[str, str]:

@@ -357,11 +357,11 @@ def test_an_exception_out_of_an_effect_is_a_fault_of_its_file(
 
 def test_removing_the_code_from_the_list_of_effects_changes_no_fit(state: Path, tmp_path: Path) -> None:
     """Code that the model does not need is no part of the fit: with it, changed and without it, nothing is refitted."""
-    from stiffcal.workflow.steps import RunContext, ingested, key_of_fit
+    from stiffcal.workflow.steps import RunContext, key_of_fit, up_to_date_states
 
     folder = stranger(tmp_path / "stranger", needed=False)
     keys = []
     for further in ("", "# changed\n"):
         write_plugin(folder, further)
-        keys.append(key_of_fit(ingested(folder, RunContext()), "linear"))
+        keys.append(key_of_fit(up_to_date_states(folder, RunContext()), "linear"))
     assert keys[0] == keys[1]

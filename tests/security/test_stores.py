@@ -28,7 +28,7 @@ from stiffcal.trust.record import open_record
 from stiffcal.workflow.compare import compare_campaigns
 from stiffcal.workflow.history import read_history, restore_model
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext, ingested
+from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.stored import stored_document
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
@@ -439,7 +439,7 @@ def test_a_delivered_report_does_not_pass_for_the_one_of_this_batch(
     monkeypatch.setattr(batch_task, "report_campaign", write)
     forged = b"all thresholds hold"
     (without_logs(delivered) / "report.pdf").write_bytes(forged)
-    key = batch_task._report_key(ingested(delivered, RunContext()))
+    key = batch_task._report_key(up_to_date_states(delivered, RunContext()))
     made = {"schema": "stiffcal/report-made/1", "key": key, "sha256": hashlib.sha256(forged).hexdigest()}
     current = (delivered / "store" / "current").resolve()
     index = json.loads((current / "generation.json").read_text("utf-8"))

@@ -12,7 +12,7 @@ import pytest
 
 from stiffcal.store import Store
 from stiffcal.workflow.identify import fit_now, identify_campaign, store_fit
-from stiffcal.workflow.steps import RunContext, ingested
+from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -60,7 +60,7 @@ def test_no_fit_of_two_that_end_together_is_lost_from_the_history(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = write_small_campaign(tmp_path / "small", poses=2)
-    data = ingested(folder, RunContext())
+    data = up_to_date_states(folder, RunContext())
     fit = fit_now(data, "linear", RunContext())
     together = threading.Barrier(3)
     begin = Store.begin

@@ -17,10 +17,10 @@ from stiffcal.effects.joint_friction import JointFriction
 from stiffcal.experiments.presentation import Table
 from stiffcal.report.building import lay_out
 from stiffcal.workflow.history import read_history
-from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, ingested
-from stiffcal.workflow.validate import validated
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
 from tests.laboratory.friction_campaigns import rehearsed, set_keys
 from tests.whole_campaigns.conftest import Command
 
@@ -124,9 +124,11 @@ def test_the_store_holds_passes_and_fit(made: Path, command: Command) -> None:
 
 def test_pages_on_friction(made: Path) -> None:
     means = RunContext()
-    data = ingested(made, means)
-    identified = fitted(data, means)
-    content = report_content(data, identified, validated(data, identified, means), read_history(made, means))
+    data = up_to_date_states(made, means)
+    identified = up_to_date_fit(data, means)
+    content = report_content(
+        data, identified, up_to_date_validation(data, identified, means), read_history(made, means)
+    )
     (page,) = content.pages
     (table,) = (block for block in page.blocks if isinstance(block, Table))
     assert [row[0] for row in table.rows] == [("A1",), ("A2",)]

@@ -24,10 +24,10 @@ from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.history import read_history
-from stiffcal.workflow.identify import fitted, identify_campaign
+from stiffcal.workflow.identify import identify_campaign, up_to_date_fit
 from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, ingested
-from stiffcal.workflow.validate import validate_campaign, validated
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation, validate_campaign
 
 SOURCE = Path(__file__).parents[2] / "campaigns" / "kr125"
 DEGREE = np.pi / 180.0
@@ -89,9 +89,11 @@ def joint_of(document: dict[str, Any], joint: int) -> dict[str, Any]:
 
 
 def content_of(folder: Path) -> ReportContent:
-    data = ingested(folder, RunContext())
-    told = fitted(data, RunContext())
-    return report_content(data, told, validated(data, told, RunContext()), read_history(folder, RunContext()))
+    data = up_to_date_states(folder, RunContext())
+    told = up_to_date_fit(data, RunContext())
+    return report_content(
+        data, told, up_to_date_validation(data, told, RunContext()), read_history(folder, RunContext())
+    )
 
 
 def values(document: dict[str, Any]) -> dict[str, dict[str, Any]]:

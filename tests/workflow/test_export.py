@@ -14,7 +14,7 @@ from stiffcal.errors import InputError
 from stiffcal.workflow.export import export_campaign
 from stiffcal.workflow.plot import plot_campaign
 from stiffcal.workflow.report import report_campaign
-from stiffcal.workflow.steps import RunContext, ingested
+from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS
 
 
@@ -55,7 +55,7 @@ def test_urdf_has_the_same_kinematics(campaign: Path) -> None:
     pose = data.oMf[model.getFrameId("flange")].homogeneous
     from stiffcal.mechanics.kinematics import body_poses
 
-    chain = ingested(campaign, RunContext()).campaign.chain
+    chain = up_to_date_states(campaign, RunContext()).campaign.chain
     positions, rotations = body_poses(chain, chain.model_angles(angles[None]))
     assert np.allclose(pose[:3, 3], positions[0, -1], atol=1e-9)
     assert np.allclose(pose[:3, :3], rotations[0, -1], atol=1e-9)

@@ -13,7 +13,7 @@ from stiffcal.campaign.queries import queries_of
 from stiffcal.errors import InputError
 from stiffcal.workflow.identify import fit_now
 from stiffcal.workflow.ingest import ingest_campaign, is_stale
-from stiffcal.workflow.steps import RunContext, ingested
+from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.campaign_in_formats import FORMATS, write_campaign
 from tests.laboratory.database import VARIABLE, VARIABLES, Database, trusting
 from tests.laboratory.small_campaign import STIFFNESS
@@ -21,7 +21,7 @@ from tests.laboratory.small_campaign import STIFFNESS
 
 def stiffness_of(folder: Path) -> dict[str, float]:
     means = RunContext()
-    fit = fit_now(ingested(folder, means), "linear", means)
+    fit = fit_now(up_to_date_states(folder, means), "linear", means)
     assert fit is not None
     return {parameter.name: 1.0 / (parameter.value or float("nan")) for parameter in fit.parameters}
 

@@ -13,8 +13,8 @@ from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, ingested, open_store, stored_fit
-from stiffcal.workflow.validate import validated
+from stiffcal.workflow.steps import RunContext, open_store, stored_fit, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS
 
 POSE = ",".join(f"{angle:g}" for angle in POSES_DEG[0])
@@ -30,7 +30,7 @@ def poses_file(folder: Path, rows: list[str], header: str = "A1,A2,A3,A4,A5,A6,F
 def test_cartesian_compliance_is_the_papers_at_small_load(campaign: Path) -> None:
     """Wang, Zhang and Fuhlbrigge 2009, eq. 7: C = J K⁻¹ Jᵀ without load."""
     (state,) = predict_campaign(campaign, poses=poses_file(campaign, [POSE + ",0,0,0,0,0,0"])).states
-    data = ingested(campaign, RunContext())
+    data = up_to_date_states(campaign, RunContext())
     chain = data.campaign.chain
     jacobian = jacobians(chain, chain.model_angles(np.radians([POSES_DEG[0]])), data.states.setup.targets[0])[0]
     expected = jacobian @ np.diag(1.0 / np.array(STIFFNESS)) @ jacobian.T
@@ -46,7 +46,7 @@ def test_deflection_follows_the_compliance(campaign: Path) -> None:
     rows = [POSE + f",{100 + step},0,-200,0,0,0" for step in (0, 1)]
     first, second = predict_campaign(campaign, poses=poses_file(campaign, rows)).states
     difference = np.array(second.deflection) - np.array(first.deflection)
-    data = ingested(campaign, RunContext())
+    data = up_to_date_states(campaign, RunContext())
     lever = np.array(data.states.setup.targets[0].transform[:3, 3] - data.states.setup.wrench_point.transform[:3, 3])
     assert np.linalg.norm(lever) > 0.05  # so that load point and target differ indeed
     # a force at the load point is one at the target and a moment: the compliance knows both
@@ -84,11 +84,13 @@ def test_load_path_passes_its_corners_and_reaches_the_report(campaign: Path) -> 
     predict_campaign(campaign, load_path=wish)
     stored = open_store(campaign, RunContext()).read_document("load_paths")["paths"]
     assert len(stored) == 1
-    data = ingested(campaign, RunContext())
+    data = up_to_date_states(campaign, RunContext())
     store = data.store
     fit = stored_fit(store)
     assert fit is not None
-    content = report_content(data, fit, validated(data, fit, RunContext()), read_history(campaign, RunContext()))
+    content = report_content(
+        data, fit, up_to_date_validation(data, fit, RunContext()), read_history(campaign, RunContext())
+    )
     assert content.load_paths[0].pose.endswith("the pose of the test")
 
 

@@ -14,7 +14,7 @@ from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.sections.compensation import section
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.report_compensation import with_and_without
-from stiffcal.workflow.steps import RunContext, ingested
+from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.simulation_folders import FRAMES, LOGS, MODEL, SETTINGS, write_folder
 from tests.simulation.test_controller import SAME, TILT
 
@@ -48,7 +48,7 @@ def pairs(tmp_path_factory: pytest.TempPathFactory) -> WithAndWithout:
     settings = SETTINGS + SAME + one_way + sensors + controller + runs
     campaign, loaded = write_folder(folder / "source", manifest, settings, MODEL + TILT)
     simulate_campaign(campaign, loaded, folder / "out", 1)
-    found = with_and_without(ingested(folder / "out", RunContext()))
+    found = with_and_without(up_to_date_states(folder / "out", RunContext()))
     assert found is not None
     return found
 

@@ -10,20 +10,20 @@ import pytest
 from stiffcal.report.blocks import Items
 from stiffcal.report.building import lay_out
 from stiffcal.workflow.history import read_history
-from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, ingested
-from stiffcal.workflow.validate import validated
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
 from tests.laboratory.hidden_campaigns import copied
 
 
 @pytest.mark.parametrize("name", ["01", "08"])
 def test_a_campaign_without_a_diagnosis_lays_out(name: str, tmp_path: Path) -> None:
     folder, context = copied(name, tmp_path), RunContext()
-    data = ingested(folder, context)
-    identified = fitted(data, context)
+    data = up_to_date_states(folder, context)
+    identified = up_to_date_fit(data, context)
     history = read_history(folder, context)
-    content = report_content(data, identified, validated(data, identified, context), history)
+    content = report_content(data, identified, up_to_date_validation(data, identified, context), history)
     titles = [section.title for section in lay_out(content)]
     assert titles[:2] == ["In short", "From no model to the noise: the ladder of fits"]
     assert titles[2:4] == ["The campaign at a glance", "Stiffness"]

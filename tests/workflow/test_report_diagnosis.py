@@ -14,18 +14,20 @@ from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.report_diagnosis import diagnosis_content
-from stiffcal.workflow.steps import RunContext, ingested
-from stiffcal.workflow.validate import validated
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
 
 
 def test_not_made_made_and_stale(campaign: Path) -> None:
-    data = ingested(campaign, RunContext())
+    data = up_to_date_states(campaign, RunContext())
     identified = identify_campaign(campaign)
     assert "not been diagnosed yet" in diagnosis_content(data, identified)["not_diagnosed"]
     edit_model(campaign, "add", "bearing-tilt", where={"joints": "2"})
     diagnose_campaign(campaign)
-    data, identified = ingested(campaign, RunContext()), identify_campaign(campaign)
-    content = report_content(data, identified, validated(data, identified, RunContext()), read_history(campaign))
+    data, identified = up_to_date_states(campaign, RunContext()), identify_campaign(campaign)
+    content = report_content(
+        data, identified, up_to_date_validation(data, identified, RunContext()), read_history(campaign)
+    )
     assert content.diagnose is not None
     tilt = next(figure for figure in content.evidence if figure.evidence.effect == "bearing-tilt")
     assert not tilt.missing
@@ -40,6 +42,6 @@ def test_not_made_made_and_stale(campaign: Path) -> None:
         assert digests[name] == hashlib.sha256((campaign / name).read_bytes()).hexdigest()
     edit_model(campaign, "remove", "bearing-tilt", where={"joints": "2"})
     identified = identify_campaign(campaign)
-    stale = diagnosis_content(ingested(campaign, RunContext()), identified)
+    stale = diagnosis_content(up_to_date_states(campaign, RunContext()), identified)
     assert "diagnose" not in stale
     assert "stale (it is of fit 2)" in stale["not_diagnosed"]

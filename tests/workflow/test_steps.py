@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext, ingested, key_of_table, open_store
+from stiffcal.workflow.steps import RunContext, key_of_table, open_store, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
 
@@ -116,7 +116,7 @@ def test_the_fit_finds_the_true_stiffness(validated_folder: Path) -> None:
 def test_the_table_key_follows_the_values_not_their_chunks(validated_folder: Path) -> None:
     import pyarrow as pa
 
-    table = ingested(validated_folder, RunContext()).table
+    table = up_to_date_states(validated_folder, RunContext()).table
     pieces = pa.concat_tables([table.slice(0, 3), table.slice(3)])
     assert key_of_table(pieces) == key_of_table(table)
     assert key_of_table(table.slice(1)) != key_of_table(table)
