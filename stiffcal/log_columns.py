@@ -280,16 +280,16 @@ def batch_of_columns(
         if kind not in "SUOiu":
             reason = f"it holds {values.dtype}, not words"
             raise InputError.at(FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "name a column of words")
-        words = [text_of(value).strip("\0 ") for value in values.tolist()]
-        if "" in words:
-            place = f"row {first_row + words.index('')}, column {name}"
+        cells = [text_of(value).strip("\0 ") for value in values.tolist()]
+        if "" in cells:
+            place = f"row {first_row + cells.index('')}, column {name}"
             raise InputError.at(
                 FaultCode.CELL_EMPTY, display_name, place, "the cell is empty", "fill it in in a copy of the file"
             )
         if name in wanted.times:
-            numbers[name] = seconds_of_times(words, display_name, name, first_row)
+            numbers[name] = seconds_of_times(cells, display_name, name, first_row)
         else:
-            texts[name] = words
+            texts[name] = cells
     bad = first_not_finite(numbers, wanted, first_row)
     if bad is not None:
         mend = "give the reading, or leave the row out with [[exclude]]"

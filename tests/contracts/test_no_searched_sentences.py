@@ -12,6 +12,8 @@ ROOT = Path(__file__).parents[2]
 TEXTS = frozenset(
     {"reason", "reasons", "remark", "remarks", "why", "mend", "warning", "warnings", "message", "note", "notes"}
 )
+LABELS = frozenset({"label", "title", "heading", "sentence", "words"})
+"""Texts that may be keys, but are not taken apart either."""
 SEARCHING = frozenset(
     {"startswith", "endswith", "split", "rsplit", "partition", "rpartition", "removeprefix", "removesuffix", "find",
      "index", "rfind", "rindex", "count", "replace"}
@@ -65,7 +67,7 @@ def searched(tree: ast.AST) -> Iterator[ast.expr]:
                 if any(map(is_text, sides)) and not (asks_whether_there_is_one(sides) or any(map(is_member, sides))):
                     yield node
             case ast.Call(func=ast.Attribute(value=value, attr=name), args=arguments):
-                if name in SEARCHING and is_text(value):
+                if name in SEARCHING and held_in(value) in TEXTS | LABELS:
                     yield node
                 asked = arguments if name in PATTERNS else arguments[:1] if name in KEEPING else []
                 if any(map(is_text, asked)):
@@ -96,6 +98,7 @@ def test_no_text_for_people_is_compared_searched_or_cut() -> None:
         'low = "declare" in str(reason).lower()',
         "short = message[:10]",
         "count[stretch.reason] += 1",
+        'joint = part.label.partition(":")[0]',
         "alike = groups.setdefault(state.why, [])",
     ],
 )

@@ -140,16 +140,16 @@ def _units(own: LoadStates) -> Iterator[Variant]:
 def _wrench_units(own: LoadStates) -> Iterator[Variant]:
     moments = own.setup.moments_measured
     forces = [
-        (factor, f"forces are in {name}" if factor == up else f"forces are in N in a column of {name}")
+        (factor, f"are in {name}" if factor == up else f"are in N in a column of {name}")
         for name, up, down in FORCE_UNITS
         for factor in (up, down)
     ]
     for factor, words in forces:
-        yield _with_wrench(own, factor, 1.0, f"{words}: multiply by {factor:.5g}")
+        yield _with_wrench(own, factor, 1.0, f"forces {words}: multiply by {factor:.5g}")
     if not moments:
         return
     for factor, words in forces:
-        likely = f"{words.replace('forces', 'forces and moments')}: multiply both by {factor:.5g}"
+        likely = f"forces and moments {words}: multiply both by {factor:.5g}"
         yield _with_wrench(own, factor, factor, likely)
     for name, up, down in MOMENT_UNITS:
         yield _with_wrench(own, 1.0, up, f"moments are in {name}: multiply by {up:.5g}")
