@@ -16,11 +16,9 @@ if TYPE_CHECKING:
 
 def overviews(result: IdentifyResult) -> list[Overview]:
     """Return the overviews that the kinds of experiment make of a fit."""
-    from stiffcal.documents import document_of
     from stiffcal.experiments import all_kinds
 
-    document = document_of(result)
-    overviews_of_kinds = [kind.overview(document) for kind in all_kinds()]
+    overviews_of_kinds = [kind.overview(result) for kind in all_kinds()]
     return [overview for overview in overviews_of_kinds if overview is not None]
 
 

@@ -21,11 +21,10 @@ from stiffcal.campaign.typed import TomlTable
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.documents import Document
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
-    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
     from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.simulation.kinds import RunSimulation
 
@@ -76,6 +75,10 @@ class ExperimentKind:
         """
         return None
 
+    def section_type(self) -> type[object] | None:
+        """Return the type of the section that `fit` adds to ``identify``, to read it back from a store."""
+        return None
+
     def validate(self, data: MeasuredRuns) -> ExperimentValidation | None:
         """Return the part of ``validate`` for the runs of this kind; None where there is nothing to judge.
 
@@ -86,36 +89,36 @@ class ExperimentKind:
         """
         return None
 
-    def law(self, identified: Document) -> FittedLaw | None:
+    def law(self, identified: IdentifiedModel) -> FittedLaw | None:
         """Return the law that ``diagnose`` judges where there are no load states; None where nothing was identified.
 
         Parameters
         ----------
-        identified : the answer of ``identify``.
+        identified : the result of ``identify``.
         """
         return None
 
-    def overview(self, identified: Document) -> Overview | None:
+    def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return the overview that ``identify`` prints in the terminal; None where it holds nothing of this kind."""
         return None
 
-    def page(self, data: MeasuredRuns, identified: Document) -> Page | None:
+    def page(self, data: MeasuredRuns, identified: IdentifiedModel) -> Page | None:
         """Return the page of the report; None where the campaign holds nothing of this kind.
 
         Parameters
         ----------
         data : the campaign, with the tables of logs and of the fit.
-        identified : the answer of ``identify``.
+        identified : the result of ``identify``.
         """
         return None
 
-    def plot(self, data: MeasuredRuns, identified: Document, run: str | None, joint: str | None) -> Plot | None:
+    def plot(self, data: MeasuredRuns, identified: IdentifiedModel, run: str | None, joint: str | None) -> Plot | None:
         """Return the picture that ``plot`` draws; None where this kind has none.
 
         Parameters
         ----------
         data : the campaign, with the tables of logs and of the fit.
-        identified : the answer of ``identify``.
+        identified : the result of ``identify``.
         run, joint : the only one to draw, by its name; None: all.
 
         Raises

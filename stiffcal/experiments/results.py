@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from stiffcal.documents import Number
 from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
@@ -15,6 +15,17 @@ from stiffcal.validation.results import ErrorSlice, SliceBy
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+
+class IdentifiedModel(Protocol):
+    """The result of ``identify``, as far as kinds of experiment ask it."""
+
+    @property
+    def parameters(self) -> Sequence[IdentifiedParameter]:
+        """In the model's order."""
+
+    def section(self, kind: str) -> object:
+        """Return the section of a kind of experiment, by the kind's name; None where there is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -110,6 +110,10 @@ class IdentifyResult(CommandResult):
         """Whether load states were fitted."""
         return self.n_readings is None
 
+    def section(self, kind: str) -> object:
+        """Return the section of a kind of experiment, by the kind's name; None where there is none."""
+        return {"clamped": self.clamped, "friction": self.friction, **self.other_kinds}.get(kind)
+
     def parameter(self, name: str) -> IdentifiedParameter:
         """Return a parameter by its full name; KeyError where there is none."""
         for parameter in self.parameters:

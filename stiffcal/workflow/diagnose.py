@@ -130,8 +130,7 @@ def without_states(data: Ingested, identified: IdentifyResult, context: RunConte
     from stiffcal.workflow.validate import up_to_date_validation
 
     validation = up_to_date_validation(data, identified, context)
-    document = document_of(identified)
-    laws = {kind.name: law for kind in all_kinds() if (law := kind.law(document)) is not None}
+    laws = {kind.name: law for kind in all_kinds() if (law := kind.law(identified)) is not None}
     lack = next((law.lack_of_fit for law in laws.values() if law.lack_of_fit is not None), None)
     fits, words = [], []
     for name, law in laws.items():

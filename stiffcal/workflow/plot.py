@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.experiments import ExperimentKind, all_kinds
 from stiffcal.fault_codes import FaultCode
@@ -131,7 +130,7 @@ def _kind_plot(
 
     _, _, selection = (against or "").partition(":")
     joint = data.joint_names[_joint(selection, data.joint_names)] if selection else None
-    plot = kind.plot(runs_with_fits(data), document_of(identified), run, joint)
+    plot = kind.plot(runs_with_fits(data), identified, run, joint)
     return None if plot is None else (draw_panels(plot.picture), plot.drawn)
 
 

@@ -18,7 +18,7 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import JointSignals, Wrench
 from stiffcal.compensation.predict_result import LoadPath
-from stiffcal.documents import document_of, result_of
+from stiffcal.documents import result_of
 from stiffcal.experiments import all_kinds
 from stiffcal.files import read_regular
 from stiffcal.identification.state_loads import branch_words, force_since_reference, torques_about_joints
@@ -110,7 +110,7 @@ def report_content(
         if run.id not in {info.name for info in states.runs}
     )
     measured = runs_with_fits(data)
-    drawn_pages = [kind.page(measured, document_of(identified)) for kind in all_kinds()]
+    drawn_pages = [kind.page(measured, identified) for kind in all_kinds()]
     pages = tuple(page for page in drawn_pages if page is not None)
     unused = [SetAsideRows(entry.run, entry.numbers, entry.why) for page in pages for entry in page.unused]
     return ReportContent(

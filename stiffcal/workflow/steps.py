@@ -176,14 +176,20 @@ def stored_result(store: Store, name: str, kind: type[Result]) -> Result | None:
 
 
 def stored_fit(store: Store) -> IdentifyResult | None:
-    """Return the stored fit; None where there is none that can be used."""
+    """Return the stored fit; None where there is none that can be used.
+
+    Raises
+    ------
+    DamagedError : the section of a further kind of experiment holds something else.
+    """
+    from stiffcal.experiments import all_kinds
     from stiffcal.results.identify_result import IdentifyResult
 
     result = stored_result(store, IDENTIFY, IdentifyResult)
     if result is None:
         return None
-    sections: dict[str, object] = dict(_sections_of_other_kinds(store, IDENTIFY, result))
-    return replace(result, other_kinds=sections)
+    types = {kind.name: kind.section_type() for kind in all_kinds()}
+    return replace(result, other_kinds=_sections_of_other_kinds(store, IDENTIFY, result, types))
 
 
 def stored_validation(store: Store) -> ValidateResult | None:
@@ -193,26 +199,34 @@ def stored_validation(store: Store) -> ValidateResult | None:
     ------
     DamagedError : the section of a further kind of experiment holds something else.
     """
+    from stiffcal.campaign.experiment_kinds import kind_names
     from stiffcal.experiments.results import HeldoutSection
     from stiffcal.results.validate_result import ValidateResult
-    from stiffcal.store.document_shape import result_from
 
     result = stored_result(store, VALIDATE, ValidateResult)
     if result is None:
         return None
-    sections = {
-        kind: result_from(HeldoutSection, section, store.display_name, VALIDATE)
-        for kind, section in _sections_of_other_kinds(store, VALIDATE, result).items()
-    }
-    return replace(result, other_kinds=sections)
+    types = dict.fromkeys(kind_names(), HeldoutSection)
+    return replace(result, other_kinds=_sections_of_other_kinds(store, VALIDATE, result, types))
 
 
-def _sections_of_other_kinds(store: Store, name: str, result: CommandResult) -> dict[str, Document]:
-    """Return the sections of kinds of experiment that a stored result has no field for, as they were written."""
-    from stiffcal.campaign.experiment_kinds import kind_names
+def _sections_of_other_kinds(
+    store: Store, name: str, result: CommandResult, types: Mapping[str, type[Result] | None]
+) -> dict[str, Result]:
+    """Return the sections of kinds of experiment that a stored result has no field for.
+
+    Parameters
+    ----------
+    types : of the sections, by the kind's name; None: the kind has none.
+    """
+    from stiffcal.store.document_shape import result_from
 
     document = store.read_document(name)
-    return {kind: document[kind] for kind in kind_names() if kind in document and not hasattr(result, kind)}
+    return {
+        kind: result_from(section_type, document[kind], store.display_name, name)
+        for kind, section_type in types.items()
+        if section_type is not None and kind in document and not hasattr(result, kind)
+    }
 
 
 def stored_ingest(store: Store) -> IngestResult | None:

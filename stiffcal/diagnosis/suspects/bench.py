@@ -65,7 +65,7 @@ class Bench:
         noise = fit.noise or residual_noise(fit.data, fit.predicted)
         bench = cls(fit.robot, fixed | fit.left_at_neutral, noise, Basis(np.zeros((0, 0))), fit.noise is not None)
         data, projection, rows, residual = bench._rows(states)
-        basis = Basis.of(rows[:-1].reshape(len(rows) - 1, -1))
+        basis = Basis.of(rows[:-1].reshape(len(rows) - 1, rows[0].size))
         bench = cls(bench.robot, bench.fixed, noise, basis, bench.noise_known)
         return bench, _held(data, projection, rows, residual, basis, len(states.runs))
 
@@ -109,7 +109,7 @@ def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]
     stack = np.concatenate([np.concatenate(parts, axis=2), measured[None]])
     projection = Projection.of(data, raw_whitening(data, stated_noise(states.setup.sigma, data)))
     rows = projection.rows(stack).reshape(stack.shape)
-    basis = Basis.of(rows[:-1].reshape(len(rows) - 1, -1))
+    basis = Basis.of(rows[:-1].reshape(len(rows) - 1, rows[0].size))
     return _held(data, projection, rows, measured, basis, len(states.runs))
 
 

@@ -8,13 +8,12 @@ from stiffcal.experiments import ExperimentKind
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.documents import Document
     from stiffcal.experiments.clamped.results import ClampedSection
     from stiffcal.experiments.clamped.simulation_settings import Clamping
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
-    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
     from stiffcal.simulation.kinds import RunSimulation
 
 
@@ -39,13 +38,19 @@ class ClampedKind(ExperimentKind):
 
         return clamped_experiment_fit(data)
 
+    def section_type(self) -> type[object]:
+        """Return the type of the section in ``identify``."""
+        from stiffcal.experiments.clamped.results import ClampedSection
+
+        return ClampedSection
+
     def validate(self, data: MeasuredRuns) -> ExperimentValidation | None:
         """Judge each joint in a pose that its law does not rest on."""
         from stiffcal.experiments.clamped.parts import clamped_validation
 
         return clamped_validation(data)
 
-    def law(self, identified: Document) -> FittedLaw | None:
+    def law(self, identified: IdentifiedModel) -> FittedLaw | None:
         """Return torque over angle, which poses left out judge."""
         from stiffcal.experiments.results import FittedLaw
 
@@ -55,32 +60,32 @@ class ClampedKind(ExperimentKind):
         steps = [run.encoder_step for run in section.runs if run.used]
         return FittedLaw("Torque over angle", "in poses left out", angle_step=max(steps, default=0.0))
 
-    def overview(self, identified: Document) -> Overview | None:
+    def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return play, friction and reversal error joint by joint."""
         from stiffcal.experiments.clamped.page import clamped_overview
 
         section = _section(identified)
         return None if section is None else clamped_overview(section, identified)
 
-    def page(self, data: MeasuredRuns, identified: Document) -> Page | None:
+    def page(self, data: MeasuredRuns, identified: IdentifiedModel) -> Page | None:
         """Return definitions, tables and pictures."""
         from stiffcal.experiments.clamped.page import clamped_page
 
         section = _section(identified)
         return None if section is None else clamped_page(data, section, identified)
 
-    def plot(self, data: MeasuredRuns, identified: Document, run: str | None, joint: str | None) -> Plot:
+    def plot(self, data: MeasuredRuns, identified: IdentifiedModel, run: str | None, joint: str | None) -> Plot:
         """Return torque over angle."""
         from stiffcal.experiments.clamped.page import clamped_plot
 
         return clamped_plot(data, _section(identified), run)
 
 
-def _section(identified: Document) -> ClampedSection | None:
-    from stiffcal.documents import section_of
+def _section(identified: IdentifiedModel) -> ClampedSection | None:
     from stiffcal.experiments.clamped.results import ClampedSection
 
-    return section_of(ClampedSection, identified, "clamped") if identified.get("clamped") else None
+    section = identified.section("clamped")
+    return section if isinstance(section, ClampedSection) else None
 
 
 KIND = ClampedKind("clamped", tables=("clamped",), fit_tables=("clamped_branches",), holds_flange=True, plots_runs=True)

@@ -10,13 +10,12 @@ from stiffcal.experiments import ExperimentKind
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.documents import Document
     from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.experiments.friction.simulation_settings import FrictionMotion
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
-    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
     from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.simulation.kinds import RunSimulation
 
@@ -48,45 +47,51 @@ class FrictionKind(ExperimentKind):
 
         return friction_experiment_fit(data)
 
+    def section_type(self) -> type[object]:
+        """Return the type of the section in ``identify``."""
+        from stiffcal.experiments.friction.results import FrictionSection
+
+        return FrictionSection
+
     def validate(self, data: MeasuredRuns) -> ExperimentValidation | None:
         """Judge friction at speeds that the fit does not rest on."""
         from stiffcal.experiments.friction.parts import friction_validation
 
         return friction_validation(data)
 
-    def law(self, identified: Document) -> FittedLaw | None:
+    def law(self, identified: IdentifiedModel) -> FittedLaw | None:
         """Return friction over speed, which speeds left out judge."""
         from stiffcal.experiments.results import FittedLaw
 
         section = _section(identified)
         return None if section is None else FittedLaw("Friction", "at unseen speeds", section.lack_of_fit)
 
-    def overview(self, identified: Document) -> Overview | None:
+    def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return coulomb, viscous and Stribeck terms joint by joint."""
         from stiffcal.experiments.friction.page import friction_overview
 
         section = _section(identified)
         return None if section is None else friction_overview(section, identified)
 
-    def page(self, data: MeasuredRuns, identified: Document) -> Page | None:
+    def page(self, data: MeasuredRuns, identified: IdentifiedModel) -> Page | None:
         """Return the law, its parameters and the curves."""
         from stiffcal.experiments.friction.page import friction_page
 
         section = _section(identified)
         return None if section is None else friction_page(data, section, identified)
 
-    def plot(self, data: MeasuredRuns, identified: Document, run: str | None, joint: str | None) -> Plot:
+    def plot(self, data: MeasuredRuns, identified: IdentifiedModel, run: str | None, joint: str | None) -> Plot:
         """Return friction over speed."""
         from stiffcal.experiments.friction.page import friction_plot
 
         return friction_plot(data, _section(identified), identified, joint)
 
 
-def _section(identified: Document) -> FrictionSection | None:
-    from stiffcal.documents import section_of
+def _section(identified: IdentifiedModel) -> FrictionSection | None:
     from stiffcal.experiments.friction.results import FrictionSection
 
-    return section_of(FrictionSection, identified, "friction") if identified.get("friction") else None
+    section = identified.section("friction")
+    return section if isinstance(section, FrictionSection) else None
 
 
 KIND = FrictionKind(

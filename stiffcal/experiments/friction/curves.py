@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.documents import Document
 from stiffcal.experiments.friction.readings import SteadyReadings
 from stiffcal.experiments.friction.results import FrictionSection
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.presentation import UnusedReadings
+from stiffcal.experiments.results import IdentifiedModel
 from stiffcal.store import values_of
 from stiffcal.uncertainty import NORMAL_95
 
@@ -47,7 +47,9 @@ class FrictionCurve:
     """N·m, of one reading; None where no repeats determine it."""
 
 
-def friction_curves(data: MeasuredRuns, section: FrictionSection, identified: Document) -> tuple[FrictionCurve, ...]:
+def friction_curves(
+    data: MeasuredRuns, section: FrictionSection, identified: IdentifiedModel
+) -> tuple[FrictionCurve, ...]:
     """Return the friction of every joint that the present fit holds.
 
     Parameters
@@ -64,7 +66,11 @@ def friction_curves(data: MeasuredRuns, section: FrictionSection, identified: Do
     for joint in section.joints:
         of_joint = names == joint.name
         laws = set(section.effects or ())
-        parameters = [p for p in identified["parameters"] if p["effect"] in laws and _is_at(p, joint.joint)]
+        parameters = [
+            parameter
+            for parameter in identified.parameters
+            if parameter.effect in laws and parameter.where.joints == [joint.joint]
+        ]
         curves.append(
             FrictionCurve(
                 joint=joint.name,
@@ -76,13 +82,13 @@ def friction_curves(data: MeasuredRuns, section: FrictionSection, identified: Do
                 std=joint.curve.std,
                 parameters=tuple(
                     (
-                        p["name"].rsplit(".", 1)[-1],
-                        p["value"],
-                        None if p["std"] is None else NORMAL_95 * p["std"],
-                        p["unit"],
+                        parameter.name.rsplit(".", 1)[-1],
+                        parameter.value,
+                        None if parameter.std is None else NORMAL_95 * parameter.std,
+                        parameter.unit,
                     )
-                    for p in parameters
-                    if p["value"] is not None
+                    for parameter in parameters
+                    if parameter.value is not None
                 ),
                 remarks=tuple(
                     f"{symbol} friction is not seen: {term.why}"
@@ -94,10 +100,6 @@ def friction_curves(data: MeasuredRuns, section: FrictionSection, identified: Do
             )
         )
     return tuple(curves)
-
-
-def _is_at(parameter: Document, joint: int) -> bool:
-    return bool(parameter["where"].get("joints") == [joint])
 
 
 def unused_passes(steady: SteadyReadings | None) -> tuple[UnusedReadings, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.experiments.friction.curves import FrictionCurve, friction_curves, unused_passes
 from stiffcal.experiments.friction.parts import friction_readings
@@ -23,7 +22,9 @@ from stiffcal.experiments.presentation import (
     Table,
     Words,
 )
+from stiffcal.experiments.results import IdentifiedModel
 from stiffcal.fault_codes import FaultCode
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.uncertainty import NORMAL_95
 
 _TITLE = "Friction of the drives"
@@ -31,7 +32,7 @@ _PER_PICTURE = 3
 _SYMBOLS = ("coulomb", "viscous", "stribeck", "velocity", "exponent")
 
 
-def friction_overview(section: FrictionSection, identified: Document) -> Overview:
+def friction_overview(section: FrictionSection, identified: IdentifiedModel) -> Overview:
     """Return coulomb, viscous and Stribeck terms joint by joint, and of which the runs show nothing.
 
     Parameters
@@ -40,9 +41,11 @@ def friction_overview(section: FrictionSection, identified: Document) -> Overvie
     """
     laws, joints = set(section.effects or ()), {joint.joint for joint in section.joints}
     friction_parameters = [
-        p for p in identified["parameters"] if p["effect"] in laws and p["where"].get("joints", [0])[0] in joints
+        parameter for parameter in identified.parameters if parameter.effect in laws and _joint_of(parameter) in joints
     ]
-    by_name = {(p["where"]["joints"][0], p["name"].rsplit(".", 1)[-1]): p for p in friction_parameters}
+    by_name = {
+        (_joint_of(parameter), parameter.name.rsplit(".", 1)[-1]): parameter for parameter in friction_parameters
+    }
     rows: list[tuple[Words, ...]] = []
     stribeck_rows: list[tuple[Words, ...]] = []
     without: dict[str, list[int]] = {}
@@ -56,7 +59,7 @@ def friction_overview(section: FrictionSection, identified: Document) -> Overvie
                 stribeck_rows.append(((name,), cells["stribeck"], cells["velocity"], cells["exponent"]))
             else:
                 without.setdefault(f"{symbol} friction is not seen: {term.why}", []).append(number)
-    parameters = frozenset(p["name"] for p in friction_parameters)
+    parameters = frozenset(parameter.name for parameter in friction_parameters)
     if not rows:
         return Overview((), parameters)
     blocks: list[Sentence | Table] = [Table(_OVERVIEW_COLUMNS, tuple(rows))]
@@ -82,13 +85,19 @@ _STRIBECK_COLUMNS = (
 )
 
 
-def _cell(parameter: Document | None) -> Words:
-    if parameter is None or parameter["value"] is None:
+def _joint_of(parameter: IdentifiedParameter) -> int:
+    return (parameter.where.joints or [0])[0]
+
+
+def _cell(parameter: IdentifiedParameter | None) -> Words:
+    if parameter is None or parameter.value is None:
         return (Digits(None),)
-    if parameter["interval"] is None:
-        return (Digits(parameter["value"]), " (held)")
-    low, high = parameter["interval"]
-    return (Interval(parameter["value"], low, high),)
+    if parameter.interval is None:
+        return (Digits(parameter.value), " (held)")
+    low, high = parameter.interval
+    if low is None or high is None:
+        return (Digits(parameter.value),)
+    return (Interval(parameter.value, low, high),)
 
 
 def _bearing_sentence(bearing: BearingFriction) -> Sentence:
@@ -103,7 +112,7 @@ def _bearing_sentence(bearing: BearingFriction) -> Sentence:
     return Sentence(text, "bearing-friction")
 
 
-def friction_page(data: MeasuredRuns, section: FrictionSection, identified: Document) -> Page:
+def friction_page(data: MeasuredRuns, section: FrictionSection, identified: IdentifiedModel) -> Page:
     """Return the law, its parameters, and the curves.
 
     Parameters
@@ -135,7 +144,9 @@ def friction_page(data: MeasuredRuns, section: FrictionSection, identified: Docu
 _SUBJECT = "friction in free motion"
 
 
-def friction_plot(data: MeasuredRuns, section: FrictionSection | None, identified: Document, joint: str | None) -> Plot:
+def friction_plot(
+    data: MeasuredRuns, section: FrictionSection | None, identified: IdentifiedModel, joint: str | None
+) -> Plot:
     """Return friction over speed of every joint, or of one by its name.
 
     Raises
@@ -162,12 +173,12 @@ def friction_plot(data: MeasuredRuns, section: FrictionSection | None, identifie
     return Plot(friction_picture(drawn), f"friction over speed of {names}")
 
 
-def _parameters(section: FrictionSection, identified: Document) -> frozenset[str]:
+def _parameters(section: FrictionSection, identified: IdentifiedModel) -> frozenset[str]:
     """Return the names of the parameters that the page shows: those of joints of which anything is known."""
     laws = set(section.effects or ())
-    friction_parameters = [p for p in identified["parameters"] if p["effect"] in laws]
-    known_places = {str(p["where"]) for p in friction_parameters if p["value"] is not None}
-    return frozenset(str(p["name"]) for p in friction_parameters if str(p["where"]) in known_places)
+    friction_parameters = [parameter for parameter in identified.parameters if parameter.effect in laws]
+    known_places = [parameter.where for parameter in friction_parameters if parameter.value is not None]
+    return frozenset(parameter.name for parameter in friction_parameters if parameter.where in known_places)
 
 
 def _law_words(curves: tuple[FrictionCurve, ...]) -> str:

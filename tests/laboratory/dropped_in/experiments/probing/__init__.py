@@ -13,7 +13,6 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
 from stiffcal.campaign.typed import Name, TomlTable
-from stiffcal.documents import Document, section_of
 from stiffcal.experiments import ExperimentKind
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.presentation import (
@@ -37,7 +36,7 @@ from stiffcal.reduction.results import IngestedRun
 from stiffcal.store import table_of, values_of
 
 if TYPE_CHECKING:
-    from stiffcal.experiments.results import FittedLaw
+    from stiffcal.experiments.results import FittedLaw, IdentifiedModel
 
 
 class ProbingOptions(TomlTable):
@@ -111,6 +110,10 @@ class ProbingKind(ExperimentKind):
             tables={"probing_fit": table_of({"run": list(heights), "residual_m": found - found.mean()})},
         )
 
+    def section_type(self) -> type[object]:
+        """Return the type of the section in ``identify``."""
+        return ProbingSection
+
     def validate(self, data: MeasuredRuns) -> ExperimentValidation | None:
         """Hold each run against the mean of the others."""
         heights = data.read("probing", _heights)
@@ -129,27 +132,32 @@ class ProbingKind(ExperimentKind):
             n_readings=found.size,
         )
 
-    def law(self, identified: Document) -> FittedLaw | None:
+    def law(self, identified: IdentifiedModel) -> FittedLaw | None:
         """Judge nothing."""
         return None
 
-    def overview(self, identified: Document) -> Overview | None:
+    def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return a row for each run."""
-        section = section_of(ProbingSection, identified, "probing")
+        section = _section(identified)
         return None if section is None else Overview((_sentence(section), _table(section)))
 
-    def page(self, data: MeasuredRuns, identified: Document) -> Page | None:
+    def page(self, data: MeasuredRuns, identified: IdentifiedModel) -> Page | None:
         """Return the same with a picture."""
-        section = section_of(ProbingSection, identified, "probing")
+        section = _section(identified)
         if section is None:
             return None
         blocks = (_sentence(section), _table(section), _picture(section))
         return Page("The plate", blocks, subject="touched plate", subject_of_model="Height of a plate")
 
-    def plot(self, data: MeasuredRuns, identified: Document, run: str | None, joint: str | None) -> Plot | None:
+    def plot(self, data: MeasuredRuns, identified: IdentifiedModel, run: str | None, joint: str | None) -> Plot | None:
         """Return the picture alone."""
-        section = section_of(ProbingSection, identified, "probing")
+        section = _section(identified)
         return None if section is None else Plot(_picture(section), "heights of the plate")
+
+
+def _section(identified: IdentifiedModel) -> ProbingSection | None:
+    section = identified.section("probing")
+    return section if isinstance(section, ProbingSection) else None
 
 
 def _heights(table: pa.Table) -> dict[str, float]:
