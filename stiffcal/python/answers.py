@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import html
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.python.frames import document_of_answer, frame_of_rows, frame_of_table, parameters_frame, place_label
+from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame, place_label
 from stiffcal.report.wording import both, digits, length
 
 if TYPE_CHECKING:
@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from stiffcal.compensation.predict_result import PredictResult
+    from stiffcal.diagnosis.results import DiagnoseResult, Finding
+    from stiffcal.documents import CommandResult, Document
+    from stiffcal.model.summary import EffectAt
+    from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.results.validate_result import ValidateResult
     from stiffcal.validation.results import ErrorSlice
 
@@ -31,17 +35,17 @@ class CampaignAnswer:
     result : what the command's function returns.
     """
 
-    def __init__(self, result: Any) -> None:
+    def __init__(self, result: CommandResult) -> None:
         self.result = result
 
     def to_dict(self) -> Document:
         """Return the document that the command prints with ``--json``: SI, null for what is not known."""
-        return dict(document_of_answer(self.result))
+        return self.result.to_document()
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the result must know, a line each."""
-        return tuple(self.to_dict()["warnings"])
+        return tuple(self.result.warnings)
 
     def _html(self, summary: str, *tables: pd.DataFrame) -> str:
         lines = "".join(f"<div>{html.escape(line)}</div>" for line in summary.splitlines())
@@ -60,7 +64,9 @@ class FittedModel(CampaignAnswer):
     title : of the model, in words.
     """
 
-    def __init__(self, result: Any, campaign: str, title: str) -> None:
+    result: IdentifyResult
+
+    def __init__(self, result: IdentifyResult, campaign: str, title: str) -> None:
         super().__init__(result)
         self.campaign = campaign
         self.title = title
@@ -72,16 +78,15 @@ class FittedModel(CampaignAnswer):
         ``value``, ``std``, ``low_95`` and ``high_95`` are in ``unit``, ``stiffness…`` in ``stiffness_unit``; NaN where
         these data do not identify it.
         """
-        return parameters_frame(self.to_dict()["parameters"])
+        return parameters_frame(self.result.parameters)
 
     @property
     def covariance(self) -> pd.DataFrame:
         """(p, p) of the free amplitudes, SI; of stiffness-like parameters one over the value was estimated."""
         import pandas as pd
 
-        document = self.to_dict()
-        names = document["free_parameters"]
-        matrix = np.array(document["covariance"], dtype=np.float64).reshape(len(names), len(names))
+        names = self.result.free_parameters
+        matrix = np.array(self.result.covariance, dtype=np.float64).reshape(len(names), len(names))
         return pd.DataFrame(matrix, index=names, columns=names)
 
     @property
@@ -97,14 +102,13 @@ class FittedModel(CampaignAnswer):
 
     def summary(self) -> str:
         """Return the fit in a few lines: the parameters ± 95 %, and how well they explain the readings."""
-        document = self.to_dict()
-        readings = document.get("n_readings")
-        count = f"{document['n_states']} load states" if readings is None else f"{readings} readings"
-        lines = [f"{self.title}: {count} in {document['n_runs']} runs"]
+        fit = self.result
+        count = f"{fit.n_states} load states" if fit.has_states else f"{fit.n_readings} readings"
+        lines = [f"{self.title}: {count} in {fit.n_runs} runs"]
         lines += [f"  {_parameter_line(name, row)}" for name, row in self.parameters.iterrows()]
-        noise = both(document["noise"]) if document["noise"] else "not known"
-        lines.append(f"fit {both(document['rms'])} rms, noise {noise}")
-        lines += [document["expected_error"]] if document.get("expected_error") else []
+        noise = "not known" if fit.noise is None else both(fit.noise)
+        lines.append(f"fit {both(fit.rms)} rms, noise {noise}")
+        lines += [fit.expected_error] if fit.expected_error else []
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -199,20 +203,21 @@ class ModelDiagnosis(CampaignAnswer):
     evidence : the store's table ``evidence``; None where no effect has any.
     """
 
-    def __init__(self, result: Any, evidence: pa.Table | None) -> None:
+    result: DiagnoseResult
+
+    def __init__(self, result: DiagnoseResult, evidence: pa.Table | None) -> None:
         super().__init__(result)
         self._evidence = evidence
 
     @property
     def adequate(self) -> bool | None:
         """Whether the model explains the readings to their noise; None where that cannot be judged."""
-        adequate: bool | None = self.to_dict()["adequate"]
-        return adequate
+        return self.result.adequate
 
     @property
     def ranking(self) -> pd.DataFrame:
         """The effects that were tried, the best next step first; errors in held-out poses in m."""
-        return frame_of_rows((_finding(finding) for finding in self.to_dict()["findings"]), ("effect", "place"))
+        return frame_of_rows((_finding(finding) for finding in self.result.findings), ("effect", "place"))
 
     @property
     def missing(self) -> pd.DataFrame:
@@ -220,11 +225,11 @@ class ModelDiagnosis(CampaignAnswer):
         return frame_of_rows(
             (
                 {
-                    "effect": entry["effect"],
-                    "place": place_label(entry["where"]),
-                    "alternatives": _candidates(entry.get("alternatives") or []),
+                    "effect": proposed.effect,
+                    "place": place_label(proposed.where),
+                    "alternatives": _candidates(proposed.alternatives),
                 }
-                for entry in self.to_dict()["missing"]
+                for proposed in self.result.missing
             ),
             ("effect", "place", "alternatives"),
         )
@@ -259,7 +264,7 @@ class ModelDiagnosis(CampaignAnswer):
 
     def summary(self) -> str:
         """Return the verdict in words."""
-        return str(self.to_dict()["summary"])
+        return self.result.summary
 
     def _repr_html_(self) -> str:
         return self._html(self.summary(), self.ranking.head(10))
@@ -268,27 +273,27 @@ class ModelDiagnosis(CampaignAnswer):
         return self.summary()
 
 
-def _finding(finding: Document) -> Document:
-    before, after = (finding.get(f"heldout_rms_{name}") or {} for name in ("before", "after"))
+def _finding(finding: Finding) -> dict[str, str | float | None]:
+    before, after = finding.heldout_rms_before, finding.heldout_rms_after
     return {
-        "effect": finding["effect"],
-        "place": place_label(finding["where"]),
-        "verdict": finding["verdict"],
-        "explains": finding["explains"],
-        "confidence": finding["confidence"],
-        "p_value": finding["p_value"],
-        "size_m": finding["size_m"],
-        "before_m": before.get("translation"),
-        "after_m": after.get("translation"),
-        "before_rad": before.get("rotation"),
-        "after_rad": after.get("rotation"),
-        "alternatives": _candidates(finding.get("alternatives") or []),
-        "why": finding["why"],
+        "effect": finding.effect,
+        "place": place_label(finding.where),
+        "verdict": finding.verdict,
+        "explains": finding.explains,
+        "confidence": finding.confidence,
+        "p_value": finding.p_value,
+        "size_m": finding.size_m,
+        "before_m": before.translation,
+        "after_m": after.translation,
+        "before_rad": before.rotation,
+        "after_rad": after.rotation,
+        "alternatives": _candidates(finding.alternatives),
+        "why": finding.why,
     }
 
 
-def _candidates(entries: list[Document]) -> str:
-    return "; ".join(f"{entry['effect']} {place_label(entry['where'])}" for entry in entries)
+def _candidates(effects: Sequence[EffectAt]) -> str:
+    return "; ".join(f"{effect.effect} {place_label(effect.where)}" for effect in effects)
 
 
 class LoadPrediction(CampaignAnswer):

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.rms import Rms
 from stiffcal.python.answers import FittedModel
 from stiffcal.python.frames import frame_of_rows, place_label
 from stiffcal.validation.change import change_of
@@ -40,12 +40,12 @@ class FitComparison:
         """How well each fit explains its readings: rms in m and rad of the fit and in held-out poses, and the noise."""
         rows = []
         for fit in (self.before, self.after):
-            document = fit.to_dict()
-            row: dict[str, Any] = {"model": fit.title}
-            for name, key in (("fit", "rms"), ("heldout", "expected_rms"), ("noise", "noise")):
-                measure = document.get(key) or {}
-                row |= {f"{name}_m": measure.get("translation"), f"{name}_rad": measure.get("rotation")}
-            row |= {"reduced_chi2": document["reduced_chi2"], "n_parameters": len(document["free_parameters"])}
+            result = fit.result
+            row: dict[str, str | float | None] = {"model": fit.title}
+            for name, rms in (("fit", result.rms), ("heldout", result.expected_rms), ("noise", result.noise)):
+                measures = Rms(None, None) if rms is None else rms
+                row |= {f"{name}_m": measures.translation, f"{name}_rad": measures.rotation}
+            row |= {"reduced_chi2": result.reduced_chi2, "n_parameters": len(result.free_parameters)}
             rows.append(row)
         return frame_of_rows(rows).set_index("model")
 
@@ -56,27 +56,36 @@ class FitComparison:
         ``p_value`` is the probability of so large a change by chance; NaN for fits of the same readings, which are not
         independent of each other.
         """
-        first, second = (_by_name(fit) for fit in (self.before, self.after))
-        rows = []
+        first, second = (
+            {parameter.name: parameter for parameter in fit.result.parameters} for fit in (self.before, self.after)
+        )
+        rows: list[dict[str, str | float | None]] = []
         for name in dict.fromkeys((*first, *second)):
             if name not in first or name not in second:
                 only, side = (first[name], "before") if name in first else (second[name], "after")
-                row = {"effect": only["effect"], "place": place_label(only["where"]), "unit": only["unit"]}
-                rows.append({"parameter": name, **row, side: only["value"]})
+                rows.append(
+                    {
+                        "parameter": name,
+                        "effect": only.effect,
+                        "place": place_label(only.where),
+                        "unit": only.unit,
+                        side: only.value,
+                    }
+                )
                 continue
-            change = document_of(change_of(_parameter(self.before, name), _parameter(self.after, name)))
+            change = change_of(first[name], second[name])
             rows.append(
                 {
                     "parameter": name,
-                    "effect": change["effect"],
-                    "place": place_label(change["where"]),
-                    "before": change["before"]["value"],
-                    "after": change["after"]["value"],
-                    "change": change["change"],
-                    "relative": change["relative"],
-                    "std": None if self.same_readings else change["std"],
-                    "p_value": None if self.same_readings else change["p_value"],
-                    "unit": change["unit"],
+                    "effect": change.effect,
+                    "place": place_label(change.where),
+                    "before": change.before.value,
+                    "after": change.after.value,
+                    "change": change.change,
+                    "relative": change.relative,
+                    "std": None if self.same_readings else change.std,
+                    "p_value": None if self.same_readings else change.p_value,
+                    "unit": change.unit,
                 }
             )
         columns = ("parameter", "effect", "place", "before", "after", "change", "relative", "std", "p_value", "unit")
@@ -104,19 +113,6 @@ class FitComparison:
 
     def __repr__(self) -> str:
         return self.summary()
-
-
-def _by_name(fit: FittedModel) -> dict[str, dict[str, Any]]:
-    return {parameter["name"]: parameter for parameter in fit.to_dict()["parameters"]}
-
-
-def _parameter(fit: FittedModel, name: str) -> Any:
-    parameters: Any = fit.result["parameters"] if isinstance(fit.result, dict) else fit.result.parameters
-    return next(
-        parameter
-        for parameter in parameters
-        if (parameter["name"] if isinstance(parameter, dict) else parameter.name) == name
-    )
 
 
 def compare_fits(before: FittedModel | CampaignSession, after: FittedModel | CampaignSession) -> FitComparison:

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiffcal.documents import Document, document_of
+from stiffcal.documents import Number
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 
 if TYPE_CHECKING:
@@ -43,64 +44,58 @@ def frame_of_rows(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = ()
     return frame if len(frame.columns) else pd.DataFrame(columns=list(columns))
 
 
-def document_of_answer(answer: Any) -> Document:
-    """Return the result of a command as the document that its ``--json`` prints."""
-    return answer if isinstance(answer, dict) else document_of(answer)
-
-
-def place_label(where: Mapping[str, Any]) -> str:
+def place_label(where: Where) -> str:
     """Return a place as parameter names have it, several of them with commas.
 
     Examples
     --------
-    >>> place_label({"joints": [2, 4]}), place_label({"pairs": [[5, 6]]}), place_label({})
+    >>> place_label(Where(joints=[2, 4])), place_label(Where(pairs=[[5, 6]])), place_label(Where())
     ('j2, j4', 'j5-j6', 'setup')
     """
-    places = dict(Where(**where).items())
-    labels = [f"j{joint}" for joint in places.get("joints", [])]
-    labels += [str(link) for link in places.get("links", [])]
-    labels += ["-".join(f"j{joint}" for joint in pair) for pair in places.get("pairs", [])]
+    labels = [f"j{joint}" for joint in where.joints or []]
+    labels += where.links or []
+    labels += ["-".join(f"j{joint}" for joint in pair) for pair in where.pairs or []]
     return ", ".join(labels) or "setup"
 
 
-def parameters_frame(parameters: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
+def parameters_frame(parameters: Iterable[IdentifiedParameter]) -> pd.DataFrame:
     """Return the parameters of a fit, one a row, by their full names; unknown numbers are NaN.
 
     Parameters
     ----------
-    parameters : as the `identify` document has them.
+    parameters : of the fit.
     """
     rows = []
     for parameter in parameters:
-        low, high = parameter.get("interval") or (None, None)
-        row = {
-            "parameter": parameter["name"],
-            "effect": parameter["effect"],
-            "place": place_label(parameter["where"]),
-            "symbol": str(parameter["name"]).rpartition(".")[2],
-            "value": _number(parameter["value"]),
-            "std": _number(parameter["std"]),
+        low, high = parameter.interval or (None, None)
+        row: dict[str, str | float | bool] = {
+            "parameter": parameter.name,
+            "effect": parameter.effect,
+            "place": place_label(parameter.where),
+            "symbol": parameter.name.rpartition(".")[2],
+            "value": _number(parameter.value),
+            "std": _number(parameter.std),
             "low_95": _number(low),
             "high_95": _number(high),
-            "unit": parameter["unit"],
-            "fixed": parameter["fixed"],
-            "identifiable": parameter["identifiable"],
+            "unit": parameter.unit,
+            "fixed": parameter.fixed,
+            "identifiable": parameter.identifiable,
         }
-        low, high = parameter.get("stiffness_interval") or (None, None)
+        low, high = (parameter.stiffness_interval if parameter.is_compliance else None) or (None, None)
         row |= {
-            "stiffness": _number(parameter.get("stiffness")),
-            "stiffness_std": _number(parameter.get("stiffness_std")),
+            "stiffness": _number(parameter.stiffness),
+            "stiffness_std": _number(parameter.stiffness_std),
             "stiffness_low_95": _number(low),
             # The interval of a stiffness has no upper end where its compliance may be zero.
             "stiffness_high_95": math.inf if low is not None and high is None else _number(high),
-            "stiffness_unit": _inverse_unit(parameter["unit"]) if "stiffness" in parameter else "",
+            "stiffness_unit": _inverse_unit(parameter.unit) if parameter.is_compliance else "",
         }
         rows.append(row)
     return frame_of_rows(rows, ("parameter",)).set_index("parameter")
 
 
-def _number(value: Any) -> float:
-    return math.nan if value is None else float(value)
+def _number(value: Number) -> float:
+    return math.nan if value is None or not math.isfinite(value) else float(value)
 
 
 def _inverse_unit(unit: str) -> str:

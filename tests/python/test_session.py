@@ -21,6 +21,7 @@ import pytest
 import stiffcal
 from stiffcal.cli.app import main
 from stiffcal.trust import record
+from tests.laboratory.fits import fit_of
 from tests.laboratory.plugin_campaigns import stranger
 from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
 from tests.test_project import HEAVY, ROOT
@@ -125,9 +126,13 @@ def test_a_fit_without_load_states_counts_its_readings_and_pure_numbers_have_no_
     of_friction = {"effect": "joint-friction", "where": where, "std": 0.1, "fixed": False, "identifiable": True}
     exponent = {"name": "joint-friction.j1.exponent", "value": 1.59, "interval": [1.39, 1.79], "unit": "1"}
     velocity = {"name": "joint-friction.j1.velocity", "value": None, "interval": None, "unit": "rad/s"}
-    counts = {"n_states": 0, "n_readings": 24, "n_runs": 2, "rms": {"torque": 0.728}, "noise": None}
-    document = {**counts, "parameters": [of_friction | exponent, of_friction | velocity], "warnings": []}
-    assert stiffcal.FittedModel(document, "", "joint-friction").summary().splitlines() == [
+    result = fit_of(
+        n_readings=24,
+        n_runs=2,
+        rms={"translation": None, "rotation": None, "torque": 0.728},
+        parameters=[of_friction | exponent, of_friction | velocity | {"std": None}],
+    )
+    assert stiffcal.FittedModel(result, "", "joint-friction").summary().splitlines() == [
         "joint-friction: 24 readings in 2 runs",
         "  joint-friction.j1.exponent: 1.59 (1.39 … 1.79)",
         "  joint-friction.j1.velocity: not identified",
