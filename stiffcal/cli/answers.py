@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from stiffcal.cli.progress import ProgressBar
 from stiffcal.cli.supervision import current
@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
     from stiffcal.documents import CommandResult
 
-Document: TypeAlias = dict[str, Any]
-Shown = TypeVar("Shown", bound="CommandResult | dict[str, Any]")
+Shown = TypeVar("Shown", bound="CommandResult")
 
 
 class Answer:
@@ -42,7 +41,7 @@ class Answer:
 
         Parameters
         ----------
-        result : what the command answers; its JSON document, or the result that has one.
+        result : what the command answers.
         show : draws it for people.
         then : the next sensible step, a line to copy.
         """
@@ -55,7 +54,7 @@ class Answer:
         if self.as_json:
             from stiffcal.documents import document_of
 
-            document = result if isinstance(result, dict) else document_of(result)
+            document = document_of(result)
             if document.get("warnings"):
                 document = document | {"warnings": masked(document["warnings"])}
             sys.stdout.write(document_text(document) + "\n")
@@ -65,14 +64,10 @@ class Answer:
         # Without a terminal there is no width to keep to: a file or a pipe takes whole lines.
         width = None if sys.stdout.isatty() else 120
         console = Console(highlight=False, emoji=False, markup=False, width=width)
-        if isinstance(result, dict):
-            warnings, origin = result.get("warnings", ()), result.get("origin")
-        else:
-            warnings, origin = result.warnings, getattr(result, "origin", None)
-        if origin == "foreign":
+        if getattr(result, "origin", None) == "foreign":
             console.print("not computed by you: the logs are missing, and the results came with the folder")
         show(console, escaped_document(result))
-        for warning in masked(warnings):
+        for warning in masked(result.warnings):
             self.notify(f"warning: {warning}")
         if then:
             console.print(f"\nnext: {mask(then)}", soft_wrap=True)
