@@ -24,6 +24,10 @@ class IdentifiedModel(Protocol):
     def parameters(self) -> Sequence[IdentifiedParameter]:
         """In the model's order."""
 
+    @property
+    def has_states(self) -> bool:
+        """Whether load states were fitted."""
+
     def section(self, kind: str) -> object:
         """Return the section of a kind of experiment, by the kind's name; None where there is none."""
 

@@ -12,7 +12,9 @@ from stiffcal.experiments.clamped.joints import joints_of
 from stiffcal.experiments.clamped.page import clamped_overview, shown_parameters
 from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.presentation import Column, Sentence, Table
+from stiffcal.results.identify_result import IdentifyResult
 from tests.experiments.test_clamped_runs import clamped_run
+from tests.laboratory.fits import fit_of, parameter
 from tests.laboratory.torque_angle_laws import clamped_law
 
 
@@ -45,11 +47,10 @@ def section() -> ClampedSection:
     )
 
 
-def parameters(names: dict[str, str], **changed: object) -> list[dict[str, object]]:
-    return [
-        {"name": name, "effect": effect, "where": {"joints": [3]}, "value": 1.0, "fixed": False, **changed}
-        for name, effect in names.items()
-    ]
+def fit(n_readings: int | None = 10, fixed: bool = False) -> IdentifyResult:
+    """A fit of clamped runs, alone where it counts readings."""
+    named = [parameter(name, 1.0, effect=effect, where={"joints": [3]}, fixed=fixed) for name, effect in NAMES.items()]
+    return replace(fit_of(), n_readings=n_readings, parameters=named)
 
 
 NAMES = {
@@ -58,14 +59,13 @@ NAMES = {
 
 
 def test_stiffness_and_play_stand_in_this_table_alone() -> None:
-    alone = {"n_readings": 10, "parameters": parameters(NAMES)}
-    assert shown_parameters(section(), alone) == {"joint-compliance.j3.c", "backlash.j3.width"}
-    assert shown_parameters(section(), {"parameters": parameters(NAMES)}) == frozenset()
-    assert shown_parameters(section(), {"n_readings": 10, "parameters": parameters(NAMES, fixed=True)}) == frozenset()
+    assert shown_parameters(section(), fit()) == {"joint-compliance.j3.c", "backlash.j3.width"}
+    assert shown_parameters(section(), fit(n_readings=None)) == frozenset()
+    assert shown_parameters(section(), fit(fixed=True)) == frozenset()
 
 
 def test_each_quantity_has_one_unit_and_each_run_its_reversal_error() -> None:
-    overview = clamped_overview(section(), {"n_readings": 10, "parameters": parameters(NAMES)})
+    overview = clamped_overview(section(), fit())
     joints, runs = (block for block in overview.blocks if isinstance(block, Table))
     units = {column.title: column.unit for column in (*joints.columns, *runs.columns) if isinstance(column, Column)}
     assert units["stiffness, ± 95 %"] == "N·m/rad"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.curves import ClampedCurve, clamped_curves
 from stiffcal.experiments.clamped.pictures import branches_picture, curves_picture, play_picture
@@ -25,6 +24,7 @@ from stiffcal.experiments.presentation import (
     Table,
     Words,
 )
+from stiffcal.experiments.results import IdentifiedModel
 from stiffcal.fault_codes import FaultCode
 from stiffcal.uncertainty import NORMAL_95
 
@@ -33,7 +33,7 @@ _DEGREE = 180.0 / math.pi
 _TEXT = False
 
 
-def clamped_overview(section: ClampedSection, identified: Document) -> Overview:
+def clamped_overview(section: ClampedSection, identified: IdentifiedModel) -> Overview:
     """Return stiffness, play, friction joint by joint, and the reversal error run by run; the definitions below.
 
     Parameters
@@ -87,7 +87,7 @@ def _joint_sentence(joint: JointResult) -> Sentence:
 CHORD = "chord of torque over angle from end to end of what was reached, play left out (one over joint-compliance)"
 
 
-def shown_parameters(section: ClampedSection, identified: Document) -> frozenset[str]:
+def shown_parameters(section: ClampedSection, identified: IdentifiedModel) -> frozenset[str]:
     """Return the names of the fitted parameters that the tables of this kind show, in the same units.
 
     Parameters
@@ -95,16 +95,16 @@ def shown_parameters(section: ClampedSection, identified: Document) -> frozenset
     section : of ``identify``'s answer.
     identified : the answer. With load states in it the parameters are of both, and none is left to these tables.
     """
-    if "n_readings" not in identified:
+    if identified.has_states:
         return frozenset()
     joints = {joint.joint for joint in section.joints}
     return frozenset(
-        parameter["name"]
-        for parameter in identified["parameters"]
-        if parameter["effect"] in ("joint-compliance", "backlash")
-        and parameter["value"] is not None
-        and not parameter["fixed"]
-        and set(parameter["where"].get("joints", ())) <= joints
+        parameter.name
+        for parameter in identified.parameters
+        if parameter.effect in ("joint-compliance", "backlash")
+        and parameter.value is not None
+        and not parameter.fixed
+        and set(parameter.where.joints or ()) <= joints
     )
 
 
@@ -135,7 +135,7 @@ def _runs_table(section: ClampedSection) -> Table:
 _RUNS = "Play and reversal error of each run, over the torque that was measured in it."
 
 
-def clamped_page(data: MeasuredRuns, section: ClampedSection, identified: Document) -> Page | None:
+def clamped_page(data: MeasuredRuns, section: ClampedSection, identified: IdentifiedModel) -> Page | None:
     """Return definitions, tables and pictures; None where there is no curve."""
     curves = clamped_curves(data, section)
     if not curves:
