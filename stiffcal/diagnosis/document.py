@@ -267,7 +267,7 @@ def _share_in_words(search: Search) -> str:
     explained = search.explained
     avoidable = "avoidable error" if search.after is not None else "squared error"
     interval = f"95 %: {100.0 * explained.low:.0f} to {100.0 * explained.high:.0f} %"
-    return f"which explains {100.0 * explained.share:.0f} % ({interval}) of the {avoidable}"
+    return f"explains {100.0 * explained.share:.0f} % ({interval}) of the {avoidable}"
 
 
 def summary(search: Search, before: Rms, noise: Rms | None) -> str:
@@ -296,13 +296,14 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
         )
     share = _share_in_words(search)
     if search.found and search.before is None and not search.unexplained:
-        return f"Missing: {names}, {share} ({against}); without a known noise nobody can say whether that is all."
+        return f"Missing: {names}, which {share} ({against}); without a known noise nobody can say whether that is all."
     if search.found and not search.unexplained:
-        return f"Missing: {names}, {share} ({against})."
+        return f"Missing: {names}, which {share} ({against})."
     if search.found and search.before is not None and not search.explained.whole:
-        return f"Part of it: {names}, {share}; nothing in the catalogue accounts for the rest ({against})."
+        return f"Part of it: {names}, which {share}; nothing in the catalogue accounts for the rest ({against})."
     if search.found:
-        return f"Missing: {names}, {share}; and something else that nothing in the catalogue accounts for ({against})."
+        rest = "and something else that nothing in the catalogue accounts for"
+        return f"Missing: {names}, which {share}; {rest} ({against})."
     if search.could_be:
         n = len(search.could_be)
         holder = f"each of {n} effects alone fits" if n > 1 else f"{candidate_in_words(search.could_be[0])} alone fits"
@@ -310,4 +311,10 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
             f"Something is missing, and these {len(search.first.folds)} poses are too few to decide what: "
             f"{holder} them all, so that leaving poses out cannot choose among them ({against})."
         )
-    return f"Something is missing, and it is none of these: no effect in the catalogue accounts for it ({against})."
+    part = ""
+    if search.tried:
+        best = " and ".join(candidate_in_words(missing_effect.candidate) for missing_effect in search.tried)
+        part = f" The best that was found, {best}, {share}: too little to be named."
+    return (
+        f"Something is missing, and it is none of these: no effect in the catalogue accounts for it ({against}).{part}"
+    )

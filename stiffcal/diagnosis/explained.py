@@ -8,7 +8,13 @@ import numpy as np
 
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.scan import ROUNDING, Scan
-from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_EXPLAINED_LIMIT, RESAMPLINGS, SHARE_DECIDES
+from stiffcal.diagnosis.thresholds import (
+    ADEQUATE_RATIO,
+    LEAST_EXPLAINED,
+    LEAST_EXPLAINED_LIMIT,
+    RESAMPLINGS,
+    SHARE_DECIDES,
+)
 
 
 @dataclass(frozen=True)
@@ -28,12 +34,18 @@ class Explained:
     def whole(self) -> bool:
         """True where the effects can be all of it.
 
-        Above the noise the share and its lower limit decide; below, a share is itself mostly noise, and only a share
-        that resampling keeps below the limit is evidence against the effects.
+        Above the noise the share and its lower limit decide. Below, a share is itself mostly noise: only one that
+        resampling keeps below the limit, or one that leaves more than an adequate model does, speaks against it.
         """
-        if self.avoidable < SHARE_DECIDES:
-            return self.high >= LEAST_EXPLAINED
-        return self.share >= LEAST_EXPLAINED and self.low >= LEAST_EXPLAINED_LIMIT
+        if self.avoidable >= SHARE_DECIDES:
+            return self.share >= LEAST_EXPLAINED and self.low >= LEAST_EXPLAINED_LIMIT
+        left = (1.0 - self.share) * self.avoidable
+        return not self.too_little and (self.share >= LEAST_EXPLAINED or left <= ADEQUATE_RATIO**2 - 1.0)
+
+    @property
+    def too_little(self) -> bool:
+        """True where the effects explain so little that naming them would mislead."""
+        return (self.share if self.avoidable >= SHARE_DECIDES else self.high) < LEAST_EXPLAINED
 
 
 def explained_share(

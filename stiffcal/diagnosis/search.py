@@ -33,7 +33,7 @@ from stiffcal.diagnosis.results import UntestableEffect
 from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.sufficient import sufficient_alone
-from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_ALTERNATIVES, MOST_EFFECTS
+from stiffcal.diagnosis.thresholds import LEAST_FALL, MOST_ALTERNATIVES, MOST_EFFECTS
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit import Fit
@@ -371,7 +371,7 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
     # Where no noise is known, only a structure of what is left shows that something is.
     structured = after is None and bool(what_it_follows(scan, bench.states))
     unexplained = structured or partly_explained or (after is not None and not after.adequate and not noise_understated)
-    withheld = unexplained and after is not None and explained.share < LEAST_EXPLAINED
+    withheld = unexplained and explained.too_little
     supported = () if withheld else tried
     undecided = next((missing_effect.rivals for missing_effect in supported if missing_effect.rivals), ())
     could_be = sufficient_alone(first) if unexplained and not supported else ()

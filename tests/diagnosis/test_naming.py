@@ -114,3 +114,11 @@ def test_a_share_that_one_pose_makes_is_part_of_the_answer_only() -> None:
 def test_below_the_noise_the_share_speaks_against_an_effect_only_where_resampling_agrees() -> None:
     assert share_between([14.0, 15.0, 13.0] * 4, [11.0, 11.5, 10.0] * 4).whole
     assert not share_between([14.0, 14.1, 13.9] * 4, [13.0, 13.1, 12.9] * 4).whole
+
+
+def test_below_the_noise_a_share_that_leaves_more_than_an_adequate_model_is_part_of_the_answer() -> None:
+    """Residuals of 1.22 times the noise, of which effects leave 1.06: three quarters, which may be all or not."""
+    explained = share_between([13.0, 17.0, 15.0, 15.0, 12.0, 18.0] * 2, [12.8, 9.8, 12.0, 10.4, 12.6, 9.8] * 2)
+    assert 0.7 < explained.share < 0.8 < explained.high
+    assert not explained.whole
+    assert not explained.too_little
