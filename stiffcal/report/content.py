@@ -7,8 +7,7 @@ the reason.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +20,14 @@ from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
 from stiffcal.model.summary import EffectAt
+from stiffcal.report.compensation_content import WithAndWithout
+from stiffcal.report.joint_curves import JointPicture
+from stiffcal.report.link_pictures import LinkPicture
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 
 Strings = NDArray[np.str_]
-Document: TypeAlias = dict[str, Any]
-"""A JSON document of the interface (section 4): ``identify``, ``validate``, ``history``, ``ingest`` and so on."""
 
 BRANCHES = ("loading", "unloading", "")
 
@@ -315,8 +315,12 @@ class ReportContent:
     """The evidence for each effect that is missing, or in the model beyond the joints' compliances."""
     pages: tuple[Page, ...] = ()
     """What the kinds of experiment show."""
-    extra: dict[str, Any] = field(default_factory=dict)
-    """Documents and arrays of later sections, by section name."""
+    joint_pictures: tuple[JointPicture, ...] = ()
+    """Joints between tracked bodies, each by itself; none with one tracked body."""
+    link_pictures: tuple[LinkPicture, ...] = ()
+    """Links with rods."""
+    with_and_without: WithAndWithout | None = None
+    """The same poses with the controller correcting and without; None where nothing was measured so."""
 
     @property
     def parameters_on_pages(self) -> frozenset[str]:

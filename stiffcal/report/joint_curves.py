@@ -9,30 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.identification.body_results import JointLineResult
 
 
 @dataclass(frozen=True)
 class JointCurve:
     """One component of a joint's own displacement over the same component of the wrench that it carries."""
 
-    component: str
-    """"tx", "ty", "tz", "rx", "ry" or "rz", joint axes."""
+    line: JointLineResult
+    """What was fitted to it."""
     load: Floats
     """(n,) N or N·m."""
     displacement: Floats
     """(n,) m or rad, its run's offset taken off."""
     run: NDArray[np.int64]
     """(n,) indices into the runs' names."""
-    curve: tuple[float, float, float]
-    """(3,) of δ = c₁ w + c₂ w² + c₃ w³."""
-    compliance: float
-    """m/N or rad/(N·m), slope of the straight line; NaN where no load turns it."""
-    std: float
-    """Standard uncertainty of ``compliance``."""
-    above_noise: bool
-    """True where the compliance is judged larger than its noise."""
-    curved: bool
-    """True where the curve is judged not straight."""
 
 
 @dataclass(frozen=True)

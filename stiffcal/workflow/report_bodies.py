@@ -58,17 +58,7 @@ def _picture(
                 weight = motion.std[in_run, axis] ** -2
                 displacement[in_run] -= np.average((displacement - fitted)[in_run], weights=weight)
         curves.append(
-            JointCurve(
-                component=line.component,
-                load=motion.wrench[:, axis],
-                displacement=displacement,
-                run=run.astype(np.int64),
-                curve=(curve[0], curve[1], curve[2]),
-                compliance=math.nan if line.compliance is None else line.compliance,
-                std=math.nan if line.std is None else line.std,
-                above_noise=line.above_noise,
-                curved=line.curved,
-            )
+            JointCurve(line=line, load=motion.wrench[:, axis], displacement=displacement, run=run.astype(np.int64))
         )
     runs = tuple(data.states.runs[int(number)].name for number in numbers)
     between = (result.between[0], result.between[1])

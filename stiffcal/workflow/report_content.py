@@ -50,7 +50,7 @@ from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_bodies import joint_pictures
 from stiffcal.workflow.report_compensation import with_and_without
-from stiffcal.workflow.report_diagnosis import diagnosis_content
+from stiffcal.workflow.report_diagnosis import with_diagnosis
 from stiffcal.workflow.report_fit_changes import fit_changes
 from stiffcal.workflow.report_links import link_pictures
 from stiffcal.workflow.steps import (
@@ -113,7 +113,7 @@ def report_content(
     drawn_pages = [kind.page(measured, identified) for kind in all_kinds()]
     pages = tuple(page for page in drawn_pages if page is not None)
     unused = [SetAsideRows(entry.run, entry.numbers, entry.why) for page in pages for entry in page.unused]
-    return ReportContent(
+    content = ReportContent(
         provenance=_provenance(data, identified, history),
         runs=_runs(states, chain) + beside,
         joint_names=data.joint_names,
@@ -127,14 +127,12 @@ def report_content(
         set_aside=(*_set_aside(states), *unused),
         covariates=() if report_states is None else tuple(most_correlated_covariates(data, identified, report_states)),
         load_paths=tuple(_load_path(path) for path in paths["paths"]),
-        **diagnosis_content(data, identified),
         pages=pages,
-        extra={
-            "joint_motion": joint_pictures(data, identified),
-            "compensation": with_and_without(data),
-            "links": link_pictures(data, identified),
-        },
+        joint_pictures=joint_pictures(data, identified),
+        link_pictures=link_pictures(data, identified),
+        with_and_without=with_and_without(data),
     )
+    return with_diagnosis(content, data, identified)
 
 
 def report_states_of(data: Ingested) -> ReportStates:

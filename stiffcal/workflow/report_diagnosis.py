@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, ProposedEffect
 from stiffcal.model.summary import EffectAt
-from stiffcal.report.content import EvidenceFigure
+from stiffcal.report.content import EvidenceFigure, ReportContent
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
@@ -17,23 +17,21 @@ from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE
 from stiffcal.workflow.steps import Ingested, key_of_table, stored_document
 
 
-def diagnosis_content(data: Ingested, identified: IdentifyResult) -> dict[str, Any]:
-    """Return the fields of `ReportContent` that are of a diagnosis.
+def with_diagnosis(content: ReportContent, data: Ingested, identified: IdentifyResult) -> ReportContent:
+    """Return the content of a report with the diagnosis of the present fit in it, or why there is none.
 
     Parameters
     ----------
+    content : without it.
     data : the campaign.
     identified : the present fit.
     """
     diagnosis, reason = current_diagnosis(data, identified)
     if diagnosis is None:
-        return {"not_diagnosed": reason}
+        return replace(content, not_diagnosed=reason)
     earlier = _earlier(data, diagnosis)
-    return {
-        "diagnose": diagnosis,
-        "earlier_diagnoses": earlier,
-        "evidence": tuple(_evidence(data, diagnosis, identified, earlier)),
-    }
+    figures = tuple(_evidence(data, diagnosis, identified, earlier))
+    return replace(content, diagnose=diagnosis, earlier_diagnoses=earlier, evidence=figures)
 
 
 def _earlier(data: Ingested, diagnosis: DiagnoseResult) -> tuple[EarlierDiagnosis, ...]:

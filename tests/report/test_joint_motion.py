@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from stiffcal.identification.body_results import Component, JointLineResult
+from stiffcal.identification.joint_lines import COMPONENTS
 from stiffcal.report.blocks import Paragraph, PictureBlock, ReportSection, TableBlock
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint
@@ -15,10 +17,8 @@ from stiffcal.report.sections import dual_quaternions, joint_motion, not_identif
 from tests.laboratory.fits import with_fit
 from tests.laboratory.report_content import made_up_content
 
-COMPONENTS = ("tx", "ty", "tz", "rx", "ry", "rz")
 
-
-def curve(component: str, curved: bool = False) -> JointCurve:
+def curve(component: Component, curved: bool = False) -> JointCurve:
     rng = np.random.default_rng(COMPONENTS.index(component))
     turns = component[0] == "r"
     load = rng.uniform(-1000.0, 1000.0, 80)
@@ -26,9 +26,19 @@ def curve(component: str, curved: bool = False) -> JointCurve:
     bend = (compliance, 0.0, -4e-13 if curved else 0.0)
     moved = bend[0] * load + bend[2] * load**3 + rng.normal(0.0, 1e-4, 80)
     std = 2e-8
-    return JointCurve(
-        component, load, moved, np.repeat([0, 1], 40), bend, compliance, std, turns, curved and component == "rz"
+    line = JointLineResult(
+        component=component,
+        compliance=compliance,
+        std=std,
+        above_noise=turns,
+        curved=curved and component == "rz",
+        curve=list(bend),
+        p_curved=0.5,
+        scatter=1e-4,
+        largest=1e-3,
+        n_states=80,
     )
+    return JointCurve(line, load, moved, np.repeat([0, 1], 40))
 
 
 def joint(number: int, curved: bool = False) -> JointPicture:
@@ -42,7 +52,7 @@ JOINTS = (joint(1), joint(2, curved=True), joint(3))
 
 def content(**identify: Any) -> ReportContent:
     made = made_up_content(n_runs=1)
-    return replace(with_fit(made, **identify), extra={"joint_motion": JOINTS})
+    return replace(with_fit(made, **identify), joint_pictures=JOINTS)
 
 
 def section(made: ReportContent) -> ReportSection:
@@ -90,7 +100,7 @@ def test_couplings_are_told_in_words() -> None:
         (coupled[:1], "nothing rises above the noise"),
         (coupled, "joint 2 (A2): turn about its axis with the force along z"),
     ):
-        blocks = section(replace(content(), extra={"joint_motion": joints})).blocks
+        blocks = section(replace(content(), joint_pictures=joints)).blocks
         assert any(isinstance(block, Paragraph) and words in block.text for block in blocks)
 
 
@@ -104,7 +114,7 @@ def test_cartesian_stiffness() -> None:
     found = section(content(cartesian_stiffness=[full]))
     table = [block for block in found.blocks if isinstance(block, TableBlock)][-1]
     assert table.rows[0] == ("one", "001, eq. 15", "1.00", "2.00", "3.00", "100", "200", "300")
-    made = replace(content(cartesian_stiffness=[full]), extra={})
+    made = replace(content(cartesian_stiffness=[full]), joint_pictures=())
     assert section(made).title == "Cartesian stiffness"
 
 

@@ -55,7 +55,7 @@ def laid_out(picture: LinkPicture) -> ReportSection:
             np.diag([9e-10, 3.1e-8, 4.1e-8, 4e-7, 1.5e-7, 1.3e-7]).tolist(),
         ],
     }  # fmt: skip
-    content = replace(with_fit(content, links=[told]), extra={"links": (picture,)})
+    content = replace(with_fit(content, links=[told]), link_pictures=(picture,))
     made = links.section(content)
     assert isinstance(made, ReportSection)
     return made
@@ -138,7 +138,7 @@ def test_coupling_errors_stand_in_a_table_of_their_own() -> None:
         "with-rods": told,
     }  # fmt: skip
     coupling = {"links": ["swing"], "ways": ways, "parameters": [entry]}
-    made = links.section(replace(with_fit(content, coupling=coupling), extra={"links": (picture_of(),)}))
+    made = links.section(replace(with_fit(content, coupling=coupling), link_pictures=(picture_of(),)))
     assert isinstance(made, ReportSection)
     table = [block for block in made.blocks if isinstance(block, TableBlock)][-1]
     assert [column.title for column in table.columns][1:] == [

@@ -54,7 +54,7 @@ def pairs(tmp_path_factory: pytest.TempPathFactory) -> WithAndWithout:
 
 
 def content(pairs: WithAndWithout | None) -> ReportContent:
-    return ReportContent(ReportProvenance("twice", "robot", "2026-11-21"), (), (), extra={"compensation": pairs})
+    return ReportContent(ReportProvenance("twice", "robot", "2026-11-21"), (), (), with_and_without=pairs)
 
 
 def test_pairs_are_found_by_pose_and_tags(pairs: WithAndWithout) -> None:

@@ -30,7 +30,7 @@ def draw_joint(joint: JointPicture) -> Figure:
     for row in range(2):
         row_curves = joint.curves[3 * row : 3 * row + 3]
         for panel, curve in zip(panels[row], row_curves, strict=True):
-            _draw(panel, curve, joint.runs, joint.laws.get(curve.component))
+            _draw(panel, curve, joint.runs, joint.laws.get(curve.line.component))
             _label(panel, curve)
         _same_heights(panels[row], row_curves)
     canvas.share_legend(figure, _handles(joint.runs))
@@ -68,12 +68,13 @@ def _draw(
             marker=canvas.MARKERS[number % len(canvas.MARKERS)], markersize=1.7, markeredgewidth=0.4,
             color=canvas.COLOURS[number % len(canvas.COLOURS)], markerfacecolor="none", zorder=2,
         )  # fmt: skip
-    if np.isfinite(curve.curve[0]) and curve.load.size:
+    c1, c2, c3 = (np.nan if value is None else value for value in curve.line.curve)
+    if np.isfinite(c1) and curve.load.size:
         at = np.linspace(float(curve.load.min()), float(curve.load.max()), _LINE_POINTS)
-        fitted = curve.curve[0] * at + curve.curve[1] * at**2 + curve.curve[2] * at**3
+        fitted = c1 * at + c2 * at**2 + c3 * at**3
         panel.plot(
             at * load_scale, fitted * moved_scale, color=canvas.MODEL, linewidth=1.2,
-            linestyle="-" if curve.above_noise else (0, (2.0, 1.6)), zorder=4,
+            linestyle="-" if curve.line.above_noise else (0, (2.0, 1.6)), zorder=4,
         )  # fmt: skip
     if law is not None:
         panel.plot(law[0] * load_scale, law[1] * moved_scale, color=canvas.ACCENT, linewidth=0.9, zorder=5)
@@ -81,24 +82,24 @@ def _draw(
 
 
 def _label(panel: Axes, curve: JointCurve) -> None:
-    axis = curve.component[1]
-    turns = curve.component[0] == "r"
+    axis = curve.line.component[1]
+    turns = curve.line.component[0] == "r"
     panel.set_xlabel(f"moment about {axis} [N·m]" if turns else f"force along {axis} [kN]")
     panel.set_ylabel(f"turn about {axis} [mrad]" if turns else f"shift along {axis} [mm]")
     panel.set_title(_words(curve))
 
 
 def _words(curve: JointCurve) -> str:
-    if not np.isfinite(curve.compliance):
+    if curve.line.compliance is None:
         return "not loaded"
-    if not curve.above_noise:
+    if not curve.line.above_noise:
         return "within the noise"
-    return "above the noise, curved" if curve.curved else "above the noise"
+    return "above the noise, curved" if curve.line.curved else "above the noise"
 
 
 def _scales(curve: JointCurve) -> tuple[float, float]:
     """Return the factors from SI: kN and mm, N·m and mrad."""
-    return (1.0, 1e3) if curve.component[0] == "r" else (1e-3, 1e3)
+    return (1.0, 1e3) if curve.line.component[0] == "r" else (1e-3, 1e3)
 
 
 def _same_heights(panels: Sequence[Axes], curves: Sequence[JointCurve]) -> None:

@@ -28,7 +28,7 @@ _MOST_CURVES = 3
 
 def section(content: ReportContent) -> ReportSection | None:
     """Lay out the pairs of runs; nothing where no run was measured with compensation."""
-    pairs: WithAndWithout | None = content.extra.get("compensation")
+    pairs = content.with_and_without
     if pairs is None or not (pairs.poses or pairs.over_time):
         return None
     blocks: list[Block] = []

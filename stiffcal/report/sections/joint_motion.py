@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 
+from stiffcal.documents import Number
 from stiffcal.identification.body_results import CartesianStiffnessResult
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
@@ -38,7 +38,7 @@ _LOADS = {
 
 def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out the table of all displacements and their pictures; nothing where one body alone is tracked."""
-    joints: tuple[JointPicture, ...] = tuple(content.extra.get("joint_motion", ()))
+    joints = content.joint_pictures
     cartesian = [] if content.identify is None else content.identify.cartesian_stiffness or []
     if not joints and not cartesian:
         return None
@@ -54,8 +54,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
 
 def _n_identified(joints: tuple[JointPicture, ...], kind: str) -> tuple[int, int]:
     """Return how many of the displacements of a kind ("r", "t") rise above the noise, and how many there are."""
-    curves = [curve for joint in joints for curve in joint.curves if curve.component[0] == kind]
-    return sum(curve.above_noise for curve in curves), len(curves)
+    curves = [curve for joint in joints for curve in joint.curves if curve.line.component[0] == kind]
+    return sum(curve.line.above_noise for curve in curves), len(curves)
 
 
 def _lead(joints: tuple[JointPicture, ...]) -> str:
@@ -82,12 +82,12 @@ def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
     )
     rows: list[tuple[str, ...]] = []
     for joint in joints:
-        for curve in sorted(joint.curves, key=lambda drawn_curve: drawn_curve.component[0] != "r"):
-            scale, unit = (1.0, "N·m/rad") if curve.component[0] == "r" else (1e-6, "N/µm")
-            measured = _stiffness(curve.compliance, curve.std, curve.above_noise, scale)
-            whole = joint.together.get(curve.component)
+        for curve in sorted(joint.curves, key=lambda drawn_curve: drawn_curve.line.component[0] != "r"):
+            scale, unit = (1.0, "N·m/rad") if curve.line.component[0] == "r" else (1e-6, "N/µm")
+            measured = _stiffness(curve.line.compliance, curve.line.std, curve.line.above_noise, scale)
+            whole = joint.together.get(curve.line.component)
             together = (wording.DASH, wording.DASH) if whole is None else _stiffness(*whole, scale)
-            rows.append((joint.name, _NAMES[curve.component], *measured, *together, unit, _verdict(curve, whole)))
+            rows.append((joint.name, _NAMES[curve.line.component], *measured, *together, unit, _verdict(curve, whole)))
     caption = (
         "All displacements, turns first. By itself: a straight line through the joint’s own displacements. All "
         "together: the fit of this report, from all bodies at once; a dash where its model holds no such spring. Where "
@@ -111,15 +111,15 @@ def _couplings(joints: tuple[JointPicture, ...]) -> str:
         for joint in coupled
     )
     text += f"Beside the diagonal rise above the noise (a false one in a hundred campaigns): {descriptions}."
-    curved = [joint.name for joint in coupled if any(curve.curved for curve in joint.curves)]
+    curved = [joint.name for joint in coupled if any(curve.line.curved for curve in joint.curves)]
     if curved:
         text += f" A line that is not straight ({wording.listing(curved)}) leaves remainders that look like couplings."
     return text
 
 
-def _stiffness(compliance: float, std: float, above: bool, scale: float) -> tuple[str, str]:
+def _stiffness(compliance: Number, std: Number, above: bool, scale: float) -> tuple[str, str]:
     """Return a stiffness and its half width; a lower bound where the compliance is lost in the noise."""
-    if not math.isfinite(compliance):
+    if compliance is None or std is None:
         return wording.DASH, wording.DASH
     if not above:
         most = max(compliance, 0.0) + NORMAL_95 * std
@@ -128,14 +128,14 @@ def _stiffness(compliance: float, std: float, above: bool, scale: float) -> tupl
 
 
 def _verdict(curve: JointCurve, whole: tuple[float, float, bool] | None) -> str:
-    text = ("yes, curved" if curve.curved else "yes") if curve.above_noise else "no"
-    if whole is not None and whole[2] != curve.above_noise:
+    text = ("yes, curved" if curve.line.curved else "yes") if curve.line.above_noise else "no"
+    if whole is not None and whole[2] != curve.line.above_noise:
         text += "; all together " + ("yes" if whole[2] else "no")
     return text
 
 
 def _caption_about_axes(joints: tuple[JointPicture, ...]) -> str:
-    curved = [joint.name for joint in joints if joint.curves[5].curved]
+    curved = [joint.name for joint in joints if joint.curves[5].line.curved]
     text = "The dominant compliances: each joint’s turn about its own axis over the torque (paper 001, Fig. 2b)."
     if curved:
         names = wording.listing(curved)

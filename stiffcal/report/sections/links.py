@@ -44,7 +44,7 @@ _HEADS = {
 
 def section(content: ReportContent) -> ReportSection | None:
     """Lay out the pages of every link with rods; nothing where there are none."""
-    pictures: tuple[LinkPicture, ...] = tuple(content.extra.get("links", ()))
+    pictures = content.link_pictures
     if not pictures:
         return None
     fit = content.identify
