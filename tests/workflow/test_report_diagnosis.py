@@ -7,21 +7,24 @@ from pathlib import Path
 
 import numpy as np
 
+from stiffcal.report.content import ReportContent, ReportProvenance
 from stiffcal.store import values_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.report_diagnosis import diagnosis_content
+from stiffcal.workflow.report_diagnosis import with_diagnosis
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
+
+NOTHING = ReportContent(ReportProvenance("x", "y", "2026-11-21"), (), ())
 
 
 def test_not_made_made_and_stale(campaign: Path) -> None:
     data = up_to_date_states(campaign, RunContext())
     identified = identify_campaign(campaign)
-    assert "not been diagnosed yet" in diagnosis_content(data, identified)["not_diagnosed"]
+    assert "not been diagnosed yet" in with_diagnosis(NOTHING, data, identified).not_diagnosed
     edit_model(campaign, "add", "bearing-tilt", where={"joints": "2"})
     diagnose_campaign(campaign)
     data, identified = up_to_date_states(campaign, RunContext()), identify_campaign(campaign)
@@ -42,6 +45,6 @@ def test_not_made_made_and_stale(campaign: Path) -> None:
         assert digests[name] == hashlib.sha256((campaign / name).read_bytes()).hexdigest()
     edit_model(campaign, "remove", "bearing-tilt", where={"joints": "2"})
     identified = identify_campaign(campaign)
-    stale = diagnosis_content(up_to_date_states(campaign, RunContext()), identified)
-    assert "diagnose" not in stale
-    assert "stale (it is of fit 2)" in stale["not_diagnosed"]
+    stale = with_diagnosis(NOTHING, up_to_date_states(campaign, RunContext()), identified)
+    assert stale.diagnose is None
+    assert "stale (it is of fit 2)" in stale.not_diagnosed
