@@ -15,12 +15,12 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.beams import link_beams
 from stiffcal.campaign.naming import name_links
-from stiffcal.campaign.robot_file import JointEntry, RobotFile
+from stiffcal.campaign.robot_file import ANGLE_SIGMA_DEG, LENGTH_SIGMA_M, GeometryEntry, JointEntry, RobotFile
 from stiffcal.campaign.transforms import placement_matrix, rotation_taking_z_to, screw_x, translation
 from stiffcal.campaign.urdf import UrdfJoint, UrdfRobot, read_urdf
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.rotations import rotation_from_rpy
 
 
@@ -91,6 +91,16 @@ def chain_of(robot: RobotFile, folder: Path) -> Chain:
         gravity=np.array(robot.gravity_mps2),
         beams=link_beams(robot, skeleton.fixed, bearing, link_names),
         compensator=None if robot.gravity_compensator is None else robot.gravity_compensator.model_dump(),
+        tolerance=_tolerance(robot.geometry),
+    )
+
+
+def _tolerance(stated: GeometryEntry) -> GeometryTolerance:
+    length, angle = stated.length_sigma_m, stated.angle_sigma_deg
+    return GeometryTolerance(
+        LENGTH_SIGMA_M if length is None else length,
+        float(np.radians(ANGLE_SIGMA_DEG if angle is None else angle)),
+        stated=length is not None or angle is not None,
     )
 
 

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.geometry_prior import GeometryPrior
+from stiffcal.identification.noise import Noise, Whitening
 from stiffcal.identification.readings import Observations
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole, ParameterSpec, Place
@@ -51,6 +52,8 @@ class Parameter:
     """Whether these data distinguish it from the others."""
     at_bound: bool
     """The estimate lies on the edge of possible values."""
+    from_geometry: float | None = None
+    """Share of the variance that the geometry's tolerance makes, 0 to 1; None where no uncertainty is known."""
 
     @property
     def poorly_known(self) -> bool:
@@ -136,6 +139,12 @@ class Fit:
     """Gauss–Newton steps taken."""
     left_at_neutral: frozenset[str] = frozenset()
     """Full names of parameters left at their neutral value because nothing distinguishes them."""
+    whitening: Whitening | None = None
+    """Weights of ``data`` in the last step."""
+    geometry: GeometryPrior | None = None
+    """How well the geometry is known, where ``covariance`` holds what it makes; None where it counts as exact."""
+    covariance_from_geometry: Floats | None = None
+    """(p, p) the part of ``covariance`` that the geometry's tolerance makes."""
     last_step: float | None = None
     """The last step, in standard uncertainties per parameter, where the fit did not settle; None where it did."""
 

@@ -390,6 +390,7 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
         data=data,
         iterations=settled.iterations,
         last_step=settled.last_step,
+        whitening=weights.whitening,
         left_at_neutral=frozenset(
             name for name, left_out in zip(names, checked.left_at_neutral, strict=True) if left_out
         ),

@@ -46,6 +46,18 @@ class BeamFrame:
 
 
 @dataclass(frozen=True)
+class GeometryTolerance:
+    """Standard deviations of the chain's lengths and angles about those of the robot file."""
+
+    length: float = 0.0
+    """m, of every shift between joint frames along one axis."""
+    angle: float = 0.0
+    """rad, of every turn between joint frames about one axis."""
+    stated: bool = True
+    """False for the default: what absolute places show is then better."""
+
+
+@dataclass(frozen=True)
 class Chain:
     """Geometry and masses of a serial robot with J revolute joints, of which L angles are logged."""
 
@@ -85,6 +97,8 @@ class Chain:
     """Link name to its beam."""
     compensator: dict[str, object] | None = None
     """Gravity compensator's geometry as in the robot file, or None."""
+    tolerance: GeometryTolerance = GeometryTolerance()
+    """How well ``fixed`` is known; exact where nothing is stated (a robot file always states or takes the default)."""
 
     @property
     def n_joints(self) -> int:

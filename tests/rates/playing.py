@@ -164,7 +164,7 @@ def _started(
             if all((one.effect.name, one.place) != (effect.name, place) for one in hidden)
         ]
         return replace(model, placed=(*model.placed, PlacedEffect(effect, places[int(rng.integers(len(places)))])))
-    if kind == "geometry off":
+    if kind in ("geometry off", "only geometry off"):
         length, angle = GEOMETRY_OFF
         off = np.tile(np.eye(4), (len(model.chain.fixed), 1, 1))
         off[:, :3, :3] = rotation_from_vector(angle * rng.normal(size=(len(off), 3)))
@@ -279,7 +279,7 @@ def _pushed(rng: np.random.Generator, plan: LoadStates, ruler: Ruler, size: floa
 def _hide(
     kind: str, rng: np.random.Generator, ruler: Ruler, only: str
 ) -> tuple[tuple[PlacedEffect, ...], tuple[float, ...]]:
-    if kind == "none":
+    if kind in ("none", "only geometry off"):
         return (), ()
     if kind.startswith("outside"):
         size = float(kind.split()[1].removesuffix("x"))

@@ -1,0 +1,219 @@
+"""What errors of the robot's geometry leave in the estimates: they are common to all rows, and no noise per row.
+
+A link that is half a millimetre longer than the robot file has it changes the lever of every load in every pose. The
+fit answers with other compliances, B g for small errors g of the geometry: B is the least-squares solution with the
+slope of the prediction by g in place of the residual. With a prior of g the estimates' covariance grows by B Σ Bᵀ
+(Jaynes, Probability Theory, 2003, ch. 8, on nuisance parameters; systematic effects in GUM 2008, 5.2). The estimates
+themselves, the noise and the residuals stay as they are: what the geometry leaves in the residuals is seen.
+
+Where a tracker measured absolute places, their misfit scales the prior, up and down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.geometry_prior import GeometryPrior, GeometrySource
+from stiffcal.identification.least_squares import reduce_blocks
+from stiffcal.identification.noise import Whitening
+from stiffcal.identification.observation import (
+    Observations,
+    ParameterColumn,
+    evaluate,
+    free_columns,
+    predicted,
+    rests,
+)
+from stiffcal.identification.reported import reported_parameters, student_95
+from stiffcal.identification.starting import starting_runs
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain, GeometryTolerance
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.equilibrium import solve_balance
+from stiffcal.uncertainty import NORMAL_95
+
+# Steps of the differences, m and rad: the prediction is straight in them to a ten-thousandth.
+STEP = 1e-5
+# So many squares of a standard normal the prior of the scale counts: places in few poses do not overrule it.
+PRIOR_DOF = 4.0
+# Squared length of three standard normals: median over mean.
+MEDIAN_OF_MEAN = 0.789
+# Poses whose joints agree to this are one pose, rad.
+SAME_POSE = 1e-3
+# A rigid motion of the tracker and a shift of the target on the flange say nothing on the robot.
+LEAST_POSES = 6
+
+
+def geometry_changes(chain: Chain) -> list[Chain]:
+    """Return 6J chains, joint by joint shifted along and turned about the axes of its frame by `STEP`."""
+    chains = []
+    for joint in range(chain.n_joints):
+        for component in range(6):
+            small = np.eye(4)
+            vector = np.zeros(3)
+            vector[component % 3] = STEP
+            if component < 3:
+                small[:3, 3] = vector
+            else:
+                small[:3, :3] = rotation_from_vector(vector)
+            fixed = chain.fixed.copy()
+            fixed[joint] = fixed[joint] @ small
+            chains.append(replace(chain, fixed=fixed))
+    return chains
+
+
+def geometry_columns(robot: CompliantRobot, data: Observations) -> Floats:
+    """Return (6J, m, n) derivatives of the readings by the geometry, m and rad, on the chain as drawn.
+
+    The balance of the deformed chain changes them by a per cent, of an uncertainty.
+    """
+    linear = replace(robot, deformed=False)
+    nominal = predicted(linear, data, *rests(linear, data))
+    columns = []
+    for chain in geometry_changes(robot.chain):
+        moved = replace(linear, chain=chain)
+        columns.append((predicted(moved, data, *rests(moved, data)) - nominal) / STEP)
+    return np.stack(columns)
+
+
+def geometry_effect(
+    robot: CompliantRobot, data: Observations, columns: Sequence[ParameterColumn], whitening: Whitening
+) -> Floats:
+    """Return (p, 6J) what errors of the geometry do to p amplitudes that are free, per m and rad.
+
+    What is common to all rows does not shrink with their number: of large campaigns some runs show it.
+
+    Parameters
+    ----------
+    robot : valued.
+    data : the observations that it was fitted to.
+    columns : the p amplitudes.
+    whitening : weights of the fit.
+    """
+    chosen = starting_runs(data.run)
+    if chosen is not None:
+        data, whitening = data.subset(chosen), whitening.subset(chosen)
+    nuisance = geometry_columns(robot, data)
+    blocks = (
+        replace(block, columns=np.concatenate([block.columns, nuisance[:, :, block.rows]]))
+        for block in evaluate(robot, data, columns)
+    )
+    factor = reduce_blocks(blocks, data, whitening).factor
+    own = factor[:, : len(columns)]
+    scale = np.maximum(np.sqrt(np.sum(own * own, axis=0)), 1e-300)
+    solution = np.linalg.lstsq(own / scale, factor[:, len(columns) :], rcond=1e-13)[0]
+    return np.asarray(solution / scale[:, None])
+
+
+def geometry_prior(states: LoadStates, robot: CompliantRobot) -> GeometryPrior:
+    """Return how well the geometry is known: as the robot file states, else the default, scaled by absolute places.
+
+    Parameters
+    ----------
+    states : with the reference states' places, where a tracker measured them.
+    robot : valued: the places are those of the robot as it sags.
+    """
+    tolerance = robot.chain.tolerance
+    if tolerance.stated:
+        return GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.ROBOT_FILE)
+    scale = places_scale(states, robot, tolerance)
+    if scale is None:
+        return GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.DEFAULT)
+    return GeometryPrior(scale * tolerance.length, scale * tolerance.angle, GeometrySource.PLACES)
+
+
+def places_scale(states: LoadStates, robot: CompliantRobot, tolerance: GeometryTolerance) -> float | None:
+    """Return how many times the tolerance the misfit of absolute places is; None without enough places.
+
+    The median over poses bears a pose that is mislabelled. A rigid motion of the tracker's frame and a shift of the
+    target on its body are taken out first.
+    """
+    if states.deflection_given or not states.setup.targets:
+        return None
+    measured = np.isfinite(states.position[:, 0]).all(axis=1) & states.reference & states.used
+    chosen = np.flatnonzero(measured)
+    if len(chosen):
+        _, first = np.unique(np.round(states.joints[chosen] / SAME_POSE), axis=0, return_index=True)
+        chosen = chosen[np.sort(first)]
+    if len(chosen) < LEAST_POSES:
+        return None
+    angles = robot.chain.model_angles(states.joints[chosen])
+    target = states.setup.targets[0]
+    rest = solve_balance(robot, angles, np.zeros((len(chosen), 6)), states.setup)
+    position, rotation = attached_poses(robot.chain, angles, target)
+    away = states.position[chosen, 0] - rest.unloaded_position[:, 0]
+    gauge = np.concatenate(
+        [
+            np.tile(np.eye(3), (len(chosen), 1, 1)),
+            np.cross(np.eye(3)[None], position[:, None, :]).swapaxes(1, 2),
+            rotation,
+        ],
+        axis=2,
+    ).reshape(3 * len(chosen), 9)
+    slopes = np.stack(
+        [
+            (attached_poses(chain, angles, target)[0] - position).ravel() / STEP
+            for chain in geometry_changes(robot.chain)
+        ],
+        axis=1,
+    )
+    prior = GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.DEFAULT)
+    spread = slopes * prior.sizes(robot.chain.n_joints)
+    basis, values, _ = np.linalg.svd(gauge, full_matrices=False)
+    basis = basis[:, values > 1e-9 * values[0]]
+    spread = spread - basis @ (basis.T @ spread)
+    left = away.ravel() - basis @ (basis.T @ away.ravel())
+    expected = np.sum(spread**2, axis=1).reshape(-1, 3).sum(axis=1)
+    if not expected.min() > 0.0:
+        return None
+    found = float(np.median(np.sum(left.reshape(-1, 3) ** 2, axis=1) / expected)) / MEDIAN_OF_MEAN
+    singular = np.linalg.svd(spread, compute_uv=False) ** 2
+    dof = float(singular.sum() ** 2 / np.sum(singular**2))
+    return float(np.sqrt((PRIOR_DOF + dof * found) / (PRIOR_DOF + dof)))
+
+
+def with_geometry(fit: Fit, states: LoadStates) -> Fit:
+    """Return the fit with the geometry's tolerance in its covariance and in the parameters' uncertainties.
+
+    Values, residuals and noise stay. Combinations of parameters that are not distinguished keep their uncertainty.
+
+    Parameters
+    ----------
+    fit : from `identify_parameters`.
+    states : the campaign's load states, whose absolute places show how well the geometry is known.
+    """
+    robot = fit.robot
+    prior = geometry_prior(states, robot)
+    sizes = prior.sizes(robot.chain.n_joints)
+    if fit.whitening is None or not sizes.any() or not fit.free_names:
+        return replace(fit, geometry=prior)
+    fixed = frozenset(parameter.name for parameter in fit.parameters if parameter.fixed)
+    columns, names = [], []
+    for column in free_columns(robot, fixed):
+        name = robot.placed[column.placed].parameter_name(column.symbol)
+        if name not in fit.left_at_neutral:
+            columns.append(column)
+            names.append(name)
+    effect = geometry_effect(robot, fit.data, columns, fit.whitening)
+    spread_by_geometry = effect[[names.index(name) for name in fit.free_names]] * sizes
+    from_geometry = spread_by_geometry @ spread_by_geometry.T
+    covariance = fit.covariance + from_geometry
+    variance = np.diag(covariance)
+    spread = dict(zip(fit.free_names, np.sqrt(variance).tolist(), strict=True))
+    share = dict(zip(fit.free_names, (np.diag(from_geometry) / np.maximum(variance, 1e-300)).tolist(), strict=True))
+    quantile = student_95(fit.dof) if fit.scaled else NORMAL_95
+    parameters = reported_parameters(robot, spread, quantile, fixed)
+    return replace(
+        fit,
+        parameters=tuple(replace(p, from_geometry=share.get(p.name)) for p in parameters),
+        covariance=covariance,
+        covariance_from_geometry=from_geometry,
+        geometry=prior,
+    )
