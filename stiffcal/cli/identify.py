@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -20,7 +21,7 @@ from stiffcal.cli.wording import deviation, significant
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.identification.fit_results import DualQuaternionFit, UnidentifiedParameters
+    from stiffcal.identification.fit_results import DualQuaternionFit, GeometryTaken, UnidentifiedParameters
     from stiffcal.results.identify_result import IdentifyResult
 
 
@@ -62,6 +63,8 @@ def show_fit(console: Console, result: IdentifyResult) -> None:
     elsewhere = {name for overview in kinds for name in overview.parameters}
     show_parameters(console, [parameter for parameter in result.parameters if parameter.name not in elsewhere])
     show_overviews(console, kinds)
+    if result.geometry is not None and result.covariance_from_geometry is not None:
+        console.print(geometry_in_words(result.geometry))
     known = result.noise is not None
     against = f", noise {deviation(result.noise)} (from {result.noise_source})" if known else ", noise not known"
     console.print(f"fit {deviation(result.rms)} rms{against}")
@@ -85,6 +88,25 @@ def show_fit(console: Console, result: IdentifyResult) -> None:
         show_coupling(console, result.coupling)
     if result.dual_quaternions is not None:
         _show_dual_quaternions(console, result.dual_quaternions)
+
+
+def geometry_in_words(geometry: GeometryTaken) -> str:
+    """Return how well the geometry is known, and what that is from.
+
+    Examples
+    --------
+    >>> from stiffcal.identification.fit_results import GeometryTaken
+    >>> from stiffcal.identification.geometry_prior import GeometrySource
+    >>> geometry_in_words(GeometryTaken(length_sigma=5e-4, angle_sigma=3.49e-4, source=GeometrySource.DEFAULT))
+    'geometry known to 0.5 mm per length and 0.02° per angle (default; [geometry] of robot.toml states it)'
+    """
+    from stiffcal.identification.geometry_prior import GeometrySource
+
+    mend = "" if geometry.source is GeometrySource.ROBOT_FILE else "; [geometry] of robot.toml states it"
+    return (
+        f"geometry known to {1e3 * geometry.length_sigma:.2g} mm per length and "
+        f"{math.degrees(geometry.angle_sigma):.2g}° per angle ({geometry.source.value}{mend})"
+    )
 
 
 def _show_dual_quaternions(console: Console, comparison: DualQuaternionFit) -> None:

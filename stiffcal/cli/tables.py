@@ -38,14 +38,18 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
 
     compliances = [parameter for parameter in parameters if parameter.is_compliance]
     not_compliances = [parameter for parameter in parameters if not parameter.is_compliance]
+    # The column on geometry only where a share is known.
+    shared = any(parameter.from_geometry is not None for parameter in parameters)
+    from_geometry = ("share of geometry>",) if shared else ()
     if compliances:
-        table = plain_table("effect", "place", "stiffness, ± 95 %>", "")
+        table = plain_table("effect", "place", "stiffness, ± 95 %>", *from_geometry, "")
         for parameter in compliances:
             unit = stiffness_unit(parameter.unit) + _in_noise(parameter)
-            table.add_row(parameter.effect, _place(parameter), _stiffness(parameter), unit)
+            share = (share_from_geometry(parameter),) * shared
+            table.add_row(parameter.effect, _place(parameter), _stiffness(parameter), *share, unit)
         console.print(table)
     if not_compliances:
-        table = plain_table("parameter", "place", "value, ± 95 %>", "")
+        table = plain_table("parameter", "place", "value, ± 95 %>", *from_geometry, "")
         for parameter in not_compliances:
             low, high = _ends(parameter.interval)
             text = interval(parameter.value, low, high) if parameter.value is not None else "not identifiable"
@@ -53,9 +57,15 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
                 parameter.name,
                 places(parameter.where),
                 f"{text} (fixed)" if parameter.fixed else text,
+                *(share_from_geometry(parameter),) * shared,
                 parameter.unit + _in_noise(parameter),
             )
         console.print(table)
+
+
+def share_from_geometry(parameter: IdentifiedParameter) -> str:
+    """Return how much of the variance the geometry's tolerance makes, in per cent."""
+    return "" if parameter.from_geometry is None else f"{100.0 * parameter.from_geometry:.0f} %"
 
 
 def _in_noise(parameter: IdentifiedParameter) -> str:

@@ -26,7 +26,9 @@ from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, explain, pattern_in_words
 from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
 from stiffcal.identification.document import finite, identified_parameter
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.geometry import with_geometry
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
@@ -83,7 +85,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     pattern = find_pattern(search.final if search.found else scan.fit, states) if search.unexplained else None
     remainder = what_it_follows(search.final_scan if search.found else scan, states)
     with_missing = fitted_rms(states, search.final) if search.found else before
-    parameters = [identified_parameter(parameter) for parameter in search.final.parameters] if search.found else []
+    parameters = _identified(states, search.final) if search.found else []
     return DiagnoseResult(
         warnings=_warnings(search),
         adequate=adequate,
@@ -104,7 +106,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         heldout_rms_with_missing=with_missing,
         heldout_rms_after_choosing=rms_after_choosing(scan),
         parameters_with_missing=parameters,
-        before_after=_before_after(search, parameters),
+        before_after=_before_after(states, search, parameters),
         n_candidates=len(scan.trials),
         n_signatures=scan.n_tried,
         pace=SearchPace(
@@ -122,12 +124,17 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     )
 
 
-def _before_after(search: Search, parameters: list[IdentifiedParameter]) -> list[BeforeAfter]:
+def _identified(states: LoadStates, fit: Fit) -> list[IdentifiedParameter]:
+    """Return the parameters as ``identify`` answers them, the geometry's tolerance in their uncertainties."""
+    return [identified_parameter(parameter) for parameter in with_geometry(fit, states).parameters]
+
+
+def _before_after(states: LoadStates, search: Search, parameters: list[IdentifiedParameter]) -> list[BeforeAfter]:
     """Return what adding all that is missing does to the identified values."""
     if not search.found:
         return []
-    present = [identified_parameter(parameter) for parameter in search.first.fit.parameters]
-    return values_before_and_after(estimated_parameters(present), estimated_parameters(parameters))
+    present = estimated_parameters(_identified(states, search.first.fit))
+    return values_before_and_after(present, estimated_parameters(parameters))
 
 
 def _undecided(states: LoadStates, search: Search) -> list[UndecidedEffect]:

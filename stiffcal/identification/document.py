@@ -47,6 +47,7 @@ def identified_parameter(parameter: Parameter) -> IdentifiedParameter:
         stiffness_std=None if stiffness is None else stiffness.std,
         stiffness_interval=None if stiffness is None else stiffness.interval,
         above_noise=parameter.above_noise,
+        from_geometry=parameter.from_geometry,
     )
 
 

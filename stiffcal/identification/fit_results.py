@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, KeyIf, Number, OrAbsent
+from stiffcal.identification.geometry_prior import GeometrySource
 from stiffcal.measurements.rms import Applicable
 from stiffcal.model.summary import Where
 
@@ -46,6 +47,8 @@ class IdentifiedParameter:
     """Both ends of the stiffness's 95 % interval."""
     above_noise: OrAbsent[bool] = None
     """Whether it exceeds three standard uncertainties; None where that question does not apply."""
+    from_geometry: OrAbsent[float] = None
+    """Share of the variance that the tolerance of the robot's geometry makes, 0 to 1; None where that is not known."""
 
     @property
     def is_compliance(self) -> bool:
@@ -65,6 +68,18 @@ class IdentifiedParameter:
 
 def _known(value: Number) -> Number:
     return None if value is None or value != value else value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GeometryTaken:
+    """How well the robot's geometry is known, as the parameters' uncertainties hold it."""
+
+    length_sigma: float
+    """m, standard deviation of every length between joint frames."""
+    angle_sigma: float
+    """rad, of every angle between joint frames."""
+    source: GeometrySource
+    """What it is from: the robot file, the default, or the default scaled by the misfit of absolute places."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -75,7 +75,8 @@ class FittedModel(CampaignAnswer):
     def parameters(self) -> pd.DataFrame:
         """One parameter a row, by full name.
 
-        ``value``, ``std``, ``low_95`` and ``high_95`` are in ``unit``, ``stiffness…`` in ``stiffness_unit``; NaN where
+        ``value``, ``std``, ``low_95`` and ``high_95`` are in ``unit``, ``stiffness…`` in ``stiffness_unit``,
+        ``from_geometry`` is the share of the variance that the geometry's tolerance makes; NaN where
         these data do not identify it.
         """
         return parameters_frame(self.result.parameters)

@@ -78,6 +78,7 @@ def parameters_frame(parameters: Iterable[IdentifiedParameter]) -> pd.DataFrame:
             "low_95": _number(low),
             "high_95": _number(high),
             "unit": parameter.unit,
+            "from_geometry": _number(parameter.from_geometry),
             "fixed": parameter.fixed,
             "identifiable": parameter.identifiable,
         }

@@ -15,6 +15,8 @@ from stiffcal.identification.document import (
     unidentified_parameters,
 )
 from stiffcal.identification.fit import Fit
+from stiffcal.identification.fit_results import GeometryTaken
+from stiffcal.identification.geometry import with_geometry
 from stiffcal.identification.identify import fit_rms
 from stiffcal.identification.measured_links import link_results
 from stiffcal.identification.measured_robots import unusual_stiffness_warnings
@@ -31,7 +33,8 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
     fit : the fit.
     states : all load states of the campaign, those set aside among them.
     """
-    links = measured_links(fit)
+    links, fit = measured_links(fit), with_geometry(fit, states)
+    by_geometry, prior = fit.covariance_from_geometry, fit.geometry
     return IdentifyResult(
         warnings=[
             *fit_warnings(fit),
@@ -54,6 +57,10 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
         rejected=rejected_states(states),
         free_parameters=list(fit.free_names),
         covariance=fit.covariance.tolist(),
+        covariance_from_geometry=None if by_geometry is None else by_geometry.tolist(),
+        geometry=None
+        if prior is None
+        else GeometryTaken(length_sigma=prior.length, angle_sigma=prior.angle, source=prior.source),
         correlation=correlated_parameters(fit),
         iterations=fit.iterations,
         links=link_results(links) or None,

@@ -13,6 +13,7 @@ from stiffcal.identification.body_results import CartesianStiffnessResult, Joint
 from stiffcal.identification.fit_results import (
     CorrelatedParameters,
     DualQuaternionFit,
+    GeometryTaken,
     IdentifiedParameter,
     NoisePerAxis,
     RejectedState,
@@ -68,6 +69,10 @@ class IdentifyResult(CommandResult):
     """Names of the p parameters that `covariance` is of."""
     covariance: Annotated[list[list[Number]], NOT_PROMISED]
     """(p, p) of what was estimated: of stiffness-like parameters one over the value."""
+    covariance_from_geometry: Annotated[OrAbsent[list[list[Number]]], NOT_PROMISED] = None
+    """(k, k) the part of `covariance` that the geometry's tolerance makes, of the first k parameters."""
+    geometry: OrAbsent[GeometryTaken] = None
+    """How well the geometry is known; None where there are no load states."""
     correlation: Annotated[list[CorrelatedParameters], NOT_PROMISED]
     """Strongest first."""
     iterations: Annotated[int | None, KeyIf("", null=False), NOT_PROMISED] = None

@@ -16,7 +16,7 @@ def change_of(before: IdentifiedParameter, after: IdentifiedParameter) -> Change
     """Return the change of a parameter from one fit to another."""
     change = relative = std = p_value = None
     if before.value is not None and after.value is not None and before.std is not None and after.std is not None:
-        change, std = after.value - before.value, math.hypot(before.std, after.std)
+        change, std = after.value - before.value, math.hypot(_std_of_noise(before), _std_of_noise(after))
         relative = change / before.value if before.value else None
         p_value = math.erfc(abs(change) / std / math.sqrt(2.0)) if std > 0.0 else None
     return Change(
@@ -31,6 +31,11 @@ def change_of(before: IdentifiedParameter, after: IdentifiedParameter) -> Change
         std=std,
         p_value=p_value,
     )
+
+
+def _std_of_noise(parameter: IdentifiedParameter) -> float:
+    """Return the standard uncertainty but for the geometry's share: an error of it is the same before and after."""
+    return (parameter.std or 0.0) * math.sqrt(max(1.0 - (parameter.from_geometry or 0.0), 0.0))
 
 
 def _fitted_value(parameter: IdentifiedParameter) -> FittedValue:

@@ -79,6 +79,10 @@ def _together(fits: list[IdentifyResult]) -> float | None:
     for fit in fits:
         pick = [fit.free_parameters.index(name) for name in names]
         covariance = np.array(fit.covariance, dtype=np.float64).reshape((len(fit.free_parameters),) * 2)
+        if fit.covariance_from_geometry is not None:
+            # An error of the geometry is the same before and after.
+            known = len(fit.covariance_from_geometry)
+            covariance[:known, :known] -= np.array(fit.covariance_from_geometry, dtype=np.float64)
         covariances.append(covariance[np.ix_(pick, pick)])
         values.append(np.array([_amplitude(fit.parameter(name)) for name in names]))
     difference = values[1] - values[0]

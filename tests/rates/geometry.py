@@ -29,7 +29,8 @@ def play(seed: int, number: int) -> Hidden:
 def inside(job: tuple[int, int]) -> tuple[list[bool], list[bool], list[float]]:
     """Return for each compliance whether the interval holds the truth, with and without geometry, and its share."""
     campaign = play(*job)
-    tolerance = GeometryTolerance(*GEOMETRY_OFF)
+    # As of a robot file without [geometry]: absolute places count.
+    tolerance = GeometryTolerance(*GEOMETRY_OFF, stated=False)
     model = replace(campaign.model, chain=replace(campaign.model.chain, tolerance=tolerance))
     fit = identify_parameters(campaign.states, model)
     truth = campaign.truth.values()

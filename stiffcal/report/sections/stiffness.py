@@ -130,6 +130,7 @@ def _stiffness_table(
         TableColumn("stiffness", unit),
         TableColumn("± 95 %", unit),
         TableColumn("standard uncertainty", "%"),
+        TableColumn("share of geometry", "%"),
         TableColumn("95 % interval", unit, align="left"),
         TableColumn("remark", align="left", width=1.0),
     )
@@ -152,10 +153,14 @@ def _stiffness_table(
         rows.append(
             (place, effect, wording.digits(value),
              "± " + wording.digits(half) if half else wording.DASH,
-             wording.digits(100 * std / value, 2) if std and value else wording.DASH, _interval_words(interval),
+             wording.digits(100 * std / value, 2) if std and value else wording.DASH,
+             wording.DASH if spring.from_geometry is None else f"{100.0 * spring.from_geometry:.0f}",
+             _interval_words(interval),
              verdict)
         )  # fmt: skip
     caption = f"Stiffness in {unit}, with 95 % uncertainty."
+    if any(spring.from_geometry is not None for spring in members):
+        caption += " Share of geometry: that part of the variance that the tolerance of lengths and angles makes."
     if poorly:
         caption += f" Poorly known: {wording.listing(poorly)}; in these poses the loads hardly turn it."
     return _without_empty_remarks(columns, rows, caption)
