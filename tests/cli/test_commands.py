@@ -106,7 +106,7 @@ def test_every_answer_ends_with_the_next_step(
 def test_stiffness_has_three_digits_and_an_interval(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run("identify", campaign)
     text = capsys.readouterr().out
-    assert re.search(r"joint 1 +7\.\d\d·10⁵ ± 0\.\d+·10⁵ +N·m/rad", text)
+    assert re.search(r"joint 1 +7\.\d\d·10⁵ ± 0\.\d+·10⁵ +\d+ % +N·m/rad", text)
     assert "in new poses like these expect an error of" in text
 
 

@@ -119,3 +119,10 @@ def test_sections_stand_in_a_fixed_order() -> None:
     orders = [module.ORDER for module in all_sections()]
     assert orders == sorted(set(orders))
     assert len(orders) >= 11
+
+
+def test_the_share_of_geometry_has_a_column_where_it_is_known() -> None:
+    assert "share of geometry" not in [column.title for column in table_of(compliance()).columns]
+    table = table_of(compliance(from_geometry=0.27))
+    assert "share of geometry" in [column.title for column in table.columns]
+    assert cells(compliance(from_geometry=0.27))[5] == "27"

@@ -124,13 +124,15 @@ def _is_open_ended(parameter: IdentifiedParameter) -> bool:
 def _stiffness_table(
     members: list[IdentifiedParameter], unit: str, scale: float, joint_names: tuple[str, ...]
 ) -> TableBlock:
+    # The column on geometry only where a share is known.
+    shared = any(spring.from_geometry is not None for spring in members)
     columns = (
         TableColumn("place", align="left"),
         TableColumn("effect", align="left"),
         TableColumn("stiffness", unit),
         TableColumn("± 95 %", unit),
         TableColumn("standard uncertainty", "%"),
-        TableColumn("share of geometry", "%"),
+        *(TableColumn("share of geometry", "%"),) * shared,
         TableColumn("95 % interval", unit, align="left"),
         TableColumn("remark", align="left", width=1.0),
     )
@@ -154,12 +156,12 @@ def _stiffness_table(
             (place, effect, wording.digits(value),
              "± " + wording.digits(half) if half else wording.DASH,
              wording.digits(100 * std / value, 2) if std and value else wording.DASH,
-             wording.DASH if spring.from_geometry is None else f"{100.0 * spring.from_geometry:.0f}",
+             *(wording.DASH if spring.from_geometry is None else f"{100.0 * spring.from_geometry:.0f}",) * shared,
              _interval_words(interval),
              verdict)
         )  # fmt: skip
     caption = f"Stiffness in {unit}, with 95 % uncertainty."
-    if any(spring.from_geometry is not None for spring in members):
+    if shared:
         caption += " Share of geometry: that part of the variance that the tolerance of lengths and angles makes."
     if poorly:
         caption += f" Poorly known: {wording.listing(poorly)}; in these poses the loads hardly turn it."
