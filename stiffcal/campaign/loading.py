@@ -19,7 +19,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.manifest_type import manifest_type, validate_manifest
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile, default_model, load_model
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.pruning import apart_from, validate_without_wrong_keys
+from stiffcal.campaign.pruning import unrelated_faults, validate_without_wrong_keys
 from stiffcal.campaign.reach import check_own, escapes, leads_outside, link_fault, links_outside
 from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_faults
 from stiffcal.campaign.robot_file import RobotFile
@@ -132,7 +132,7 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
         certain += file_faults(manifest, folder, must_exist=check_files)
         if outline is not None:
             certain += robot_match_faults(manifest, outline.joint_names, robot_file)
-        faults += apart_from(doubtful, certain)
+        faults += unrelated_faults(doubtful, certain)
     if model is not None and outline is not None:
         faults += model_match_faults(model, outline.joint_names, outline.link_names)
     raise_faults(faults)

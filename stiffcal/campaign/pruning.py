@@ -29,7 +29,7 @@ def validate_without_wrong_keys(document: dict[str, Any], model: type[Model]) ->
     -------
     tuple
         The model of what is left, None where nothing is; and the places around what was cut, of which a fault may only
-        be a consequence. See `apart_from`.
+        be a consequence. See `unrelated_faults`.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def validate_without_wrong_keys(document: dict[str, Any], model: type[Model]) ->
     return None, ()
 
 
-def apart_from(doubtful: Sequence[str], faults: Sequence[Fault]) -> list[Fault]:
+def unrelated_faults(doubtful: Sequence[str], faults: Sequence[Fault]) -> list[Fault]:
     """Keep the faults that the removed keys cannot have caused: elsewhere, and about other names.
 
     Parameters

@@ -73,7 +73,7 @@ def _stands_in_the_way(effect: Effect, place: Place, robot: CompliantRobot) -> b
 
 
 def variants(candidate: Candidate, state: Linearised, chain: Chain) -> Iterator[Regressor]:
-    """Return the candidate's signatures, one for each combination of its shape grid."""
+    """Return the candidate's regressors, one for each combination of its shape grid."""
     if any(spec.role is ParameterRole.NONLINEAR for spec in candidate.effect.parameters):
         shapes = state.shapes(candidate.effect, candidate.place)
         if len(shapes) > MANY_SHAPES:

@@ -2,7 +2,7 @@
 
 For each effect that a model gained (or would gain) the model without it is fitted again, everything else free, and both
 models are judged in every pose by a fit made without it. Each residual is then read in the one direction in which
-the effect moves the target in that state, so that thousands of vectors become one curve over the effect's driver.
+the effect moves the target in that state, so that thousands of vectors become one curve over the effect's covariate.
 
 Where the effect turns or shifts one thing (a joint, a node), a state's residual r and the lever l of a unit turn give
 the turn that r amounts to, l·r / l·l (least squares); times the mean lever this is a length at the tool that does not
@@ -35,7 +35,7 @@ from stiffcal.validation.validate import rms_of
 SHORT_LEVER = 0.25
 # An effect acts along one line where that accounts for nine tenths of its squares.
 ONE_LINE = 0.9
-# A driver takes both signs where the lesser side reaches this share of the greater.
+# A covariate takes both signs where the lesser side reaches this share of the greater.
 BOTH_SIGNS = 0.1
 
 
@@ -181,7 +181,7 @@ def _significant_rows(scan: Scan, added: Floats, left: Floats) -> Integers:
 
 
 def _covariate(state: Linearised, placed_effect: PlacedEffect) -> tuple[Floats, str, str]:
-    """Return the effect's own driver: values, label, unit; an empty label where it names none."""
+    """Return the effect's own covariate: values, label, unit; an empty label where it names none."""
     covariate = placed_effect.effect.covariate(placed_effect.place, state.robot.chain, state.loads)
     if covariate is None or not np.isfinite(covariate.value).any():
         return np.zeros(state.data.n_states), "", ""
@@ -194,7 +194,7 @@ def _directions(
     """Return (m, n) vectors v such that v·r is the component of residual r along the effect, and the mean lever.
 
     Along the lever of the node that turns, where that is one; else along one fixed line, where the effect keeps to it;
-    else along what it adds in each state, the sign that of its driver.
+    else along what it adds in each state, the sign that of its covariate.
     """
     lever = _common_lever(state, placed_effect, rows, covariate)
     direction = np.full_like(added, np.nan)
@@ -228,7 +228,7 @@ def _common_lever(
 ) -> Floats | None:
     """Return (m, n) the lever of the one thing that the effect turns or shifts; None where it moves several.
 
-    None also where the driver is the size of what turns it, without its sign: curves would fold over each other.
+    None also where the covariate is the size of what turns it, without its sign: curves would fold over each other.
     """
     displacements: dict[tuple[int, int], Floats] = {}
     chain, shape = state.robot.chain, placed_effect.shape()
@@ -262,7 +262,7 @@ def _common_lever(
 
 
 def _is_size_of(covariate: Floats, drive: Floats) -> bool:
-    """Return whether a driver follows the size of a law's term and not the term."""
+    """Return whether a covariate follows the size of a law's term and not the term."""
     if not (varies(covariate) and varies(drive) and varies(np.abs(drive))):
         return False
     signed, unsigned = (abs(float(np.corrcoef(covariate, series)[0, 1])) for series in (drive, np.abs(drive)))

@@ -248,7 +248,7 @@ class EffectEvidenceSummary:
     driver: str
     """What the residual is drawn against."""
     unit: str
-    """Of the driver, "1" for a number."""
+    """Of the covariate, "1" for a number."""
     component: Literal["translation", "rotation"]
     """Which residual is drawn: m or rad."""
     lever: Number

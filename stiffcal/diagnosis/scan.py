@@ -70,7 +70,7 @@ class Scan:
     n_columns: int
     """Parameters of the base model that were free."""
     n_tried: int
-    """How many signatures were compared, shapes included."""
+    """How many regressors were compared, shapes included."""
     space: Projection
     """Whitened rows."""
     columns: Floats
@@ -80,7 +80,7 @@ class Scan:
     bounds: tuple[Floats, Floats]
     """(p,) lower and upper, how far the base model's parameters can go."""
     source: RegressorSource
-    """Makes the signatures again that were not kept."""
+    """Makes the regressors again that were not kept."""
 
 
 def weights_of(fit: Fit) -> Whitening:

@@ -73,10 +73,10 @@ def _rate(observed: Observed) -> Floats:
     if not order.swept.any():
         return rate
     for number in np.unique(order.run[order.swept]):
-        own = np.flatnonzero(order.run == number)
-        if own.size < 4:
+        in_run = np.flatnonzero(order.run == number)
+        if in_run.size < 4:
             continue
-        moving = own[1:-1]
+        moving = in_run[1:-1]
         before, after = np.maximum(moving - 1, moving[0]), np.minimum(moving + 1, moving[-1])
         step = order.time[after] - order.time[before]
         rate[:, :, moving] = (observed.displacement[:, :, after] - observed.displacement[:, :, before]) / step

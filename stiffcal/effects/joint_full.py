@@ -43,16 +43,16 @@ def _bound(i: int, j: int) -> float:
 
 
 def _spec(i: int, j: int) -> ParameterSpec:
-    own = i == j
-    meaning = f"compliance: {_COMPONENTS[i]}" if own else f"coupling: {_COMPONENTS[i]} with {_COMPONENTS[j]}"
+    on_diagonal = i == j
+    meaning = f"compliance: {_COMPONENTS[i]}" if on_diagonal else f"coupling: {_COMPONENTS[i]} with {_COMPONENTS[j]}"
     source = (
         "Table 1 of paper 000: rotations 1e-7 to 1e-6; paper 001, section III.C: translations below 4e-8; couplings as "
         "the geometric mean of theirs, the most that positive energy allows"
     )
     typical = (5e-9, 2.6e-8, 1.4e-7)[(i >= 3) + (j >= 3)]
     return ParameterSpec(
-        f"c{i + 1}{j + 1}", _unit(i, j), meaning, 0.0 if own else -_bound(i, j), _bound(i, j), typical, source,
-        compliance=own, along=i if own else None,
+        f"c{i + 1}{j + 1}", _unit(i, j), meaning, 0.0 if on_diagonal else -_bound(i, j), _bound(i, j), typical, source,
+        compliance=on_diagonal, along=i if on_diagonal else None,
     )  # fmt: skip
 
 
@@ -110,8 +110,8 @@ class JointFull(DocumentedEffect):
         leave open (turning about the next joint's axis is that joint's own) may be anything.
         """
         fitted = np.array([values.get(f"c{i + 1}{j + 1}", 0.0) for i, j in _PAIRS])
-        known = [k for k, (i, j) in enumerate(_PAIRS) if f"c{i + 1}{j + 1}" in values]
-        return self.impossible(values) is None or _nearest(fitted, known, information, reach) <= reach
+        given = [k for k, (i, j) in enumerate(_PAIRS) if f"c{i + 1}{j + 1}" in values]
+        return self.impossible(values) is None or _nearest(fitted, given, information, reach) <= reach
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis, the largest part as a rule."""

@@ -76,7 +76,7 @@ class WrenchBias(DocumentedEffect):
         if mass == 0.0 or point.body != len(inputs.angles) + 1:
             return inputs
         setup = inputs.setup
-        left = setup.tool_mass - mass
-        left = left if abs(left) > _TINY_MASS else _TINY_MASS
-        centre = (setup.tool_mass * setup.tool_com - mass * point.transform[:3, 3]) / left
-        return replace(inputs, setup=replace(setup, tool_mass=left, tool_com=centre))
+        remaining_mass = setup.tool_mass - mass
+        remaining_mass = remaining_mass if abs(remaining_mass) > _TINY_MASS else _TINY_MASS
+        centre = (setup.tool_mass * setup.tool_com - mass * point.transform[:3, 3]) / remaining_mass
+        return replace(inputs, setup=replace(setup, tool_mass=remaining_mass, tool_com=centre))

@@ -1,7 +1,7 @@
 """What the data can distinguish, and what not.
 
 With columns scaled to unit length, a direction in which the whitened observation matrix is shorter than 1e-3 is one in
-which two signatures agree to a tenth of a per cent: less than the model itself can be trusted, so that a number from it
+which two regressors agree to a tenth of a per cent: less than the model itself can be trusted, so that a number from it
 would be an artefact with an error bar. A parameter whose own standard uncertainty spans all that is possible is not
 known either, whatever the others do.
 """
@@ -17,7 +17,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.bounded_least_squares import column_scale
 from stiffcal.identification.fit import Ambiguity
 
-# Signatures that agree to this are one signature.
+# Regressors that agree to this are one regressor.
 SAME_REGRESSOR = 1e-3
 # In a direction that the data do not determine, parameters with a share above this take part.
 TAKES_PART = 0.1
@@ -75,13 +75,15 @@ def check_identifiability(
     identifiable = np.ones(p, dtype=np.bool_)
     left_out = np.zeros(p, dtype=np.bool_)
     ambiguities: list[Ambiguity] = []
-    under = np.zeros(p, dtype=np.bool_) if noise_dominated is None else noise_dominated
-    scaling = np.zeros(p, dtype=np.bool_) if redundant is None else redundant
+    in_noise = np.zeros(p, dtype=np.bool_) if noise_dominated is None else noise_dominated
+    is_redundant = np.zeros(p, dtype=np.bool_) if redundant is None else redundant
     # One standard uncertainty, all else known, is 1 / length.
-    for i in np.flatnonzero((length * upper < 1.0) | under | scaling):
+    for i in np.flatnonzero((length * upper < 1.0) | in_noise | is_redundant):
         identifiable[i], left_out[i] = False, True
-        reason = "what seems to turn it is the force sensor's noise" if under[i] else "no load in these data turns it"
-        reason = REDUNDANT if scaling[i] else reason
+        reason = (
+            "what seems to turn it is the force sensor's noise" if in_noise[i] else "no load in these data turns it"
+        )
+        reason = REDUNDANT if is_redundant[i] else reason
         ambiguities.append(Ambiguity((names[i],), "", reason))
     remaining = np.flatnonzero(identifiable)
     condition = np.inf if len(remaining) < p else 1.0
@@ -93,8 +95,8 @@ def check_identifiability(
             # Below this a singular value is rounding instead of zero.
             least = p * float(np.finfo(np.float64).eps) * float(singular[0])
             condition = float(singular[0] / singular[-1]) if singular[-1] > least else np.inf
-        stays = np.zeros(p, dtype=np.bool_) if needed is None else needed
-        sums = _stand_back(unit, left_out, gives_way, stays, SAME_REGRESSOR * float(singular[0]))
+        must_stay = np.zeros(p, dtype=np.bool_) if needed is None else needed
+        sums = _stand_back(unit, left_out, gives_way, must_stay, SAME_REGRESSOR * float(singular[0]))
         identifiable[left_out & gives_way] = False
         for column in sums:
             blind = _blind_direction(unit, left_out, column)
@@ -104,10 +106,10 @@ def check_identifiability(
             members = np.flatnonzero(takes_part)
             identifiable[members] = False
             ambiguities.append(_name_ambiguity(blind[members], length[members], [names[i] for i in members]))
-        alone = [
+        hidden = [
             i for i in remaining if identifiable[i] and _std_with_others_free(factor, remaining, int(i)) > upper[i]
         ]
-        for i in alone:
+        for i in hidden:
             identifiable[i], left_out[i] = False, True
             ambiguities.append(Ambiguity((names[i],), "", "what loads do to it is hidden behind the other parameters"))
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
@@ -120,7 +122,7 @@ def _stand_back(
 
     Of such a set the one that came last into the model stands back; the others then stand for the
     set in predictions. One at a time: sets that overlap mix in the singular vectors, and two taken at once could both
-    be what one set needs. DeformedChain parameters that take part are held all at once, and are not returned.
+    be what one set needs. Nonlinear parameters that take part are held all at once, and are not returned.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ SMALL_STEP = 1e-3
 # whose uncertainties are small against what any model leaves out, it is as invisible.
 ROUGH_STEP = 1e-2
 MAX_STEPS = 30
-# Holding one of a set may cost this factor in squares, as the set's signatures agree to a per mille only.
+# Holding one of a set may cost this factor in squares, as the set's regressors agree to a per mille only.
 WORSE_WITHOUT = 1.01
 # The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
 REWEIGHTED_STEPS = 2

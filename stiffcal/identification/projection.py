@@ -1,4 +1,4 @@
-"""Whitened rows with each run's offset taken out: the space in which signatures are compared."""
+"""Whitened rows with each run's offset taken out: the space in which regressors are compared."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What an effect would add to the displacements of the present model: its signature.
+"""What an effect would add to the displacements of the present model: its regressor.
 
 All about one balanced state of the robot: the rest is found once, and a candidate costs only its law and the levers of
-its nodes. Signatures are linear in the amplitudes, at given shape parameters.
+its nodes. Regressors are linear in the amplitudes, at given shape parameters.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place
 from stiffcal.model.equilibrium import Rest, WeightOnlyRest
 
-# Bytes of signatures that one source keeps: those of a hundred candidates for some 2500 full poses.
+# Bytes of regressors that one source keeps: those of a hundred candidates for some 2500 full poses.
 MOST_KEPT = 1 << 25
 
 
@@ -92,7 +92,7 @@ class Linearised:
         return [dict(zip(grid, values, strict=True)) for values in product(*(grid[s].tolist() for s in grid))]
 
     def regressor(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor:
-        """Return an effect's signature about the present model."""
+        """Return an effect's regressor about the present model."""
         data, chain = self.data, self.robot.chain
         columns: dict[str, Floats] = {}
 
@@ -138,7 +138,7 @@ class Linearised:
 
 
 class RegressorSource:
-    """Makes signatures about one model again, so that a large campaign need not keep those of a hundred candidates.
+    """Makes regressors about one model again, so that a large campaign need not keep those of a hundred candidates.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ class RegressorSource:
         self._state = None
 
     def kept(self, regressor: Regressor | StoredRegressor) -> Regressor | StoredRegressor:
-        """Return the signature itself as long as there is room (`MOST_KEPT`), else what it can be made from again."""
+        """Return the regressor itself as long as there is room (`MOST_KEPT`), else what it can be made from again."""
         if isinstance(regressor, StoredRegressor):
             return regressor
         size = regressor.columns.nbytes + (regressor.fixed.nbytes if regressor.fixed.any() else 0)
@@ -187,7 +187,7 @@ class StoredRegressor:
     """Makes them."""
 
     def whole(self) -> Regressor:
-        """Return the signature with its columns."""
+        """Return the regressor with its columns."""
         return self.source.state().regressor(self.effect, self.place, self.shape)
 
     @property

@@ -111,12 +111,13 @@ def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, chan
     turn = float(np.max(np.abs(displacement[:, 3:, state]), initial=0.0))
     turn_text = f"it gives way by {turn:.3g} rad" if np.isfinite(turn) else "it gives way without end"
     pose = ", ".join(f"{angle:.4g}" for angle in np.degrees(inputs.angles[:, state]))
-    suspects = list(_suspects(robot, inputs, force, moment))
-    worst = max(suspects, key=lambda suspect: suspect.excess, default=None)
+    causes = list(_likely_causes(robot, inputs, force, moment))
+    worst = max(causes, key=lambda suspect: suspect.excess, default=None)
     return NoBalanceError(f"{load_text}: {turn_text}", state, f"the pose ({pose}) deg", worst)
 
 
-def _suspects(robot: CompliantRobot, inputs: Inputs, force: float, moment: float) -> Iterator[LikelyCause]:
+def _likely_causes(robot: CompliantRobot, inputs: Inputs, force: float, moment: float) -> Iterator[LikelyCause]:
+    """Yield numbers that are larger than on any robot: loads, masses, lengths, compliances."""
     chain = robot.chain
     if inputs.loaded:
         if force > FORCE_N:

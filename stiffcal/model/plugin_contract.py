@@ -190,7 +190,7 @@ def _observation_shift(effect: Effect, answer: Any, place: Place, observed: Any,
     return f"a shift that {wrong}" if wrong else ""
 
 
-def _wrong_inputs(effect: Effect, answer: Any, place: Place, inputs: Inputs, values: Any) -> str:
+def _inputs(effect: Effect, answer: Any, place: Place, inputs: Inputs, values: Any) -> str:
     if not isinstance(answer, Inputs):
         return f"no Inputs: {_shown(answer)}"
     for name in ("angles", "wrench"):
@@ -256,13 +256,14 @@ def _spec(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     return "" if isinstance(answer, ParameterSpec) else f"no ParameterSpec: {_shown(answer)}"
 
 
+# Method to the check of its answer, which returns what is wrong with it, "" where nothing is.
 _ANSWERS: dict[str, Callable[..., str]] = {
     "terms": _terms,
     "joint_torque": _joint_torque,
     "torque_columns": _torque_columns,
     "observation_columns": _observation_columns,
     "observation_shift": _observation_shift,
-    "adjusted": _wrong_inputs,
+    "adjusted": _inputs,
     "nonlinear_grid": _nonlinear_grid,
     "places": _places,
     "covariate": _covariate,

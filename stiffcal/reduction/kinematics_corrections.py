@@ -139,21 +139,21 @@ class _Problem:
             return
         x = np.zeros(9 + self.states.joints.shape[1])
         for _ in range(MOST_ROUNDS):
-            now = self.residual(x)
+            residual = self.residual(x)
             columns = np.empty((n_readings, len(free)))
             for number, parameter in enumerate(free):
-                moved = x.copy()
-                moved[parameter] += STEP
-                columns[:, number] = ((self.residual(moved) - now) / STEP).ravel()
-            step = np.linalg.lstsq(columns, -now.ravel(), rcond=1e-9)[0]
+                stepped = x.copy()
+                stepped[parameter] += STEP
+                columns[:, number] = ((self.residual(stepped) - residual) / STEP).ravel()
+            step = np.linalg.lstsq(columns, -residual.ravel(), rcond=1e-9)[0]
             x[free] += np.clip(step, -1.0, 1.0)
             if np.abs(step).max() < SETTLED:
                 break
         else:
             return
         away = np.linalg.norm(self.residual(x), axis=1)
-        left = float(np.median(away)) * np.sqrt(n_readings / (n_readings - len(free)))
-        yield KinematicsCorrection(left, len(free), *words(x), frozenset(parts))
+        remaining_m = float(np.median(away)) * np.sqrt(n_readings / (n_readings - len(free)))
+        yield KinematicsCorrection(remaining_m, len(free), *words(x), frozenset(parts))
 
 
 def _order_corrections(states: LoadStates, chain: Chain) -> Iterator[KinematicsCorrection]:

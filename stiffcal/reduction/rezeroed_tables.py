@@ -71,21 +71,29 @@ def _springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
 
 
 def _best_step(reading: Floats, per_reading: Floats, columns: Floats, measured: Floats) -> tuple[int, Floats, float]:
-    """Return from which row on which step explains most, and what is left: no end where it does not settle."""
+    """Return the row and the step of the readings that explain most, and the squares left; infinite if not converged.
+
+    Parameters
+    ----------
+    reading : (n, q) of the force sensor.
+    per_reading : (n, J, q) drive torque per unit of reading.
+    columns : (n, 3, J) displacement per unit of drive torque.
+    measured : (n, 3) displacement.
+    """
     n, q = reading.shape
     starts = np.unique(np.linspace(LEAST_ROWS, n - LEAST_ROWS, min(MOST_STARTS, n)).astype(np.int64))
     step, start, misfit = np.zeros(q), int(starts[0]), np.inf
     for _ in range(MOST_TURNS):
-        before, at = step, start
-        after = (np.arange(n) >= start)[:, None]
-        design = columns * (per_reading @ np.where(after, reading - step, reading)[:, :, None])[:, None, :, 0]
+        step_before, start_before = step, start
+        has_step = (np.arange(n) >= start)[:, None]
+        design = columns * (per_reading @ np.where(has_step, reading - step, reading)[:, :, None])[:, None, :, 0]
         compliance = _solve(design.reshape(-1, design.shape[2]), measured.ravel())
         # what one unit of each reading does with these springs; products of the two unknowns are met by the turns
         give = (columns * compliance) @ per_reading
         start, step, misfit = _scan(
             columns * (per_reading @ reading[:, :, None])[:, None, :, 0], -give, measured, starts
         )
-        if start == at and np.linalg.norm(step - before) <= SETTLED * np.linalg.norm(step):
+        if start == start_before and np.linalg.norm(step - step_before) <= SETTLED * np.linalg.norm(step):
             return start, step, misfit
     return start, step, np.inf
 

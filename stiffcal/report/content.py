@@ -222,7 +222,7 @@ class EvidenceFigure:
     evidence: EffectEvidenceSummary
     """Which effect, what the residual is drawn against, and the errors."""
     value: Floats
-    """(n,) the driver, in its unit."""
+    """(n,) the covariate, in its unit."""
     before: Floats
     """(n,) m or rad, residual without the effect; NaN where nothing can be read."""
     after: Floats

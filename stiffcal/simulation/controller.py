@@ -31,7 +31,7 @@ from stiffcal.simulation.settings import FILE_NAME, Controller
 from stiffcal.simulation.true_motion import RestSolver, ToolWeight, TrueRun, solve_true_runs
 
 # The controller runs from before any log starts until after all have stopped, s.
-_NON_LOAD_RUNS = 5.0
+_MARGIN_S = 5.0
 # Settled: the corrections are those for the force that they lead to, to a millionth of the largest.
 _SETTLED, _MOST_ROUNDS = 1e-6, 60
 
@@ -172,9 +172,9 @@ def _shift(off: TrueRun, on: TrueRun, frame: str) -> Floats:
 def _in_time(off: TrueRun, on: TrueRun, offset: Floats, names: Sequence[str], controller: Controller) -> Correction:
     """Return the correction over time: read each cycle, filtered, and carried out after the delay."""
     program = off.planned.program
-    read = np.arange(-_NON_LOAD_RUNS, program.duration + _NON_LOAD_RUNS, controller.cycle_s)
+    read_time = np.arange(-_MARGIN_S, program.duration + _MARGIN_S, controller.cycle_s)
     columns = np.concatenate([offset, *(_shift(off, on, name) for name in names)], axis=1)
-    filtered = off.between(columns, program.path(read))
+    filtered = off.between(columns, program.path(read_time))
     if controller.filter_hz is not None:
         try:
             filtered = LowPass(controller.filter_hz, 1.0 / controller.cycle_s, filtered.shape[1]).run(filtered)
@@ -184,4 +184,4 @@ def _in_time(off: TrueRun, on: TrueRun, offset: Floats, names: Sequence[str], co
             ) from error
     n_logged = offset.shape[1]
     shift = {name: filtered[:, n_logged + 6 * k : n_logged + 6 * k + 6] for k, name in enumerate(names)}
-    return Correction(read + controller.delay_s, filtered[:, :n_logged], shift)
+    return Correction(read_time + controller.delay_s, filtered[:, :n_logged], shift)

@@ -276,6 +276,6 @@ def _integer(text: str) -> int:
 
 def _real(text: str) -> float:
     value = float(text)
-    if value - value != 0.0:
+    if value - value != 0.0:  # infinite or NaN
         raise ValueError(f"{text[:40]} is beyond all numbers")
     return value

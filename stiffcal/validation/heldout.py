@@ -73,9 +73,9 @@ def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
 
 def holdout_run_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     """Judge the runs that the manifest keeps back."""
-    whole = fit_problem(_all_runs(states), fit.robot).data
-    in_holdout = np.array([info.holdout for info in states.runs], dtype=np.bool_)[whole.run]
-    data = whole.subset(in_holdout)
+    all_data = fit_problem(_all_runs(states), fit.robot).data
+    in_holdout = np.array([info.holdout for info in states.runs], dtype=np.bool_)[all_data.run]
+    data = all_data.subset(in_holdout)
     whitening = _weights(fit, data, fit.robot)
     residual = corrected_for_freedom(offset_free_residual(fit.robot, data, whitening), data)
     return HeldoutResiduals("holdout", residual, _without_model(data, whitening), data, pose_folds(data))
@@ -149,8 +149,8 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     lower = np.array([_lowest(fit.robot, c.placed, c.symbol) for c in columns])
     residual = stack[-1].copy()
     p = len(columns)
-    for members, rest in zip(folds, factors_without_each(factors), strict=True):
-        reduced = Reduced(rest[:p, :p], rest[:p, p], 0.0, 0)
+    for members, factor_without in zip(folds, factors_without_each(factors), strict=True):
+        reduced = Reduced(factor_without[:p, :p], factor_without[:p, p], 0.0, 0)
         step = _solve_without_fold(reduced, lower - amplitude)
         residual[:, members] -= np.einsum("pmn,p->mn", stack[:p][:, :, members], step)
     residual = corrected_for_freedom(residual, data)
@@ -172,9 +172,9 @@ def factors_without_each(factors: Sequence[Floats], outside: Floats | None = Non
         return
     middle = len(factors) // 2
     halves = factors[:middle], factors[middle:]
-    for own, other_half in (halves, halves[::-1]):
+    for half, other_half in (halves, halves[::-1]):
         shared = triangular(np.vstack([*other_half] if outside is None else [outside, *other_half]))
-        yield from factors_without_each(own, shared)
+        yield from factors_without_each(half, shared)
 
 
 def _solve_without_fold(reduced: Reduced, lowest: Floats) -> Floats:

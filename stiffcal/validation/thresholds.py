@@ -77,12 +77,12 @@ def judge(
 
 def not_counted(checks: Sequence[ThresholdCheck], why: str) -> list[ThresholdCheck]:
     """Return the checks of results that do not count: none is judged, and a failed one gives the reason."""
-    says = f"{why}: no threshold can be judged"
-    left = [
+    text = f"{why}: no threshold can be judged"
+    rms_left = [
         replace(check, held=None, says=f"{check.threshold} {check.where}".strip() + " is not judged")
         for check in checks
     ]
-    return [ThresholdCheck("origin", "", 0.0, None, "", False, says), *left]
+    return [ThresholdCheck("origin", "", 0.0, None, "", False, text), *rms_left]
 
 
 def _errors(limits: Thresholds, validation: HeldoutErrors) -> list[ThresholdCheck]:
@@ -106,8 +106,8 @@ def _errors(limits: Thresholds, validation: HeldoutErrors) -> list[ThresholdChec
             )
             continue
         satisfied = value <= limit
-        says = f"{quantity} {value * factor:.3g}{unit_text} is {'within' if satisfied else 'above'} {bound}"
-        checks.append(ThresholdCheck(name, "", limit, value, unit, satisfied, says))
+        text = f"{quantity} {value * factor:.3g}{unit_text} is {'within' if satisfied else 'above'} {bound}"
+        checks.append(ThresholdCheck(name, "", limit, value, unit, satisfied, text))
     return checks
 
 
@@ -122,9 +122,9 @@ def _joint_stiffnesses(
         and parameter.is_compliance
         and parameter.unit == _COMPLIANCE_UNIT
     ]
-    many = Counter(joint for _, joint in stiffnesses)
+    count_of_joint = Counter(joint for _, joint in stiffnesses)
     return [
-        (parameter, joint, f"{joint} ({parameter.name})" if many[joint] > 1 else joint)
+        (parameter, joint, f"{joint} ({parameter.name})" if count_of_joint[joint] > 1 else joint)
         for parameter, joint in stiffnesses
     ]
 
@@ -154,8 +154,8 @@ def _stiffnesses(
             else f"the model fixes the stiffness of {label}"
         )
         satisfied = False if asked is not None and _limit_of(asked, joint) is not None else None
-        says = f"{subject}, nothing is measured: min_stiffness = {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
-        checks.append(ThresholdCheck("min_stiffness", joint, limit, None, JOINT_STIFFNESS_UNIT, satisfied, says))
+        text = f"{subject}, nothing is measured: min_stiffness = {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
+        checks.append(ThresholdCheck("min_stiffness", joint, limit, None, JOINT_STIFFNESS_UNIT, satisfied, text))
     return checks
 
 
@@ -163,15 +163,15 @@ def _stiffness(parameter: IdentifiedParameter, joint: str, limit: float) -> Thre
     unit, value = JOINT_STIFFNESS_UNIT, parameter.known_stiffness
     bound = f"min_stiffness = {limit:.3g} {unit}"
     if parameter.value is None:
-        says = f"stiffness of {joint} cannot be identified from these data: {bound} cannot be judged"
-        return ThresholdCheck("min_stiffness", joint, limit, None, unit, None, says)
+        text = f"stiffness of {joint} cannot be identified from these data: {bound} cannot be judged"
+        return ThresholdCheck("min_stiffness", joint, limit, None, unit, None, text)
     if value is None:
         return ThresholdCheck(
             "min_stiffness", joint, limit, None, unit, True, f"no give was seen at {joint}: above {bound}"
         )
     satisfied = value >= limit
-    says = f"stiffness of {joint} {value:.3g} {unit} is {'above' if satisfied else 'below'} {bound}"
-    return ThresholdCheck("min_stiffness", joint, limit, value, unit, satisfied, says)
+    text = f"stiffness of {joint} {value:.3g} {unit} is {'above' if satisfied else 'below'} {bound}"
+    return ThresholdCheck("min_stiffness", joint, limit, value, unit, satisfied, text)
 
 
 def _drifts(
@@ -202,16 +202,16 @@ def _drifts(
         for name in joint_names
         if name not in compared_joints and (name in limits.max_drift or not compared_joints)
     ]:
-        says = f"{baseline.name} and this fit share no stiffness of {joint}: its drift cannot be judged"
-        checks.append(ThresholdCheck("max_drift", joint, limits.max_drift.get(joint, 0.0), None, "", None, says))
+        text = f"{baseline.name} and this fit share no stiffness of {joint}: its drift cannot be judged"
+        checks.append(ThresholdCheck("max_drift", joint, limits.max_drift.get(joint, 0.0), None, "", None, text))
     measured = {parameter.name for parameter, _, _ in stiffnesses if not parameter.fixed}
     satisfied = False if asked is not None and asked.baseline is not None else None
     for name, earlier in baseline.parameters.items():
         of_a_joint = len(earlier.where.joints or []) == 1 and earlier.unit == _COMPLIANCE_UNIT
         if of_a_joint and earlier.known_stiffness and name not in measured:
-            says = f"{baseline.name} has {name}, of which this model measures nothing: its drift cannot be judged"
+            text = f"{baseline.name} has {name}, of which this model measures nothing: its drift cannot be judged"
             checks.append(
-                ThresholdCheck("max_drift", "", limits.max_drift.get(ALL_JOINTS, 0.0), None, "", satisfied, says)
+                ThresholdCheck("max_drift", "", limits.max_drift.get(ALL_JOINTS, 0.0), None, "", satisfied, text)
             )
     return checks
 
@@ -221,8 +221,8 @@ def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> 
     bound = f"max_drift = {100 * limit:.3g} %" if limit else "no drift beyond chance"
     value, p_value, std = change.before.value, change.p_value, change.std
     if not before or not after or not value or p_value is None or std is None:
-        says = f"stiffness of {joint} is not known here or in {name}: {bound} cannot be judged"
-        return ThresholdCheck("max_drift", joint, limit, None, "", None, says)
+        text = f"stiffness of {joint} is not known here or in {name}: {bound} cannot be judged"
+        return ThresholdCheck("max_drift", joint, limit, None, "", None, text)
     drift, chance = after / before - 1.0, min(p_value * judged, 1.0)
     words = f"stiffness of {joint} is {100 * drift:+.3g} % against {name} ({after:.3g} and {before:.3g} N·m/rad)"
     # 1.96 standard uncertainties of the relative change: smaller drifts these two fits cannot detect.
@@ -230,6 +230,6 @@ def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> 
     if abs(drift) > limit and chance < CHANCE:
         return ThresholdCheck("max_drift", joint, limit, drift, "", False, f"{words}, p = {chance:.1g}: above {bound}")
     if limit and blur > limit:
-        says = f"{words}, known to ± {100 * blur:.2g} % only: {bound} cannot be judged"
-        return ThresholdCheck("max_drift", joint, limit, drift, "", None, says)
+        text = f"{words}, known to ± {100 * blur:.2g} % only: {bound} cannot be judged"
+        return ThresholdCheck("max_drift", joint, limit, drift, "", None, text)
     return ThresholdCheck("max_drift", joint, limit, drift, "", True, f"{words}: within {bound}")

@@ -148,7 +148,7 @@ def _by_body(heldout: HeldoutResiduals) -> list[ErrorSlice]:
         poses = np.isin(heldout.data.kind, (TRANSLATION, ROTATION)) & (heldout.data.body == number)
         data = replace(heldout.data, measured_mask=heldout.data.measured_mask & poses[:, None])
         if data.measured_mask.any():
-            own = np.where(data.measured_mask, heldout.residual, 0.0)
+            body_residual = np.where(data.measured_mask, heldout.residual, 0.0)
             displacement = np.where(data.measured_mask, heldout.displacement, 0.0)
             slices.append(
                 ErrorSlice(
@@ -156,8 +156,8 @@ def _by_body(heldout: HeldoutResiduals) -> list[ErrorSlice]:
                     low=None,
                     high=None,
                     n=data.n_measured,
-                    rms=Rms.of(rms_of(own, data)),
-                    max=_largest_of(own, data),
+                    rms=Rms.of(rms_of(body_residual, data)),
+                    max=_largest_of(body_residual, data),
                     zero_model=Rms.of(rms_of(displacement, data)),
                 )
             )
@@ -222,6 +222,6 @@ def _by_joint_angle(states: LoadStates, heldout: HeldoutResiduals) -> list[Error
         if high - low < np.radians(1.0):
             continue
         edges = np.linspace(low, high, ANGLE_BINS + 1)
-        parts = _binned(angle, edges, "°", f"joint {joint + 1}: ", 180.0 / np.pi, heldout)
-        slices.extend(replace(part, joint=joint + 1) for part in parts)
+        angle_slices = _binned(angle, edges, "°", f"joint {joint + 1}: ", 180.0 / np.pi, heldout)
+        slices.extend(replace(slice_of_angle, joint=joint + 1) for slice_of_angle in angle_slices)
     return slices

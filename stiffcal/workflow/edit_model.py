@@ -228,13 +228,13 @@ def _remove_replaced(folder: Path, campaign: Campaign, effect: Any, given: Mappi
     from stiffcal.campaign.model_file import place_names
 
     changes = []
-    wanted = set(place_names(given["joints"], given["links"], given["pairs"]))
+    place_labels = set(place_names(given["joints"], given["links"], given["pairs"]))
     for entry in campaign.model.effects:
         if entry.type not in (*effect.includes, *effect.excludes):
             continue
         shared: dict[str, Sequence[Any]] = {
-            "joints": [joint for joint in entry.joints or () if f"j{joint}" in wanted],
-            "links": [link for link in entry.links or () if link in wanted],
+            "joints": [joint for joint in entry.joints or () if f"j{joint}" in place_labels],
+            "links": [link for link in entry.links or () if link in place_labels],
             "pairs": [],
         }
         if not any(shared.values()):

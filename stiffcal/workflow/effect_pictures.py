@@ -259,10 +259,10 @@ def _enlarged_picture(
 def _as_picture(effect: Effect, example: LeverExample, axis: int, without: Floats, with_it: Floats) -> EffectPicture:
     """Return the picture; where all cycles run on one curve, that curve once."""
     x, unloading = example.x, example.unloading
-    once, number = np.unique(x, return_inverse=True)
-    high, low = np.full(len(once), -np.inf), np.full(len(once), np.inf)
-    np.maximum.at(high, number, with_it)
-    np.minimum.at(low, number, with_it)
+    abscissae, index_of_state = np.unique(x, return_inverse=True)
+    high, low = np.full(len(abscissae), -np.inf), np.full(len(abscissae), np.inf)
+    np.maximum.at(high, index_of_state, with_it)
+    np.minimum.at(low, index_of_state, with_it)
     if float((high - low).max()) < 0.02 * float(np.ptp(with_it)):
         _, first = np.unique(x, return_index=True)
         x, without, with_it, unloading = x[first], without[first], with_it[first], np.zeros(len(first), dtype=np.bool_)

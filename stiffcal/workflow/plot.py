@@ -114,7 +114,7 @@ def _runs_drawn(data: Ingested) -> list[str]:
 
 
 def _kind_to_draw(data: Ingested, against: str | None) -> ExperimentKind | None:
-    """Return the kind of experiment whose picture is asked for; None where it is one of load states."""
+    """Return the kind of experiment whose picture is requested; None where it is one of load states."""
     axis = (against or "").partition(":")[0]
     requested = next((kind for kind in all_kinds() if axis and kind.plot_axis == axis), None)
     if requested is not None or against is not None or len(data.states):
@@ -126,6 +126,7 @@ def _kind_to_draw(data: Ingested, against: str | None) -> ExperimentKind | None:
 def _kind_plot(
     kind: ExperimentKind, data: Ingested, identified: IdentifyResult, run: str | None, against: str | None
 ) -> tuple[Figure, str] | None:
+    """Return a kind's picture and what it shows; ``against`` is "AXIS" or "AXIS:JOINT"."""
     from stiffcal.report.figures.panels import draw_panels
 
     _, _, selection = (against or "").partition(":")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.pruning import apart_from
+from stiffcal.campaign.pruning import unrelated_faults
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
@@ -197,7 +197,7 @@ def test_a_fault_is_a_consequence_by_the_names_it_is_about_not_by_its_words() ->
     words, names = 'a sentence that quotes "tool"', ("tool",)
     about_it = Fault(FaultCode.FRAME_UNKNOWN, "campaign.toml", "sources.a.pose.body", "any words", "mend", names)
     quoting = Fault(FaultCode.VALUE_INVALID, "campaign.toml", "sources.b.time", words, "mend")
-    assert apart_from(["frames.tool"], [about_it, quoting]) == [quoting]
+    assert unrelated_faults(["frames.tool"], [about_it, quoting]) == [quoting]
 
 
 def test_a_run_without_a_name_is_one_fault(tmp_path: Path) -> None:

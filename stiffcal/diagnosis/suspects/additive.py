@@ -37,17 +37,17 @@ def best_offset(held: Held, run: int, left_out: Sequence[int]) -> Offset | None:
     ----------
     held : the readings. run : which run. left_out : runs that, with ``run``, are left out of the parameters.
     """
-    own = held.members[run]
-    if not len(own):
+    run_states = held.members[run]
+    if not len(run_states):
         return None
     total, x = held.blocks.without(sorted({*left_out, run}))
-    columns = np.einsum("pq,pmn->qmn", held.basis.combination, held.rows[:-1][:, :, own])
-    m, k = held.rows.shape[1], len(own)
-    left = (held.rows[-1][:, own] - np.einsum("q,qmn->mn", x, columns)).ravel()
+    columns = np.einsum("pq,pmn->qmn", held.basis.combination, held.rows[:-1][:, :, run_states])
+    m, k = held.rows.shape[1], len(run_states)
+    residual = (held.rows[-1][:, run_states] - np.einsum("q,qmn->mn", x, columns)).ravel()
     flat = columns.reshape(len(columns), -1)
     inverse = np.linalg.inv(total + held.blocks.gram[run])
-    observations = held.data.subset(own)
-    projection = Projection.of(observations, held.projection.whitening.subset(own))
+    observations = held.data.subset(run_states)
+    projection = Projection.of(observations, held.projection.whitening.subset(run_states))
     best: Offset | None = None
     tried = [(state, False) for state in range(k)] + [(state, True) for state in range(1, k - 1)]
     for state, step in tried:
@@ -55,12 +55,12 @@ def best_offset(held: Held, run: int, left_out: Sequence[int]) -> Offset | None:
         unit = projection.rows(np.where(later, np.eye(m)[:, :, None], 0.0))
         # weighed with the inverse covariance of the deleted residual, what the others leave open of x included
         weighed = unit - (unit @ flat.T) @ inverse @ flat
-        toward, gram = weighed @ left, weighed @ unit.T
+        toward, gram = weighed @ residual, weighed @ unit.T
         size, _, rank, _ = np.linalg.lstsq(gram, toward, rcond=1e-9)
         gain = float(toward @ size)
         if rank and (best is None or gain > best.gain):
             translation = held.data.kind == TRANSLATION
             length = float(np.linalg.norm(size[translation])) if translation.any() else np.nan
             penalty = rank * log(1.0 + gain / rank) + 2.0 * log(len(tried))
-            best = Offset(int(own[state]), step, length, gain, int(rank), penalty)
+            best = Offset(int(run_states[state]), step, length, gain, int(rank), penalty)
     return best

@@ -104,9 +104,9 @@ def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]
         for column in free_columns(robot, fixed)
         if column.role is ParameterRole.AMPLITUDE and robot.placed[column.placed] not in unshaped
     ]
-    parts = [block.columns for block in evaluate(robot, data, columns, rigid=True)]
+    blocks = [block.columns for block in evaluate(robot, data, columns, rigid=True)]
     measured = np.where(data.measured_mask, data.measured, 0.0)
-    stack = np.concatenate([np.concatenate(parts, axis=2), measured[None]])
+    stack = np.concatenate([np.concatenate(blocks, axis=2), measured[None]])
     projection = Projection.of(data, raw_whitening(data, stated_noise(states.setup.sigma, data)))
     rows = projection.rows(stack).reshape(stack.shape)
     basis = Basis.of(rows[:-1].reshape(len(rows) - 1, rows[0].size))
@@ -119,6 +119,8 @@ def _held(
     members = members_of(data.run, n_runs)
     counts = [data.measured_mask[:, own] for own in members]
     offsets = [int(mask.any(axis=1).sum()) if data.free_offset else 0 for mask in counts]
-    dof = np.array([int(mask.sum()) - taken for mask, taken in zip(counts, offsets, strict=True)], dtype=np.int64)
+    dof = np.array(
+        [int(mask.sum()) - n_offsets for mask, n_offsets in zip(counts, offsets, strict=True)], dtype=np.int64
+    )
     blocks = RunBlocks.of(rows, basis, members, dof)
     return Held(data, tuple(members), projection, rows, residual, basis, blocks)

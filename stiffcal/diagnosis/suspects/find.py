@@ -137,8 +137,8 @@ def find_suspects(
         return identify_parameters(states.select(np.flatnonzero(keep)), robot, settings)
 
     all_without = without(placed)
-    each = [all_without] if len(placed) == 1 else [without([suspect]) for suspect in placed[:MOST_REFITTED]]
-    refitted = (*each, *(None for _ in placed[MOST_REFITTED:]))
+    refits = [all_without] if len(placed) == 1 else [without([suspect]) for suspect in placed[:MOST_REFITTED]]
+    refitted = (*refits, *(None for _ in placed[MOST_REFITTED:]))
     return Suspicion(tuple(placed), all_without, refitted, selection.not_checked)
 
 
@@ -209,13 +209,13 @@ class _Search:
         """Return the runs that stand apart, starting without some of them, until they stay the same."""
         for _ in range(ROUNDS):
             scores = held.scores(left_out)
-            rest = np.delete(scores, list(left_out))
-            median = float(np.median(rest[rest > 0.0])) if (rest > 0.0).any() else 1.0
+            other_scores = np.delete(scores, list(left_out))
+            median = float(np.median(other_scores[other_scores > 0.0])) if (other_scores > 0.0).any() else 1.0
             unit = median if relative else max(1.0, median)
-            apart = standing_apart(scores / max(unit, 1e-300), LOOKED_AT, LOOKED_AT_GAP, self.most)
-            if apart == tuple(left_out):
+            standing_out = standing_apart(scores / max(unit, 1e-300), LOOKED_AT, LOOKED_AT_GAP, self.most)
+            if standing_out == tuple(left_out):
                 break
-            left_out = apart
+            left_out = standing_out
         return tuple(left_out)
 
     def _held_without(self, left_out: Sequence[int]) -> tuple[Bench, Held, Floats]:
@@ -257,11 +257,13 @@ class _Search:
             offset, worth[order[0]], scores[run], freedom, unit
         )):  # fmt: skip
             first = variants[order[0]]
-            near: dict[SuspectKind, Variant] = {}
+            alternatives: dict[SuspectKind, Variant] = {}
             for k in order[1:]:
                 if worth[k] < worth[order[0]] + NEARLY_AS_LIKELY and variants[k].kind is not first.kind:
-                    near.setdefault(variants[k].kind, variants[k])
-            suspect = self._suspect(run, first.kind, held, scores, next_score, variant=first, also=tuple(near.values()))
+                    alternatives.setdefault(variants[k].kind, variants[k])
+            suspect = self._suspect(
+                run, first.kind, held, scores, next_score, variant=first, also=tuple(alternatives.values())
+            )
             return replace(suspect, cured_cost=float(worth[order[0]]))
         gap = UNEXPLAINED_GAP if next_score <= WITHIN_NOISE else UNEXPLAINED_GAP_BEYOND
         clear = scores[run] >= UNEXPLAINED_LEVEL and scores[run] >= gap * next_score
@@ -286,15 +288,15 @@ class _Search:
         offset: Offset | None = None,
         copied: int | None = None,
     ) -> FoundSuspect:
-        own = held.members[run]
+        run_states = held.members[run]
         rows = held.data.rows_of(0)
-        residual = held.residual[rows][:, own]
-        if held.data.free_offset and len(own):
+        residual = held.residual[rows][:, run_states]
+        if held.data.free_offset and len(run_states):
             residual = residual - residual.mean(axis=1, keepdims=True)
-        miss = float(np.sqrt(np.mean(np.sum(residual**2, axis=0)))) if len(rows) and len(own) else np.nan
+        miss = float(np.sqrt(np.mean(np.sum(residual**2, axis=0)))) if len(rows) and len(run_states) else np.nan
         place = float(self.place_scores[run] * self.place_unit) if self.place_scores[run] >= PLACE_LEVEL else 0.0
-        single = len(own) == 1
-        state = int(held.data.index[own[0]]) if single else None
+        single = len(run_states) == 1
+        state = int(held.data.index[run_states[0]]) if single else None
         if offset is not None and not single:
             state = int(held.data.index[offset.state])
         return FoundSuspect(
@@ -326,21 +328,21 @@ class _Search:
 
     def _placed(self, misses: Floats) -> bool:
         """Return whether the first measured place is where the joint angles put it, as in the other runs."""
-        known = misses[np.isfinite(misses).all(axis=1)]
-        if not len(known):
+        measured = misses[np.isfinite(misses).all(axis=1)]
+        if not len(measured):
             return True
-        away = float(np.linalg.norm(known[0] - self.place_centre)) / self.place_unit
+        away = float(np.linalg.norm(measured[0] - self.place_centre)) / self.place_unit
         usual = float(np.sort(self.place_scores)[: max(len(self.place_scores) - self.most, 1)].max())
         return away <= max(PLACE_LEVEL, 2.0 * usual)
 
     def _offset_explains(self, offset: Offset, score: float, freedom: int, unit: float, limit: float) -> bool:
-        rest = freedom - offset.dof
-        left = max(score**2 * freedom - offset.gain / unit**2, 0.0)
-        return rest <= 0 or float(np.sqrt(left / rest)) <= limit
+        remaining_dof = freedom - offset.dof
+        remaining = max(score**2 * freedom - offset.gain / unit**2, 0.0)
+        return remaining_dof <= 0 or float(np.sqrt(remaining / remaining_dof)) <= limit
 
     def _offset_wins(self, offset: Offset, worth: float, score: float, freedom: int, unit: float) -> bool:
-        left = max(score**2 * freedom - offset.gain / unit**2, 0.0)
-        return left + offset.penalty < worth
+        remaining = max(score**2 * freedom - offset.gain / unit**2, 0.0)
+        return remaining + offset.penalty < worth
 
     def _copied_angles(self, run: int) -> int | None:
         """Return a run with the same joint angles to the last digit, where more runs have them than share others."""
@@ -348,11 +350,11 @@ class _Search:
         present = np.flatnonzero(first >= 0)
         angles = self.states.joints[first[present]]
         _, group, counts = np.unique(angles, axis=0, return_inverse=True, return_counts=True)
-        mine = group.ravel()[np.flatnonzero(present == run)[0]]
+        group_of_run = group.ravel()[np.flatnonzero(present == run)[0]]
         usual = int(np.median(counts))
-        if counts[mine] <= usual:
+        if counts[group_of_run] <= usual:
             return None
-        return int(next(k for k in present[group.ravel() == mine] if k != run))
+        return int(next(k for k in present[group.ravel() == group_of_run] if k != run))
 
 
 def _prior(variant: Variant, left_out: Sequence[int], partner: tuple[SuspectKind, int] | None) -> float:

@@ -44,8 +44,8 @@ class Basis:
         if not len(rows):
             return cls(np.zeros((0, 0)))
         _, value, vector = np.linalg.svd((rows * scale[:, None]).T, full_matrices=False)
-        known = value > KNOWN_DIRECTION * value.max(initial=0.0)
-        return cls(scale[:, None] * vector[known].T / value[known])
+        determined = value > KNOWN_DIRECTION * value.max(initial=0.0)
+        return cls(scale[:, None] * vector[determined].T / value[determined])
 
 
 @dataclass(frozen=True)
@@ -64,13 +64,13 @@ class RunBlocks:
         """Sum whitened rows (p + 1, m, n), columns and then the residual, over each run's states."""
         combined = np.einsum("pq,pmn->qmn", basis.combination, rows[:-1])
         own = [combined[:, :, states].reshape(len(combined), combined.shape[1] * len(states)) for states in members]
-        left = [rows[-1][:, states].ravel() for states in members]
+        run_residuals = [rows[-1][:, states].ravel() for states in members]
         q = len(combined)
         n = len(own)
         return cls(
             np.array([run_rows @ run_rows.T for run_rows in own]).reshape(n, q, q),
-            np.array([run_rows @ end for run_rows, end in zip(own, left, strict=True)]).reshape(n, q),
-            np.array([end @ end for end in left]),
+            np.array([run_rows @ end for run_rows, end in zip(own, run_residuals, strict=True)]).reshape(n, q),
+            np.array([end @ end for end in run_residuals]),
             dof,
         )
 
@@ -85,8 +85,8 @@ class RunBlocks:
         return total, np.asarray(np.linalg.solve(total, right))
 
     def _sums_without(self, left_out: Sequence[int]) -> tuple[Floats, Floats]:
-        gone, (total, right) = list(left_out), self.total
-        return total - self.gram[gone].sum(axis=0), right - self.right[gone].sum(axis=0)
+        left_out_runs, (total, right) = list(left_out), self.total
+        return total - self.gram[left_out_runs].sum(axis=0), right - self.right[left_out_runs].sum(axis=0)
 
     def _deletions(self, left_out: Sequence[int]) -> Iterator[tuple[slice, Floats, Floats]]:
         """Yield N (k, q, q) and Aᵀb (k, q) without ``left_out`` and one run more, for one slice of k runs at a time."""
@@ -94,9 +94,9 @@ class RunBlocks:
         present = np.ones(len(self.square))
         present[list(left_out)] = 0.0
         for start in range(0, len(present), RUNS_AT_ONCE):
-            part = slice(start, start + RUNS_AT_ONCE)
-            gram = self.gram[part] * present[part, None, None]
-            yield part, total - gram, right - self.right[part] * present[part, None]
+            batch = slice(start, start + RUNS_AT_ONCE)
+            gram = self.gram[batch] * present[batch, None, None]
+            yield batch, total - gram, right - self.right[batch] * present[batch, None]
 
     def deleted(self, left_out: Sequence[int]) -> Floats:
         """Return (R,) the squared deleted residual of each run, in units of its covariance.
@@ -104,13 +104,13 @@ class RunBlocks:
         Every run is compared with all the others but those left out.
         """
         result = np.empty(len(self.square))
-        for part, total, right in self._deletions(left_out):
+        for batch, total, right in self._deletions(left_out):
             x = np.linalg.solve(total, right[:, :, None])[:, :, 0]
-            gram, own = self.gram[part], self.right[part]
-            toward = own - np.einsum("kqr,kr->kq", gram, x)
-            left = self.square[part] - np.einsum("kq,kq->k", own + toward, x)
+            gram, run_right = self.gram[batch], self.right[batch]
+            toward = run_right - np.einsum("kqr,kr->kq", gram, x)
+            remaining = self.square[batch] - np.einsum("kq,kq->k", run_right + toward, x)
             weighed = np.linalg.solve(total + gram, toward[:, :, None])[:, :, 0]
-            result[part] = np.maximum(left - np.einsum("kq,kq->k", toward, weighed), 0.0)
+            result[batch] = np.maximum(remaining - np.einsum("kq,kq->k", toward, weighed), 0.0)
         return result
 
     def with_run(self, run: int, readings: RunBlocks, number: int, left_out: Sequence[int]) -> float:
@@ -123,15 +123,15 @@ class RunBlocks:
         """
         total, x = self.without(sorted({*left_out, run}))
         gram, right = readings.gram[number], readings.right[number]
-        left = readings.square[number] - 2.0 * right @ x + x @ gram @ x
+        remaining = readings.square[number] - 2.0 * right @ x + x @ gram @ x
         toward = right - gram @ x
-        return float(max(left - toward @ np.linalg.solve(total + gram, toward), 0.0))
+        return float(max(remaining - toward @ np.linalg.solve(total + gram, toward), 0.0))
 
     def freedom(self, left_out: Sequence[int]) -> Integers:
         """Return (R,) the degrees of freedom of the deleted residuals, at least 0."""
         freedom = np.empty(len(self.square), dtype=np.int64)
-        for part, total, _ in self._deletions(left_out):
-            freedom[part] = self.dof[part] - np.sum(np.linalg.eigvalsh(total) < KNOWN_BY_OTHERS, axis=1)
+        for batch, total, _ in self._deletions(left_out):
+            freedom[batch] = self.dof[batch] - np.sum(np.linalg.eigvalsh(total) < KNOWN_BY_OTHERS, axis=1)
         return np.maximum(freedom, 0)
 
     def best_pair(self) -> tuple[int, ...]:
@@ -142,9 +142,9 @@ class RunBlocks:
         gain = self.deleted(())
         chosen = np.sort(np.argsort(gain)[::-1][:MOST_IN_PAIRS])
         pairs = np.array(list(combinations(chosen.tolist(), 2)))
-        total, whole = self.total
+        total, total_right = self.total
         gram = total - self.gram[pairs[:, 0]] - self.gram[pairs[:, 1]]
-        right = whole - self.right[pairs[:, 0]] - self.right[pairs[:, 1]]
+        right = total_right - self.right[pairs[:, 0]] - self.right[pairs[:, 1]]
         solved = np.linalg.solve(gram, right[:, :, None])[:, :, 0]
         cost = -self.square[pairs].sum(axis=1) - np.einsum("kq,kq->k", right, solved)
         return tuple(pairs[int(np.argmin(cost))].tolist())

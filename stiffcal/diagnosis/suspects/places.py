@@ -37,14 +37,17 @@ def place_scores(misses: Floats, members: list[Integers]) -> tuple[Floats, Float
     centre : (3,) the median miss, m.
     unit : m, what is one in the scores; a miss below five of them is no more than other runs have.
     """
-    first = np.array([misses[own[np.isfinite(misses[own]).all(axis=1)]][:1].ravel() for own in members], dtype=object)
-    known = np.array([len(entry) == 3 for entry in first], dtype=np.bool_)
-    if known.sum() < 3:
+    first = np.array(
+        [misses[run_states[np.isfinite(misses[run_states]).all(axis=1)]][:1].ravel() for run_states in members],
+        dtype=object,
+    )
+    is_measured = np.array([len(entry) == 3 for entry in first], dtype=np.bool_)
+    if is_measured.sum() < 3:
         return np.zeros(len(members)), np.zeros(3), LEAST_MISS
-    table = np.array(list(first[known]), dtype=np.float64)
+    table = np.array(list(first[is_measured]), dtype=np.float64)
     centre = np.median(table, axis=0)
     away = np.linalg.norm(table - centre, axis=1)
     unit = max(LEAST_MISS, NORMAL_MAD * float(np.median(away)))
     scores = np.zeros(len(members))
-    scores[known] = away / unit
+    scores[is_measured] = away / unit
     return scores, centre, unit

@@ -107,5 +107,5 @@ def exclusion_lines(source: str, rows: list[int], why: str, run: str = "") -> li
     why = "forces in lbf"
     """
     of_run = [f"run = {json.dumps(run, ensure_ascii=False)}"] if run else []
-    words = json.dumps(why, ensure_ascii=False)
-    return ["[[exclude]]", f"source = {json.dumps(source)}", *of_run, f"rows = {rows}", f"why = {words}"]
+    text = json.dumps(why, ensure_ascii=False)
+    return ["[[exclude]]", f"source = {json.dumps(source)}", *of_run, f"rows = {rows}", f"why = {text}"]

@@ -60,11 +60,13 @@ def select_states(states: LoadStates, robot: CompliantRobot) -> Selection:
 
 def _thinned(states: LoadStates, index: Integers, most: int) -> Selection:
     per_run = max(LEAST_PER_RUN, MOST_STATES // len(np.unique(states.run[index])))
-    parts = []
-    for own in (index[states.run[index] == run] for run in np.unique(states.run[index])):
-        evenly = np.unique(np.linspace(0.0, len(own) - 1.0, min(per_run, len(own))).round().astype(np.int64))
-        parts.append(np.union1d(own[evenly], own[states.reference[own]]))
-    kept = np.sort(np.concatenate(parts))
+    selected = []
+    for run_states in (index[states.run[index] == run] for run in np.unique(states.run[index])):
+        evenly = np.unique(
+            np.linspace(0.0, len(run_states) - 1.0, min(per_run, len(run_states))).round().astype(np.int64)
+        )
+        selected.append(np.union1d(run_states[evenly], run_states[states.reference[run_states]]))
+    kept = np.sort(np.concatenate(selected))
     if len(kept) == len(index):
         return Selection(index, most, None)
     return Selection(kept, most, not_checked(NotCheckedReason.SOME_STATES, len(kept), len(index)))

@@ -34,9 +34,9 @@ class TimeOrder:
         first = np.array([np.nanmin(states.time[own]) if _has_time(states, own) else np.nan for own in members])
         last = np.array([np.nanmax(states.time[own]) if _has_time(states, own) else np.nan for own in members])
         order = np.argsort(first, kind="stable")
-        known = bool(np.isfinite(first[present]).all()) and present.sum() > 1
+        has_times = bool(np.isfinite(first[present]).all()) and present.sum() > 1
         ordered = order[present[order]]
-        if not known or (first[ordered][1:] <= last[ordered][:-1]).any():
+        if not has_times or (first[ordered][1:] <= last[ordered][:-1]).any():
             return cls(np.arange(len(members)), np.full(len(members), np.nan))
         rank = np.empty(len(members), dtype=np.int64)
         rank[order] = np.arange(len(members))
@@ -49,8 +49,8 @@ class TimeOrder:
         ----------
         n_choices : how many runs it could be.
         """
-        near = abs(int(self.rank[run]) - int(self.rank[other])) == 1
-        share = SHARE_OF_NEIGHBOURS / 2.0 if near else (1.0 - SHARE_OF_NEIGHBOURS) / max(n_choices - 2, 1)
+        neighbours = abs(int(self.rank[run]) - int(self.rank[other])) == 1
+        share = SHARE_OF_NEIGHBOURS / 2.0 if neighbours else (1.0 - SHARE_OF_NEIGHBOURS) / max(n_choices - 2, 1)
         return 2.0 * log(THINGS_MIXED_UP / share)
 
     def out_of_order(self, most: int) -> dict[int, tuple[int | None, int | None]]:
@@ -60,11 +60,11 @@ class TimeOrder:
         ----------
         most : where more runs are out of order the campaign is sorted by something else, and none is returned.
         """
-        known = np.flatnonzero(np.isfinite(self.start))
-        strays = sorted(set(known.tolist()) - set(_longest_increasing(self.rank[known], known)))
+        timed = np.flatnonzero(np.isfinite(self.start))
+        strays = sorted(set(timed.tolist()) - set(_longest_increasing(self.rank[timed], timed)))
         if not strays or len(strays) > most:
             return {}
-        by_rank = {int(self.rank[run]): int(run) for run in known}
+        by_rank = {int(self.rank[run]): int(run) for run in timed}
         return {run: (by_rank.get(int(self.rank[run]) - 1), by_rank.get(int(self.rank[run]) + 1)) for run in strays}
 
 
@@ -89,9 +89,9 @@ def _longest_increasing(values: Integers, labels: Integers) -> list[int]:
             before[position] = positions[pile - 1]
         ends[pile : pile + 1] = [value]
         positions[pile : pile + 1] = [position]
-    found = []
+    result = []
     position = positions[-1] if positions else -1
     while position >= 0:
-        found.append(int(labels[position]))
+        result.append(int(labels[position]))
         position = int(before[position])
-    return found[::-1]
+    return result[::-1]

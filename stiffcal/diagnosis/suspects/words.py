@@ -84,20 +84,20 @@ def _time_words(states: LoadStates, neighbours: tuple[int | None, int | None]) -
 
 
 def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> list[str]:
-    parts = []
+    reasons = []
     if suspect.score > suspect.next_score:
         size = f"{1e3 * suspect.miss_m:.3g} mm, " if math.isfinite(suspect.miss_m) else ""
-        parts.append(
+        reasons.append(
             f"its displacements miss what the {n_others} other runs predict by {size}{suspect.score:.3g} × the noise; "
             f"none of the others misses by more than {suspect.next_score:.2g} ×"
         )
     if suspect.place_m > 0.0:
-        parts.append(f"the target is {1e3 * suspect.place_m:.3g} mm from where the joint angles put it")
+        reasons.append(f"the target is {1e3 * suspect.place_m:.3g} mm from where the joint angles put it")
     if backwards:
-        parts.append("force and displacement run against each other in it")
+        reasons.append("force and displacement run against each other in it")
     if suspect.variant is not None:
-        parts.append("with the cure it agrees with the others")
-    return parts
+        reasons.append("with the cure it agrees with the others")
+    return reasons
 
 
 def _likely(suspect: FoundSuspect, states: LoadStates) -> str:

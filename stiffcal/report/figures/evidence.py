@@ -1,4 +1,4 @@
-"""The evidence for an effect: residual over its driver without and with it, next to the course of such an effect."""
+"""The evidence for an effect: residual over its covariate without and with it, next to the course of such an effect."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def draw_evidence(drawn: EvidenceFigure) -> Figure:
 
     Returns
     -------
-    Figure; residuals in µm (mm where they are large) or mrad, the driver in its own unit (° for angles).
+    Figure; residuals in µm (mm where they are large) or mrad, the covariate in its own unit (° for angles).
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, _HEIGHT_MM)
     if drawn.picture is None:
@@ -55,7 +55,7 @@ def draw_evidence(drawn: EvidenceFigure) -> Figure:
 
 
 def covariate_axis(drawn: EvidenceFigure) -> tuple[Floats, str]:
-    """Return the driver's values and its label; angles of joints in degrees."""
+    """Return the covariate's values and its label; angles of joints in degrees."""
     if drawn.evidence.unit == "rad" and "angle" in drawn.evidence.driver:
         return np.degrees(drawn.value), f"{drawn.evidence.driver} [°]"
     if drawn.evidence.unit == "s" and np.nanmax(np.abs(drawn.value), initial=0.0) > 1000.0:

@@ -20,7 +20,7 @@ MOST_POINTS = 500
 def draw_residual_against(
     states: ReportStates, covariates: Sequence[ResidualCovariate], noise: float | None = None
 ) -> Figure:
-    """Draw the residual along x, y and z against each driver: one row of panels per driver.
+    """Draw the residual along x, y and z against each covariate: one row of panels per covariate.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def draw_residual_against(
 
     Returns
     -------
-    Figure; residuals in µm (mm where they are large), base axes; drivers in their own units.
+    Figure; residuals in µm (mm where they are large), base axes; covariates in their own units.
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 26 * len(covariates) if len(covariates) > 1 else 62)
     panels = figure.subplots(len(covariates), 3, sharey=True, squeeze=False)
