@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, TypeAlias
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from stiffcal.campaign.signal import Signal
 from stiffcal.campaign.typed import (
@@ -18,8 +18,34 @@ from stiffcal.campaign.typed import (
     TomlTable,
     Vector3,
     WrongValueError,
+    columns_of_count,
+    expand_columns,
 )
 from stiffcal.quantities import Unit
+
+
+def _sigma(value: object) -> float | tuple[str, ...]:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        if not value > 0.0:
+            raise WrongValueError(f"found {value:g}", "write a positive number, or the columns that hold it")
+        return float(value)
+    return columns_of_count(1, 3)(expand_columns(value))
+
+
+StatedSigma: TypeAlias = Annotated[
+    float | tuple[str, ...],
+    BeforeValidator(_sigma),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "number", "exclusiveMinimum": 0},
+                {"type": "string"},
+                {"type": "array", "items": {"type": "string"}, "minItems": 1},
+            ]
+        }
+    ),
+]
+"""A number for all readings, or the column (for all axes) or three columns that hold it, row by row."""
 
 
 class PoseUnits(TomlTable):
@@ -32,8 +58,8 @@ class PoseUnits(TomlTable):
 class PoseSigma(TomlTable):
     """Standard uncertainty of one reading: position in its unit, rotation in its unit (rad for a quaternion)."""
 
-    position: Positive | None = None
-    rotation: Positive | None = None
+    position: StatedSigma | None = None
+    rotation: StatedSigma | None = None
 
 
 class Marker(TomlTable):
@@ -158,8 +184,8 @@ class DeflectionUnits(TomlTable):
 class DeflectionSigma(TomlTable):
     """Standard uncertainty of one reading, in the signal's units."""
 
-    translation: Positive | None = None
-    rotation: Positive | None = None
+    translation: StatedSigma | None = None
+    rotation: StatedSigma | None = None
 
 
 class Deflection(Signal):

@@ -225,5 +225,6 @@ def _motor_sigma(manifest: Manifest) -> float | None:
     return None
 
 
-def _scaled(value: float | None, factor: float) -> float | None:
-    return None if value is None else value * factor
+def _scaled(value: float | tuple[str, ...] | None, factor: float) -> float | None:
+    """Return a stated number in SI; what columns hold is known with the readings only."""
+    return value * factor if isinstance(value, float) else None

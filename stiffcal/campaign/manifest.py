@@ -228,7 +228,10 @@ class Source(SourceFiles):
         names += [self.time.column] if self.time is not None else []
         names += [condition.column for condition in self.row_conditions]
         for signal in self.signals().values():
-            names += signal.column_names()
+            names += [
+                *signal.column_names(),
+                *(column for group in signal.sigma_columns().values() for column in group),
+            ]
         return tuple(dict.fromkeys(name for name in names if name is not None))
 
 

@@ -55,6 +55,12 @@ class Signal(TomlTable, ABC):
         units: TomlTable = getattr(self, "units")  # noqa: B009  (every concrete signal has its own units table)
         return unit(getattr(units, key), self.quantity_of[key])
 
+    def sigma_columns(self) -> dict[str, tuple[str, ...]]:
+        """Return the columns that hold the uncertainty of each reading, by quantity; none where a number is stated."""
+        sigma = getattr(self, "sigma", None)
+        stated = {} if sigma is None else {name: getattr(sigma, name) for name in type(sigma).model_fields}
+        return {name: columns for name, columns in stated.items() if isinstance(columns, tuple)}
+
     @abstractmethod
     def column_names(self) -> tuple[str, ...]:
         """Return every column the signal reads, in order."""

@@ -1,6 +1,7 @@
-"""How far each pose is known by the points that it comes from: what stands next to the noise of a pose with all points.
+"""How far each pose is known, next to the usual one: by the points that it comes from, or as its log states.
 
-Where poses are read there is no such thing: every one errs alike, displacement and turn apart.
+Where poses are read and nothing is stated row by row there is no such thing: every one errs alike, displacement and
+turn apart.
 """
 
 from __future__ import annotations
@@ -33,14 +34,15 @@ class PoseSpread:
 
 
 def pose_spread(states: LoadStates, layout: RowLayout) -> PoseSpread | None:
-    """Return the uncertainty of all load states' poses; None where no pose comes from points.
+    """Return the uncertainty of all load states' poses; None where all poses are read and err alike.
 
     Parameters
     ----------
     states : all load states.
     layout : what the rows are.
     """
-    if not any(states.setup.markers):
+    by_row = bool(np.isfinite(states.sigma).any())
+    if not any(states.setup.markers) and not by_row:
         return None
     m, n = len(layout.kind), len(states)
     translation = np.repeat((layout.kind == TRANSLATION).astype(np.float64)[:, None], n, axis=1)
@@ -55,4 +57,19 @@ def pose_spread(states: LoadStates, layout: RowLayout) -> PoseSpread | None:
         component = layout.component[pose_rows]
         translation[pose_rows] = np.where(component[:, None] < 3, share, 0.0)
         rotation[np.ix_(pose_rows, pose_rows)] = np.moveaxis(covariance[:, component][:, :, component], 0, -1)
-    return PoseSpread(translation, rotation)
+    spread = PoseSpread(translation, rotation)
+    return _scaled_by_row(spread, states, layout) if by_row else spread
+
+
+def _scaled_by_row(spread: PoseSpread, states: LoadStates, layout: RowLayout) -> PoseSpread:
+    """Scale the covariance by what each state's uncertainty is of the usual one, as the log states it row by row."""
+    m, n = len(layout.kind), len(states)
+    size = np.ones((m, n))
+    stated = states.setup.sigma
+    for kind, usual in ((TRANSLATION, stated.translation), (ROTATION, stated.rotation)):
+        for row in np.flatnonzero(layout.kind == kind):
+            own = states.sigma[:, layout.body[row], layout.component[row]]
+            if usual:
+                size[row] = np.where(np.isfinite(own), own / usual, 1.0)
+    rotation = spread.rotation * size[:, None] * size[None]
+    return PoseSpread(spread.translation * size**2, rotation)

@@ -171,6 +171,10 @@ class LoadStates:
     """(n, B, K) which of a target's points were measured, in the order of ``setup.markers``; K is that of the target
     with most of them, 0 where poses are read.
     """
+    sigma: Floats = field(default_factory=lambda: np.zeros((0, 0, 6)))
+    """(n, B, 6) standard uncertainty of each target's place and turn, m and rad, base axes, where the log states it row
+    by row; NaN where it does not.
+    """
     set_aside_code: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, dtype=np.str_))
     """(n,) values of `SetAsideCode`; where not given, what has a text is excluded."""
 
@@ -182,6 +186,8 @@ class LoadStates:
         if self.markers_measured.size == 0:
             nothing = np.zeros((len(self), self.position.shape[1], 0), dtype=np.bool_)
             object.__setattr__(self, "markers_measured", nothing)
+        if self.sigma.size == 0:
+            object.__setattr__(self, "sigma", np.full((len(self), self.position.shape[1], 6), np.nan))
         if self.set_aside_code.size == 0:
             excluded = np.where(self.set_aside == "", SetAsideCode.NONE.value, SetAsideCode.EXCLUDED.value)
             object.__setattr__(self, "set_aside_code", excluded)
@@ -218,7 +224,7 @@ class LoadStates:
             for name in (
                 "run", "time", "hold", "joints", "wrench", "position", "rotation", "deflection", "reference",
                 "temperature", "row", "n_readings", "wrench_scatter", "position_scatter", "set_aside",
-                "lengths", "displacement", "markers_measured", "set_aside_code",
+                "lengths", "displacement", "markers_measured", "sigma", "set_aside_code",
             )
         }  # fmt: skip
         return replace(self, **arrays)

@@ -32,8 +32,9 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     Columns: ``run`` (id), ``row`` (data row of the source, or the hold's number in the run, from 1), ``time_s``,
     ``hold_s``, ``<joint>_rad``, ``Fx_N … Mz_Nm`` (what the surroundings do to the robot, in the axes of
     ``setup.wrench_axes``), per target ``<target>_x_m …`` and ``<target>_qw … _qz`` (base axes), ``<target>_dx_m …``
-    and ``<target>_rx_rad …`` (deflection already taken), ``<target>_markers`` (names of the points that were measured,
-    where its pose comes from points), ``<rod>_length_m`` and ``<gauge>_displacement_m`` as read,
+    and ``<target>_rx_rad …`` (deflection already taken), ``<target>_x_sigma_m …`` and ``<target>_rx_sigma_rad …``
+    (standard uncertainty, where the log states it row by row), ``<target>_markers`` (names of the points that were
+    measured, where its pose comes from points), ``<rod>_length_m`` and ``<gauge>_displacement_m`` as read,
     ``reference``, ``temperature<k>``, ``n_readings``,
     ``Fx_scatter_N …`` and ``<target>_x_scatter_m …`` (standard deviation of single readings within the hold), and
     ``set_aside`` (why a state is not used, "" where it is), ``set_aside_code`` (the same as a value of `SetAsideCode`).
@@ -58,6 +59,9 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
         columns |= {f"{target}_q{axis}": quaternions[:, b, k] for k, axis in enumerate("wxyz")}
         columns |= {f"{target}_d{axis}_m": states.deflection[:, b, k] for k, axis in enumerate("xyz")}
         columns |= {f"{target}_r{axis}_rad": states.deflection[:, b, 3 + k] for k, axis in enumerate("xyz")}
+        if np.isfinite(states.sigma[:, b]).any():
+            columns |= {f"{target}_{axis}_sigma_m": states.sigma[:, b, k] for k, axis in enumerate("xyz")}
+            columns |= {f"{target}_r{axis}_sigma_rad": states.sigma[:, b, 3 + k] for k, axis in enumerate("xyz")}
         columns |= {f"{target}_{axis}_scatter_m": states.position_scatter[:, b, k] for k, axis in enumerate("xyz")}
     columns |= _markers_columns(states)
     columns |= {f"{rod}_length_m": states.lengths[:, k] for k, rod in enumerate(states.setup.rod_names)}
@@ -111,6 +115,17 @@ def states_from_table(table: pa.Table) -> LoadStates:
         blocks = [block([pattern.format(t, axis) for axis in axes]) for t in targets]
         return np.stack(blocks, axis=1) if blocks else np.zeros((table.num_rows, 0, len(axes)))
 
+    def stated(pattern: str) -> Floats:
+        """Return (n, B, 3) columns that stand in the table for some targets alone."""
+        nothing = np.full((table.num_rows, 3), np.nan)
+        blocks = [
+            block([pattern.format(t, axis) for axis in "xyz"])
+            if pattern.format(t, "x") in table.column_names
+            else nothing
+            for t in targets
+        ]
+        return np.stack(blocks, axis=1) if blocks else np.zeros((table.num_rows, 0, 3))
+
     temperatures = [name for name in table.column_names if name.startswith("temperature")]
     deflection = np.concatenate([of_targets("{}_d{}_m", "xyz"), of_targets("{}_r{}_rad", "xyz")], axis=2)
     return LoadStates(
@@ -134,6 +149,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
         lengths=block([f"{rod}_length_m" for rod in setup.rod_names]),
         displacement=block([f"{gauge.name}_displacement_m" for gauge in setup.gauges]),
         markers_measured=_markers_measured(table, setup),
+        sigma=np.concatenate([stated("{}_{}_sigma_m"), stated("{}_r{}_sigma_rad")], axis=2),
         set_aside_code=values_of(table.column("set_aside_code")),
     )
 

@@ -70,7 +70,15 @@ def columns_with_gaps(source: Source) -> frozenset[str]:
         columns |= set(source.deflection.column_names())
     if source.is_states and source.displacement is not None:
         columns |= set(source.displacement.column_names())
+    if source.is_states:
+        columns |= _sigma_columns(source)
     return frozenset(columns)
+
+
+def _sigma_columns(source: Source) -> set[str]:
+    """Return the columns that hold uncertainties."""
+    groups = [columns for signal in source.signals().values() for columns in signal.sigma_columns().values()]
+    return {column for columns in groups for column in columns}
 
 
 def gaps_read(source: Source, exclusions: RowExclusions) -> frozenset[str]:
@@ -79,6 +87,7 @@ def gaps_read(source: Source, exclusions: RowExclusions) -> frozenset[str]:
         return columns_with_gaps(source)
     time = source.time.column if source.time is not None else None
     names = {name for signal in source.signals().values() for name in signal.column_names()}
+    names |= _sigma_columns(source)
     return frozenset(names | {condition.column for condition in source.row_conditions} | ({time} if time else set()))
 
 

@@ -234,6 +234,12 @@ def _pose_readings(body: str, pose: Pose, block: Block) -> dict[str, Floats]:
         kind, columns = pose.orientation
         values = block(columns, 1.0 if kind == "quaternion_wxyz" else pose.unit_of("rotation").factor)
         readings[f"quaternion.{body}"] = _quaternion(kind, values)
+    turn = (
+        1.0 if pose.orientation is None or pose.orientation[0] == "quaternion_wxyz" else pose.unit_of("rotation").factor
+    )
+    factor_of = {"position": length, "rotation": turn}
+    for quantity, columns in pose.sigma_columns().items():
+        readings[f"sigma.{quantity}.{body}"] = block(columns, factor_of[quantity])
     return readings
 
 
@@ -248,6 +254,9 @@ def _deflection_readings(deflection: Deflection, block: Block) -> dict[str, Floa
     readings = {"translation": block(deflection.translation, deflection.unit_of("translation").factor)}
     if deflection.rotation is not None:
         readings["rotation"] = block(deflection.rotation, deflection.unit_of("rotation").factor)
+    for quantity, columns in deflection.sigma_columns().items():
+        name = "position" if quantity == "translation" else quantity
+        readings[f"sigma.{name}.{deflection.body}"] = block(columns, deflection.unit_of(quantity).factor)
     return readings
 
 
@@ -338,6 +347,7 @@ def wanted_columns(
     for condition in conditions:
         (texts if isinstance(condition.value, str) else numbers).append(condition.column)
     numbers += [column for signal in chosen for column in signal.column_names()]
+    numbers += [column for signal in chosen for columns in signal.sigma_columns().values() for column in columns]
     return WantedColumns(
         tuple(dict.fromkeys(numbers)),
         tuple(dict.fromkeys(texts)),

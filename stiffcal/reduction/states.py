@@ -29,6 +29,7 @@ from stiffcal.reduction.raw_states import (
     pick,
 )
 from stiffcal.reduction.references import reference_states
+from stiffcal.reduction.row_sigma import stated_row_by_row, with_typical_sigma
 
 STANDARD_GRAVITY = 9.80665  # m/s², where the robot file's gravity has no length
 
@@ -178,6 +179,10 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
     run = np.array([names.index(name) for name in gathered.run], dtype=np.int64)
     position, rotation, markers_measured = _poses(gathered, manifest, setup)
     deflection = _deflections(gathered, manifest, setup)
+    sigma = stated_row_by_row(
+        gathered, setup, np.where(np.isfinite(deflection[:, :, :3]), deflection[:, :, :3], position)
+    )
+    setup = with_typical_sigma(setup, sigma)
     lengths = _side_by_side(gathered, [f"lengths.{rod}" for rod in setup.rod_names])
     displacement = _side_by_side(gathered, [f"displacement.{gauge.name}" for gauge in setup.gauges])
     measured = _anything_measured(position, rotation, deflection, lengths, displacement)
@@ -204,6 +209,7 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
         lengths=lengths,
         displacement=displacement,
         markers_measured=markers_measured,
+        sigma=sigma,
         set_aside_code=codes,
     )
     if states.deflection_given:

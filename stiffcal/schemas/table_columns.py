@@ -44,6 +44,16 @@ STATES: Mapping[str, ColumnDescription] = {
         ColumnDescription("rotation vector of that deflection, base axes", "rad", missing=True),
     ),
     **_each(
+        "<target>_{}_sigma_m",
+        "xyz",
+        ColumnDescription("standard uncertainty of the position where the log states it row by row", "m", missing=True),
+    ),
+    **_each(
+        "<target>_r{}_sigma_rad",
+        "xyz",
+        ColumnDescription("standard uncertainty of the turn where the log states it row by row", "rad", missing=True),
+    ),
+    **_each(
         "<target>_{}_scatter_m",
         "xyz",
         ColumnDescription("standard deviation of single readings of the position within the hold", "m", missing=True),

@@ -161,6 +161,7 @@ def _states() -> LoadStates:
         reference=np.ones(1, dtype=np.bool_), temperature=np.zeros((1, 1)), row=_FIRST, n_readings=_FIRST,
         wrench_scatter=np.zeros((1, 6)), position_scatter=np.zeros((1, 1, 3)), set_aside=np.array([""]), setup=setup,
         lengths=np.zeros((1, 1)), displacement=np.zeros((1, 1)), markers_measured=np.ones((1, 1, 1), dtype=np.bool_),
+        sigma=np.ones((1, 1, 6)),
     )  # fmt: skip
 
 

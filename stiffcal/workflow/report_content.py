@@ -315,7 +315,8 @@ def _sigma_in_words(signal: Any) -> str:
     texts = []
     for quantity, value in sigma.model_dump(exclude_none=True).items():
         unit = getattr(units, quantity, None) or {"rotation": "rad", "force": "N", "moment": "N·m"}.get(quantity, "")
-        texts.append(f"{quantity} {value:g} {unit}".strip())
+        stated = f"{value:g} {unit}" if isinstance(value, float) else "by row"
+        texts.append(f"{quantity} {stated}".strip())
     return ", ".join(texts)
 
 

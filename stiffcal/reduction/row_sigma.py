@@ -1,0 +1,73 @@
+"""Uncertainties that a log states row by row: in base axes, and their size as a whole."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.load_states import MeasurementSetup
+from stiffcal.reduction.raw_states import RawStates
+
+
+def stated_row_by_row(gathered: RawStates, setup: MeasurementSetup, place: Floats) -> Floats:
+    """Return (n, B, 6) standard uncertainty of each target, m and rad, base axes; NaN where none is stated.
+
+    Variances are turned, not covariances: the axes of the instrument err independently of each other.
+
+    Parameters
+    ----------
+    gathered : the states, signals in the instrument's axes.
+    setup : where the instruments sit.
+    place : (n, B, 3) what was read of each target; where it is missing, so may its uncertainty be.
+
+    Raises
+    ------
+    InputError : an uncertainty is missing, zero or negative where the target was read.
+    """
+    sigma = np.full((len(gathered.run), len(setup.targets), 6), np.nan)
+    turn = setup.base_from_tracker[:3, :3] ** 2
+    for b, body in enumerate(setup.target_names):
+        for quantity, columns in (("position", slice(0, 3)), ("rotation", slice(3, 6))):
+            stated = gathered.signals.get(f"sigma.{quantity}.{body}")
+            if stated is None:
+                continue
+            own = np.broadcast_to(stated, (len(stated), 3))
+            # runs of other sources state none
+            stating = {gathered.run[k] for k in np.flatnonzero(np.isfinite(own).any(axis=1))}
+            judged = np.array([name in stating for name in gathered.run], dtype=np.bool_)
+            judged &= np.isfinite(place[:, b]).all(axis=1) & np.array([not entry.code for entry in gathered.set_aside])
+            wrong = np.flatnonzero(judged & ~(own > 0.0).all(axis=1))
+            if wrong.size:
+                run, row = gathered.run[wrong[0]], int(gathered.number[wrong[0]])
+                raise InputError.at(
+                    FaultCode.READING_IMPLAUSIBLE, "campaign.toml", f"run {run}, row {row}",
+                    f"the uncertainty of {quantity} of {body} is {own[wrong[0]].min():g}",
+                    "write a positive one, or leave the row out with [[exclude]]",
+                )  # fmt: skip
+            sigma[:, b, columns] = np.sqrt(own**2 @ turn.T)
+    return sigma
+
+
+def with_typical_sigma(setup: MeasurementSetup, sigma: Floats) -> MeasurementSetup:
+    """Return the set-up with the root mean square of what is stated row by row as its uncertainty.
+
+    Parameters
+    ----------
+    setup : as the manifest gives it.
+    sigma : (n, B, 6) m and rad, NaN where none is stated.
+    """
+    sizes = [
+        float(np.sqrt(np.mean(values[np.isfinite(values)] ** 2))) if np.isfinite(values).any() else None
+        for values in (sigma[:, :, :3], sigma[:, :, 3:])
+    ]
+    if sizes == [None, None]:
+        return setup
+    translation, rotation = sizes
+    stated = replace(
+        setup.sigma, translation=translation or setup.sigma.translation, rotation=rotation or setup.sigma.rotation
+    )
+    return replace(setup, sigma=stated)
