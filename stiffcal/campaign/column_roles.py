@@ -53,9 +53,9 @@ class Roles:
     quaternion: Role | None = None
     mass: Role | None = None
     run: SniffedColumn | None = None
-    """Single columns."""
+    """The column of the runs' names."""
     time: SniffedColumn | None = None
-    """Single columns."""
+    """The column of the time."""
     unused: tuple[SniffedColumn, ...] = field(default=())
     """Columns that were not recognised."""
 

@@ -176,13 +176,13 @@ class StoredRegressor:
     """A regressor whose columns are made when they are needed."""
 
     effect: Effect
-    """As in `Regressor`."""
+    """The effect."""
     place: Place
-    """As in `Regressor`."""
+    """Where on the robot it acts."""
     shape: Mapping[str, float]
-    """As in `Regressor`."""
+    """Values of the nonlinear parameters."""
     symbols: tuple[str, ...]
-    """As in `Regressor`."""
+    """q amplitudes or set-up parameters."""
     source: RegressorSource
     """Makes them."""
 

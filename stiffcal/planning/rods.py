@@ -57,9 +57,9 @@ class RodObservability:
     spare: int
     """Rods beyond the unknowns: the check."""
     condition: float
-    """See `stiffcal.links.rods.RodDesign`."""
+    """Condition number, see `stiffcal.links.rods.RodDesign`."""
     gain: float
-    """See `stiffcal.links.rods.RodDesign`."""
+    """Error of the link's end over a rod's error at worst, see `stiffcal.links.rods.RodDesign`."""
     std: Floats
     """(6,) standard uncertainty of the end's displacement in one state, m and rad; NaN where not measured."""
     sigma: float

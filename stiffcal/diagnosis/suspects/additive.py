@@ -18,8 +18,9 @@ class Offset:
     """A displacement that one state of a run has beyond the others, or all states from one on."""
 
     state: int
-    """Its place among the n states of the readings. ``step``: True where all later states of the run have it too."""
+    """Its index among the n states of the readings."""
     step: bool
+    """True where all later states of the run have the displacement too."""
     size_m: float
     """Its length, NaN where no translation is measured."""
     gain: float

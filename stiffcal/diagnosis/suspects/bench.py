@@ -25,8 +25,9 @@ class Held:
     """Readings against a model: whitened rows, run by run."""
 
     data: Observations
-    """The observations. ``members``: per run their places among the n states of ``data``."""
+    """The observations."""
     members: tuple[Integers, ...]
+    """Per run the indices of its states among the n of ``data``."""
     projection: Projection
     """Whitens, and takes the runs' offsets out."""
     rows: Floats
@@ -34,8 +35,9 @@ class Held:
     residual: Floats
     """(m, n) measured minus predicted, offsets left in."""
     basis: Basis
-    """Of the parameters. ``blocks``: the rows in this basis, summed over each run."""
+    """Basis of the parameters."""
     blocks: RunBlocks
+    """The rows in this basis, summed over each run."""
 
     def scores(self, left_out: Sequence[int]) -> Floats:
         """Return (R,) the deleted residual of each run over its uncertainty; zero where a run has no influence."""

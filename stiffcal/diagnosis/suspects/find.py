@@ -56,11 +56,13 @@ class FoundSuspect:
     """A run that disagrees with all the others."""
 
     run: int
-    """Its number. ``state``: index of the state that is off, among all states; None where the whole run is."""
+    """Number of the run."""
     state: int | None
+    """Index of the state that is off, among all states; None where the whole run is."""
     kind: SuspectKind
-    """What is wrong. ``variant``: the mistake that explains it, None where none does."""
+    """What is wrong."""
     variant: Variant | None
+    """The mistake that explains it, None where none does."""
     also: tuple[Variant, ...]
     """Other mistakes that explain it nearly as well."""
     offset: Offset | None

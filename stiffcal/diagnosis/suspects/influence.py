@@ -53,9 +53,11 @@ class RunBlocks:
     """The contribution of each of R runs to q combinations of parameters."""
 
     gram: Floats
-    """(R, q, q) AᵀA. ``right``: (R, q) Aᵀb. ``square``: (R,) bᵀb."""
+    """(R, q, q) AᵀA of each run's rows A."""
     right: Floats
+    """(R, q) Aᵀb, b the run's residual."""
     square: Floats
+    """(R,) bᵀb."""
     dof: Integers
     """(R,) readings less what the run's own offset takes."""
 

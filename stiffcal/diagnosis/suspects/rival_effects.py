@@ -89,8 +89,9 @@ class _Springs:
     """What the present model can explain of all runs, as orthonormal rows, and what it leaves."""
 
     basis: Floats
-    """(q, k) of k whitened readings. ``residual``: (k,)."""
+    """(q, k) orthonormal rows of k whitened readings."""
     residual: Floats
+    """(k,) what they leave of the readings."""
 
     @classmethod
     def of(cls, held: Held) -> _Springs:

@@ -61,11 +61,15 @@ class Variant:
     factor: float | None = None
     """By what readings are multiplied; None where nothing is."""
     joints: Floats | None = None
+    """Of the run's states; None where as read."""
     wrench: Floats | None = None
+    """Of the run's states; None where as read."""
     position: Floats | None = None
+    """Of the run's states; None where as read."""
     rotation: Floats | None = None
+    """Of the run's states; None where as read."""
     deflection: Floats | None = None
-    """``joints``, ``wrench``, ``position``, ``rotation``, ``deflection``: of the run's states, None where as read."""
+    """Of the run's states; None where as read."""
     other: int | None = None
     """The run that has the readings that belong here; None where no other run takes part."""
     penalty: float = 0.0
@@ -86,8 +90,8 @@ def variants_of(
     left_out : other runs that stand apart. Where there are many runs, a run is compared with these and with those
         measured shortly before and after it.
     """
-    own = states.select(members[run])
-    single = [*_units(own), *_signs(own, chain)]
+    run_states = states.select(members[run])
+    single = [*_units(run_states), *_signs(run_states, chain)]
     single = [replace(variant, penalty=variant.penalty + 2.0 * log(len(single))) for variant in single]
     return [*single, *_of_others(states, members, run, left_out)]
 
@@ -121,19 +125,19 @@ def trial_states(states: LoadStates, own: Integers, variants: Sequence[Variant])
 def _units(own: LoadStates) -> Iterator[Variant]:
     yield from _wrench_units(own)
     translation = slice(0, 3)
-    for factor, words in LENGTH_UNITS:
-        likely = f"displacements are {words}: multiply by {factor:.5g}"
+    for factor, text in LENGTH_UNITS:
+        likely = f"displacements are {text}: multiply by {factor:.5g}"
         if own.deflection_given:
             yield Variant(SuspectKind.UNIT, likely, factor, deflection=_scaled(own.deflection, translation, factor))
         else:
-            likely = f"places are {words}: multiply by {factor:.5g}"
+            likely = f"places are {text}: multiply by {factor:.5g}"
             yield Variant(SuspectKind.UNIT, likely, factor, position=own.position * factor)
     if np.isfinite(own.deflection[:, :, 3:]).any():
-        for factor, words in ANGLE_UNITS:
-            likely = f"rotations are {words}: multiply by {factor:.5g}"
+        for factor, text in ANGLE_UNITS:
+            likely = f"rotations are {text}: multiply by {factor:.5g}"
             yield Variant(SuspectKind.UNIT, likely, factor, deflection=_scaled(own.deflection, slice(3, 6), factor))
-    for factor, words in ANGLE_UNITS[2:]:
-        likely = f"joint angles are {words}: multiply by {factor:.5g}"
+    for factor, text in ANGLE_UNITS[2:]:
+        likely = f"joint angles are {text}: multiply by {factor:.5g}"
         yield Variant(SuspectKind.UNIT, likely, factor, joints=own.joints * factor)
 
 
@@ -144,12 +148,12 @@ def _wrench_units(own: LoadStates) -> Iterator[Variant]:
         for name, up, down in FORCE_UNITS
         for factor in (up, down)
     ]
-    for factor, words in forces:
-        yield _with_wrench(own, factor, 1.0, f"forces {words}: multiply by {factor:.5g}")
+    for factor, text in forces:
+        yield _with_wrench(own, factor, 1.0, f"forces {text}: multiply by {factor:.5g}")
     if not moments:
         return
-    for factor, words in forces:
-        likely = f"forces and moments {words}: multiply both by {factor:.5g}"
+    for factor, text in forces:
+        likely = f"forces and moments {text}: multiply both by {factor:.5g}"
         yield _with_wrench(own, factor, factor, likely)
     for name, up, down in MOMENT_UNITS:
         yield _with_wrench(own, 1.0, up, f"moments are in {name}: multiply by {up:.5g}")
@@ -196,10 +200,10 @@ def _signs(own: LoadStates, chain: Chain) -> Iterator[Variant]:
         for component, name in enumerate("xyz"):
             flip = np.eye(4)
             flip[component, component] = -1.0
-            whole = turn @ flip @ np.linalg.inv(turn)
+            flip_in_base = turn @ flip @ np.linalg.inv(turn)
             yield Variant(
                 SuspectKind.SIGN, f"the place {name} has the wrong sign: multiply it by −1", -1.0,
-                position=own.position @ whole[:3, :3].T + whole[:3, 3],
+                position=own.position @ flip_in_base[:3, :3].T + flip_in_base[:3, 3],
             )  # fmt: skip
     for joint in range(own.joints.shape[1]):
         if np.any(own.joints[:, joint]):
@@ -212,22 +216,22 @@ def _signs(own: LoadStates, chain: Chain) -> Iterator[Variant]:
 
 def _of_others(states: LoadStates, members: Sequence[Integers], run: int, left_out: Sequence[int]) -> Iterator[Variant]:
     """Yield the run with another run's angles, loads or places in the place of its own."""
-    own = members[run]
+    run_states = members[run]
     # Of two runs that are exchanged both stand apart, so that no distance hides the other one.
-    apart = {k for k in left_out if abs(k - run) > MOST_NEIGHBOURS}
-    near = range(max(run - MOST_NEIGHBOURS, 0), min(run + MOST_NEIGHBOURS + 1, len(members)))
-    comparable_runs = [k for k in sorted({*near, *apart}) if k != run and len(members[k]) == len(own)]
+    distant = {k for k in left_out if abs(k - run) > MOST_NEIGHBOURS}
+    neighbours = range(max(run - MOST_NEIGHBOURS, 0), min(run + MOST_NEIGHBOURS + 1, len(members)))
+    comparable_runs = [k for k in sorted({*neighbours, *distant}) if k != run and len(members[k]) == len(run_states)]
     order = TimeOrder.of(states, members)
     for other_run in comparable_runs:
         penalty = order.penalty(run, other_run, len(comparable_runs))
         other_states, name = members[other_run], states.runs[int(states.run[members[other_run][0]])].name
-        if not _alike(states.joints[own], states.joints[other_states]):
+        if not _alike(states.joints[run_states], states.joints[other_states]):
             yield Variant(
                 SuspectKind.MISLABELLED, f'the joint angles that belong here are those of run "{name}": the two are '
                 "mixed up; correct the angles, or leave the run out", joints=states.joints[other_states],
                 other=other_run, penalty=penalty,
             )  # fmt: skip
-        if not _alike(states.wrench[own], states.wrench[other_states]):
+        if not _alike(states.wrench[run_states], states.wrench[other_states]):
             yield Variant(
                 SuspectKind.EXCHANGED, f'the loads that belong here are those of run "{name}": the force logs are '
                 "exchanged; exchange them back", wrench=states.wrench[other_states], other=other_run, penalty=penalty,
@@ -242,10 +246,10 @@ def _of_others(states: LoadStates, members: Sequence[Integers], run: int, left_o
 
 def _places(states: LoadStates, members: Integers) -> tuple[Floats, Floats, Floats]:
     """Return position, rotation and deflection measured in these states, NaN where they were set aside."""
-    aside = ~states.used[members]
+    unused = ~states.used[members]
     position, rotation, deflection = states.position[members], states.rotation[members], states.deflection[members]
     for values in (position, rotation, deflection):
-        values[aside] = np.nan
+        values[unused] = np.nan
     return position, rotation, deflection
 
 
