@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.results import IngestedRun
+from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -60,12 +61,12 @@ class RunsReduction(ABC):
         return
 
     @abstractmethod
-    def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
+    def tables(self, settings: IngestSettings) -> dict[str, pa.Table]:
         """Return the tables for the store, by name: those of the kind's `tables` that these runs fill.
 
         Parameters
         ----------
-        settings : of the campaign, as they stand with the table.
+        settings : what besides the logs decides what is made of them; a table that keeps them has another key.
         """
 
     def check(self) -> tuple[list[str], list[str]]:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from stiffcal.documents import document_of
 from stiffcal.ingest.parts import INGEST, PROVENANCE, is_needed, missing_parts, needed_parts
 from stiffcal.ingest.sources import ingest_settings, manifest_data_files, sources_elsewhere
 from stiffcal.store.index import FOREIGN, OWN, DamagedStoreError, check_version
@@ -71,7 +72,7 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
         outside = sources_elsewhere(campaign)
         state = known_sources_state(digest) if origin == OWN else ""
         changes = changed_sources(then, campaign.folder, files, thorough, outside, state)
-        keys = changed_settings(then, ingest_settings(campaign))
+        keys = changed_settings(then, document_of(ingest_settings(campaign)))
     if changes.missing and not (changes.changed or changes.new or changes.dropped or keys):
         return Freshness(missing=changes.missing, origin=origin)
     if not changes and set(keys) <= {"revision", "reduction"} and keys:

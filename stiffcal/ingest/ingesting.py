@@ -61,7 +61,7 @@ def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progre
                 "the rows changed while they were read",
                 "wait until nothing writes them",
             )
-        provenance = Provenance.now("ingest", (*hashes.result(), *outside), settings)
+        provenance = Provenance.now("ingest", (*hashes.result(), *outside), document_of(settings))
         writing.write_document(PROVENANCE, document_of(provenance))
         writing.sources_state = hashes.state
         _keep_what_others_wrote(writing, target.tables, target.documents)

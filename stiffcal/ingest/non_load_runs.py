@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.experiments import all_kinds
 from stiffcal.experiments.reduction import RunsReduction
 from stiffcal.reduction.results import IngestedRun
+from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -52,7 +53,7 @@ class NonLoadRuns:
         for reduction in self._reductions.values():
             reduction.finish()
 
-    def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
+    def tables(self, settings: IngestSettings) -> dict[str, pa.Table]:
         """Return the tables of all kinds, by name; `settings` stand with them."""
         tables_by_name: dict[str, pa.Table] = {}
         for reduction in self._reductions.values():

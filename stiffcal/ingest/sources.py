@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiffcal.revision import REVISION
+from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -54,8 +54,10 @@ def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
     return tuple(files.values())
 
 
-def ingest_settings(campaign: Campaign) -> dict[str, Any]:
+def ingest_settings(campaign: Campaign) -> IngestSettings:
     """Return the inputs of the load states other than files: manifest, robot, what computes."""
-    manifest: Mapping[str, Any] = campaign.manifest.model_dump(mode="json", exclude={"thresholds", "plugins", "name"})
-    robot: Mapping[str, Any] = campaign.robot.model_dump(mode="json")
-    return {"manifest": dict(manifest), "robot": dict(robot), "revision": REVISION}
+    return IngestSettings(
+        manifest=campaign.manifest.model_dump(mode="json", exclude={"thresholds", "plugins", "name"}),
+        robot=campaign.robot.model_dump(mode="json"),
+        revision=REVISION,
+    )

@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
+from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
@@ -40,6 +41,18 @@ class SourceFile:
 
 
 @dataclass(frozen=True, kw_only=True)
+class IngestSettings:
+    """What besides the logs decides what is made of them."""
+
+    manifest: Document
+    """campaign.toml, without thresholds, effects and name."""
+    robot: Document
+    """robot.toml."""
+    revision: int
+    """Of what computes."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Provenance:
     """What a generation was made from; the store's document ``provenance``."""
 
@@ -52,7 +65,7 @@ class Provenance:
     """The command that made it."""
     sources: tuple[SourceFile, ...]
     """Every file that was read."""
-    settings: dict[str, Any]
+    settings: Document
     """Manifest, robot and whatever else shaped the result, as JSON values."""
     versions: dict[str, str]
     """Of Python, stiffcal and the packages that compute."""

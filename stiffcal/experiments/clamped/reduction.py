@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
+from stiffcal.documents import document_of
 from stiffcal.experiments.clamped.readings import ClampedReadings, readings_table, stacked_readings
 from stiffcal.experiments.clamped.states import clamped_states
 from stiffcal.experiments.clamped.sweeps import clamped_readings, moved_joint
@@ -14,6 +15,7 @@ from stiffcal.experiments.reduction import RunsReduction
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.results import IngestedRun
+from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -40,11 +42,15 @@ class ClampedReduction(RunsReduction):
         together = any(run_in_manifest.experiment == "load" for run_in_manifest in self.campaign.manifest.runs)
         return clamped_states(readings, joint) if together else None
 
-    def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
+    def tables(self, settings: IngestSettings) -> dict[str, pa.Table]:
         """Return the readings of all runs."""
         if not self._readings:
             return {}
-        return {CLAMPED: readings_table(stacked_readings(self._readings), self.campaign.chain.joint_names, settings)}
+        return {
+            CLAMPED: readings_table(
+                stacked_readings(self._readings), self.campaign.chain.joint_names, document_of(settings)
+            )
+        }
 
     def check(self) -> tuple[list[str], list[str]]:
         """Name the runs without a whole sweep, those whose torque is limited, and those that contradict themselves."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from stiffcal.experiments.friction.runs import FrictionReduction, FrictionRun, f
 from stiffcal.experiments.reduction import RunsReduction
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
+from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -43,7 +44,7 @@ class FrictionRunsReduction(RunsReduction):
         self.warnings += self._friction.warnings
         self.entries += [_entry(run, self._friction) for run in self._runs]
 
-    def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
+    def tables(self, settings: IngestSettings) -> dict[str, pa.Table]:
         """Return passes, and samples of other motion."""
         tables: dict[str, pa.Table] = {}
         names = self.campaign.chain.joint_names

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -34,6 +34,7 @@ from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.results import IngestedRun
 from stiffcal.store import table_of, values_of
+from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:
     from stiffcal.experiments.results import FittedLaw, IdentifiedModel
@@ -75,7 +76,7 @@ class ProbingReduction(RunsReduction):
         entry = IngestedRun(id=run.id, clock_ahead_s={}, n_states=0, n_readings=len(blocks), dropped=[])
         self.entries.append(entry)
 
-    def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
+    def tables(self, settings: IngestSettings) -> dict[str, pa.Table]:
         """Return a row for each run."""
         if not self._heights:
             return {}
