@@ -17,7 +17,8 @@ from stiffcal.campaign.beams import link_beams
 from stiffcal.campaign.naming import name_links
 from stiffcal.campaign.robot_file import ANGLE_SIGMA_DEG, LENGTH_SIGMA_M, GeometryEntry, JointEntry, RobotFile
 from stiffcal.campaign.transforms import placement_matrix, rotation_taking_z_to, screw_x, translation
-from stiffcal.campaign.urdf import UrdfJoint, UrdfRobot, read_urdf
+from stiffcal.campaign.urdf import UrdfRobot, read_urdf
+from stiffcal.campaign.urdf_elements import UrdfJoint
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain, GeometryTolerance

@@ -9,7 +9,8 @@ from pathlib import Path
 from stiffcal.campaign.joint_columns import columns_of_joints
 from stiffcal.campaign.proposed_lines import ProposedLine, quoted
 from stiffcal.campaign.table_sniffing import SniffedColumn
-from stiffcal.campaign.urdf import TURNING, UrdfJoint, UrdfRobot, chain_of, possible_tips
+from stiffcal.campaign.urdf import TURNING, UrdfRobot, chain_of, possible_tips
+from stiffcal.campaign.urdf_elements import UrdfJoint
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 

@@ -83,6 +83,8 @@ class IdentifyResult(CommandResult):
     """The error to expect in new poses; None where it is not known."""
     expected_error: str
     """The same in words."""
+    # The answer's JSON Schema promises these two sections by name, so that they are fields; further kinds have keys of
+    # their own, promised by no schema.
     clamped: OrAbsent[ClampedSection] = None
     """Joints of a clamped robot."""
     friction: OrAbsent[FrictionSection] = None

@@ -1,0 +1,233 @@
+"""The elements of a URDF as numbers: XML that may be hostile, lengths and angles that may be in another unit."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from stiffcal.campaign.sizes import implausible_length, mass_mistake
+from stiffcal.campaign.typed import WrongValueError
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.files import read_regular
+from stiffcal.limits import URDF, URDF_NODES
+
+Triple: TypeAlias = tuple[float, float, float]
+
+MOST_NESTED = 100  # elements in elements: a robot has five
+MOST_RAD = 200.0 * math.pi  # a hundred turns
+_ZERO: Triple = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class UrdfJoint:
+    """One joint element."""
+
+    name: str
+    """The joint's name, as written."""
+    kind: str
+    """Its type, as written."""
+    parent: str
+    """Name of the parent link."""
+    child: str
+    """Name of the child link."""
+    xyz: Triple
+    """m, from the parent link to the joint."""
+    rpy: Triple
+    """rad about fixed x, y, z, from the parent link to the joint."""
+    axis: Triple
+    """In the joint's frame, as written."""
+    limits: tuple[float, float] | None
+    """rad, None where not given."""
+    mimics: bool
+    """Follows another joint."""
+
+
+@dataclass(frozen=True)
+class UrdfLink:
+    """One link element: mass in kg (None without inertial) and centre of mass in the link's frame, m."""
+
+    name: str
+    mass: float | None
+    com: Triple
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Builds the tree of a URDF; refuses what is none before it takes the machine's memory."""
+
+    def __init__(self, file: str) -> None:
+        super().__init__()
+        self._file = file
+        self._nodes = self._depth = 0
+
+    def doctype(self, *_: str | None) -> None:
+        """Refuse a document type: its entities can be as large as one likes, or name other files."""
+        raise InputError.at(
+            FaultCode.SYNTAX_INVALID,
+            self._file,
+            "<!DOCTYPE>",
+            "a URDF has no document type",
+            "delete it and its entities",
+        )
+
+    def start(self, tag: str, attributes: dict[str, str], /) -> ElementTree.Element:
+        """Count an element in."""
+        self._nodes += 1
+        self._depth += 1
+        URDF_NODES.check(self._nodes, self._file)
+        if self._depth > MOST_NESTED:
+            reason = f"more than {MOST_NESTED} elements lie in one another"
+            raise InputError.at(FaultCode.SIZE_EXCEEDED, self._file, f"<{tag}>", reason, "write them side by side")
+        return super().start(tag, attributes)
+
+    def end(self, tag: str, /) -> ElementTree.Element:
+        """Leave an element."""
+        self._depth -= 1
+        return super().end(tag)
+
+
+def parse_urdf(path: Path, file: str) -> ElementTree.Element:
+    """Return the root of a URDF.
+
+    Raises
+    ------
+    InputError
+        There is no such file, it is no XML or no URDF, or it is larger than any robot's.
+    """
+    try:
+        parser = ElementTree.XMLParser(target=_Builder(file))
+        parser.feed(read_regular(path, file, limit=URDF))
+        root = parser.close()
+    except FileNotFoundError:
+        raise InputError.at(
+            FaultCode.FILE_MISSING, file, "", "no such file", "correct urdf in the robot file"
+        ) from None
+    except OSError as error:
+        raise InputError.at(
+            FaultCode.FILE_UNREADABLE, file, "", f"cannot be read: {error.strerror}", "correct urdf in the robot file"
+        ) from None
+    except ElementTree.ParseError as error:
+        line, column = error.position
+        reason = f"this is not XML: {str(error).split(':')[0]}"
+        raise InputError.at(
+            FaultCode.SYNTAX_INVALID, file, f"line {line}, column {column + 1}", reason, "correct that line"
+        ) from None
+    except (ValueError, LookupError) as error:  # of an encoding that Python does not know
+        raise InputError.at(
+            FaultCode.SYNTAX_INVALID, file, "line 1", f"this is not XML: {error}", "save the file as UTF-8"
+        ) from None
+    if root.tag != "robot":
+        raise InputError.at(
+            FaultCode.URDF_INVALID,
+            file,
+            f"<{root.tag}>",
+            "this is not a URDF",
+            "expand xacro files first; the root is <robot>",
+        )
+    return root
+
+
+def _triple(text: str | None, default: Triple, file: str, place: str) -> Triple:
+    if text is None:
+        return default
+    try:
+        x, y, z = (float(number) for number in text.split())
+    except ValueError:
+        raise InputError.at(
+            FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not three numbers', "write x y z"
+        ) from None
+    if not all(math.isfinite(number) for number in (x, y, z)):
+        raise InputError.at(
+            FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not three finite numbers', "write x y z"
+        )
+    return x, y, z
+
+
+def _lengths(text: str | None, file: str, place: str) -> Triple:
+    """Return a place in m."""
+    lengths = _triple(text, _ZERO, file, place)
+    for length in lengths:
+        _refuse(implausible_length(length), file, place)
+    return lengths
+
+
+def _angles(text: str | None, file: str, place: str) -> Triple:
+    """Return three angles in rad."""
+    angles = _triple(text, _ZERO, file, place)
+    for angle in angles:
+        if abs(angle) > MOST_RAD:
+            mend = f"write the angles in rad: if {angle:.6g} is in degrees, {math.radians(angle):.6g}"
+            raise InputError.at(
+                FaultCode.VALUE_INVALID, file, place, f"rpy: {angle:.6g} rad is more than a hundred turns", mend
+            )
+    return angles
+
+
+def _refuse(mistake: WrongValueError | None, file: str, place: str) -> None:
+    if mistake is not None:
+        raise InputError.at(FaultCode.VALUE_INVALID, file, place, mistake.reason, mistake.mend)
+
+
+def _number(text: str | None, file: str, place: str) -> float | None:
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError.at(
+            FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not a number', "write a number"
+        ) from None
+    if math.isnan(value):
+        raise InputError.at(FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not a number', "write a number")
+    return value
+
+
+def joint_of(element: ElementTree.Element, file: str) -> UrdfJoint:
+    """Return a joint element; InputError where it lacks a link or a number is none."""
+    name = element.get("name", "?")
+    place = f"joint {name}"
+    parent, child, origin = element.find("parent"), element.find("child"), element.find("origin")
+    axis, limit = element.find("axis"), element.find("limit")
+    if parent is None or child is None:
+        raise InputError.at(
+            FaultCode.URDF_INVALID,
+            file,
+            place,
+            "parent or child is missing",
+            "add <parent link=…/> and <child link=…/>",
+        )
+    kind = element.get("type", "fixed")
+    limits = None
+    if kind == "revolute" and limit is not None:
+        low, high = (_number(limit.get(key, "0"), file, place) or 0.0 for key in ("lower", "upper"))
+        limits = (low, high) if high > low else None
+    return UrdfJoint(
+        name,
+        kind,
+        parent.get("link", ""),
+        child.get("link", ""),
+        _lengths(None if origin is None else origin.get("xyz"), file, f"{place}, origin xyz"),
+        _angles(None if origin is None else origin.get("rpy"), file, f"{place}, origin rpy"),
+        _triple(None if axis is None else axis.get("xyz"), (1.0, 0.0, 0.0), file, f"{place}, axis"),
+        limits,
+        element.find("mimic") is not None,
+    )
+
+
+def link_of(element: ElementTree.Element, file: str) -> UrdfLink:
+    """Return a link element; InputError where a number is none or implausible."""
+    name = element.get("name", "?")
+    inertial = element.find("inertial")
+    if inertial is None:
+        return UrdfLink(name, None, _ZERO)
+    mass, origin = inertial.find("mass"), inertial.find("origin")
+    place = f"link {name}"
+    value = None if mass is None else _number(mass.get("value"), file, f"{place}, mass")
+    if value is not None:
+        _refuse(mass_mistake(value), file, f"{place}, mass")
+    return UrdfLink(
+        name, value, _lengths(None if origin is None else origin.get("xyz"), file, f"{place}, inertial xyz")
+    )
