@@ -30,6 +30,10 @@ def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
     residual = residual.copy()
     for number, members in enumerate(members_of(scan.fold_of_state)):
         residual[:, members] -= np.tensordot(score.without[number], columns[:, :, members], axes=1)
+    # No other pose shows a slip: in its own it is judged by the load cycles, as its score is.
+    for positions, change in score.in_run:
+        states = np.unique(positions % residual.shape[1])
+        residual[:, states] -= np.tensordot(change, columns[:, :, states], axes=1)
     return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 
 

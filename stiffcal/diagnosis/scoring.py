@@ -125,6 +125,10 @@ class Score:
     """
     normal: Floats
     """(k, k) whitened inner products of the columns, all poses together: the information of ``solution``."""
+    in_run: tuple[tuple[Integers, Floats], ...] = ()
+    """Of a slip, for each load cycle of the slipped pose: the positions (s,) of its rows, and by how much the
+    parameters (k,) fitted without it differ from the base model's.
+    """
 
 
 def quadratic(products: Floats, solution: Floats) -> Floats:

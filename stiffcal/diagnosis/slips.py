@@ -113,4 +113,5 @@ def score_in_run(
     nested[:, groups[fold]] += better - heldout[fold]
     heldout[fold] = better
     squared_change[fold] = float(np.einsum("fk,fkl,fl->", change, stretch_products[:, :-1, :-1], change))
-    return replace(score, heldout=heldout, prediction_change=squared_change, nested=nested)
+    in_run = tuple(zip(stretches, change, strict=True))
+    return replace(score, heldout=heldout, prediction_change=squared_change, nested=nested, in_run=in_run)

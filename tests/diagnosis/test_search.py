@@ -117,6 +117,22 @@ def test_rotation_and_translation_after_choosing_are_measured_each_by_itself() -
     assert diagnosis_result(states, search).heldout_rms_after_choosing == after
 
 
+def test_the_error_with_a_slip_is_that_of_the_load_cycles_left_out() -> None:
+    """No other pose shows a slip: in its own run it is judged cycle by cycle, in the table as in the decision."""
+    states = played(medium_robot(), runs=8, noise=NOISE, load_scatter=0.03, seed=11)
+    slipped = np.flatnonzero(states.run == 3)
+    position = states.position.copy()
+    position[slipped[len(slipped) // 2 :]] += np.array([3e-4, 0.0, 1e-4])
+    search = search_missing(replace(states, position=position), joint_springs(six_axes()), find_effects())
+    finding = diagnosis_result(states, search).findings[0]
+    assert finding.effect == "seat-shift"
+    before, after = (finding.heldout_rms_before.translation or 0.0), (finding.heldout_rms_after.translation or 0.0)
+    assert after < 0.55 * before
+    # without that pose nobody would choose a slip in it
+    assert finding.heldout_rms_after_choosing is not None
+    assert finding.heldout_rms_after_choosing.translation == pytest.approx(before, rel=0.05)
+
+
 def test_the_hidden_size_comes_back() -> None:
     """The cubic term within four of its standard uncertainties."""
     _, search = searched("cubic")
