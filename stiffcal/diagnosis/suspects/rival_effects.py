@@ -9,18 +9,17 @@ rank), a prior as broad as the effect found, and 2 log of how many there were to
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.diagnosis.candidates import Candidate, list_candidates, variants
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.suspects.additive import Offset
 from stiffcal.diagnosis.suspects.bench import Bench, Held
-from stiffcal.diagnosis.suspects.influence import RIDGE
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects
@@ -45,75 +44,102 @@ def explaining_effect(
 ) -> Candidate | None:
     """Return the effect that explains these runs better than a fault in each does; None where none does.
 
+    What counts is the misfit of these runs against the others, with the effect in the model: an effect that improves
+    all other runs and leaves these as they are explains no fault. Its amplitudes are free of cost as far as the other
+    runs support them.
+
     Parameters
     ----------
     bench : the model without these runs. held : all runs against it. states : of all runs.
     faults : the runs in question. unit : what one is in the scores, where the others are beyond their noise too.
     """
-    limit = _cost_of_faults(held, faults, unit)
+    gone = np.isin(held.data.run, [fault.run for fault in faults])
+    everything, others = _Springs.of(held, np.ones(len(gone), dtype=np.bool_)), _Springs.of(held, ~gone)
     state = Linearised.about(bench.robot, held.data)
     candidates, _ = list_candidates(bench.robot, states, built_in_effects())
-    candidates = [candidate for candidate in candidates if not is_slip(candidate.effect)]
-    springs = _Springs.of(held)
-    best: Candidate | None = None
+    # a step in one run is a fault and an effect at once; a joint's whole compliance explains one run of anything
+    candidates = [one for one in candidates if not (is_slip(one.effect) or one.effect.general)]
+    best, least = None, _cost_of_faults(held, faults, unit)
+    # with as many amplitudes as these runs have readings anything is explained
+    most = int(held.blocks.freedom([fault.run for fault in faults])[[fault.run for fault in faults]].sum())
     for candidate in candidates:
         regressors = [one for one in variants(candidate, state, bench.robot.chain) if one.symbols]
         choice = 2.0 * log(max(len(regressors), 1)) + 2.0 * log(len(candidates))
-        for cost in springs.costs(held, regressors, unit):
-            if cost + choice < limit:
-                best, limit = candidate, cost + choice
+        for regressor in regressors:
+            rows = held.projection.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))
+            rows = rows.reshape(len(rows), *held.rows.shape[1:])
+            fitted = everything.fitted(rows, regressor)
+            if fitted is None:
+                continue
+            misfit, rank = fitted
+            if rank >= most:
+                continue
+            elsewhere = others.fitted(rows, regressor)
+            misfit_elsewhere = others.misfit if elsewhere is None else elsewhere[0]
+            gain = max(everything.misfit - misfit, 0.0) / unit**2
+            supported = max(others.misfit - misfit_elsewhere, 0.0) / unit**2
+            price = max(rank * log(1.0 + gain / rank) + choice - supported, 0.0)
+            cost = max(misfit - misfit_elsewhere, 0.0) / unit**2 + price
+            if cost < least:
+                best, least = candidate, cost
     return best
 
 
 def _cost_of_faults(held: Held, faults: Sequence[RunFault], unit: float) -> float:
-    """Return the squared misfit of all other runs, and what the faults leave and cost."""
-    blocks, gone = held.blocks, [fault.run for fault in faults]
-    kept = np.setdiff1d(np.arange(len(blocks.square)), gone)
-    gram, right = blocks.gram[kept].sum(axis=0), blocks.right[kept].sum(axis=0)
-    solved = np.linalg.solve(gram + RIDGE * np.eye(len(gram)), right)
-    cost = float(blocks.square[kept].sum() - right @ solved) / unit**2
-    deleted, freedom = blocks.deleted(gone) / unit**2, blocks.freedom(gone)
+    """Return what these runs leave with their faults taken back, and what the faults cost.
+
+    A run that nothing explains counts as one with a noise of its own: dof (1 + log(misfit / dof)).
+    """
+    gone = [fault.run for fault in faults]
+    deleted, freedom = held.blocks.deleted(gone) / unit**2, held.blocks.freedom(gone)
+    cost = 2.0 * len(faults) * log(len(held.blocks.square))
     for fault in faults:
         misfit, dof = float(deleted[fault.run]), max(int(freedom[fault.run]), 1)
         if fault.cured_cost is not None:
             cost += fault.cured_cost
-        elif fault.offset is None:
-            cost += dof * log(1.0 + misfit / dof)
-        else:
+        elif fault.offset is not None:
             cost += max(misfit - fault.offset.gain / unit**2, 0.0) + fault.offset.penalty
-    return cost + 2.0 * len(faults) * log(len(blocks.square))
+        else:
+            cost += dof * (1.0 + log(max(misfit / dof, 1.0)))
+    return cost
 
 
 @dataclass(frozen=True)
 class _Springs:
-    """What the present model can explain of all runs, as orthonormal rows, and what it leaves."""
+    """What the present model can explain of some states, as orthonormal rows, and what it leaves."""
 
+    chosen: Booleans
+    """(n,) the states."""
     basis: Floats
     """(q, k) orthonormal rows of k whitened readings."""
     residual: Floats
     """(k,) what they leave of the readings."""
 
     @classmethod
-    def of(cls, held: Held) -> _Springs:
-        rows = np.einsum("pq,pmn->qmn", held.basis.combination, held.rows[:-1])
+    def of(cls, held: Held, chosen: Booleans) -> _Springs:
+        rows = np.einsum("pq,pmn->qmn", held.basis.combination, held.rows[:-1][:, :, chosen])
         basis = np.linalg.qr(rows.reshape(len(rows), -1).T)[0].T
-        residual = held.rows[-1].ravel()
-        return cls(basis, residual - (basis @ residual) @ basis)
+        residual = held.rows[-1][:, chosen].ravel()
+        return cls(chosen, basis, residual - (basis @ residual) @ basis)
 
-    def costs(self, held: Held, regressors: Sequence[Regressor], unit: float) -> Iterator[float]:
-        """Yield the squared misfit of all runs with each regressor fitted too, and the cost of its amplitudes."""
-        for regressor in regressors:
-            rows = held.projection.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))
-            rows = rows.reshape(len(rows), -1)
-            rows = rows - (rows @ self.basis.T) @ self.basis
-            columns, residual = rows[:-1], self.residual - rows[-1]
-            amplitude, _, rank, _ = np.linalg.lstsq(columns.T, residual, rcond=SMALLEST_SHARE)
-            if not rank or _impossible(regressor, amplitude):
-                continue
-            left = residual - amplitude @ columns
-            misfit = float(left @ left) / unit**2
-            gain = max(float(self.residual @ self.residual) / unit**2 - misfit, 0.0)
-            yield misfit + rank * log(1.0 + gain / rank)
+    @property
+    def misfit(self) -> float:
+        """Squared, without an effect."""
+        return float(self.residual @ self.residual)
+
+    def fitted(self, rows: Floats, regressor: Regressor) -> tuple[float, int] | None:
+        """Return the squared misfit with an effect's whitened rows (q + 1, m, n) fitted too, and their rank.
+
+        None where they add nothing to the model here, or only with a negative compliance.
+        """
+        own = rows[:, :, self.chosen].reshape(len(rows), -1)
+        own = own - (own @ self.basis.T) @ self.basis
+        columns, residual = own[:-1], self.residual - own[-1]
+        amplitude, _, rank, _ = np.linalg.lstsq(columns.T, residual, rcond=SMALLEST_SHARE)
+        if not rank or _impossible(regressor, amplitude):
+            return None
+        left = residual - amplitude @ columns
+        return float(left @ left), int(rank)
 
 
 def _impossible(regressor: Regressor, amplitude: Floats) -> bool:
