@@ -93,6 +93,29 @@ class FitComparison:
         numbers = ["before", "after", "change", "relative", "std", "p_value"]
         return frame.astype(dict.fromkeys(numbers, "float64"))
 
+    @property
+    def before_after(self) -> pd.DataFrame:
+        """One parameter a row, by full name: of compliances the stiffness, with the 95 % intervals of both fits.
+
+        ``outside_interval`` is whether the value after lies outside the 95 % interval before.
+        """
+        from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
+
+        estimates = (estimated_parameters(fit.result.parameters) for fit in (self.before, self.after))
+        rows: list[dict[str, str | float | bool | None]] = []
+        for value in values_before_and_after(*estimates):
+            row: dict[str, str | float | bool | None] = {
+                "parameter": value.name, "effect": value.effect, "place": place_label(value.where), "unit": value.unit,
+            }  # fmt: skip
+            for side, estimate in (("before", value.before), ("after", value.after)):
+                low, high = (None, None) if estimate is None else estimate.interval or (None, None)
+                row |= {side: None if estimate is None else estimate.value}
+                row |= {f"{side}_low_95": low, f"{side}_high_95": high}
+            rows.append(row | {"relative": value.relative, "outside_interval": value.outside_interval})
+        frame = frame_of_rows(rows).set_index("parameter")
+        numbers = [name for name in frame.columns if name.startswith(("before", "after", "relative"))]
+        return frame.astype(dict.fromkeys(numbers, "float64"))
+
     def summary(self) -> str:
         """Return both errors in a line."""
         errors = self.errors

@@ -288,6 +288,15 @@ def test_a_trial_is_compared_with_the_fit(with_play: stiffcal.CampaignSession) -
     assert table["p_value"].isna().all()  # the same readings: no two independent fits
 
 
+def test_a_comparison_shows_the_stiffness_before_and_after(with_play: stiffcal.CampaignSession) -> None:
+    values = stiffcal.compare(with_play.identify(), with_play.with_effect("backlash", joints=[4])).before_after
+    spring = values.loc["joint-compliance.j4.c"]
+    assert spring["unit"] == "N·m/rad"
+    assert spring["before_low_95"] < spring["before"] < spring["before_high_95"]
+    assert spring["outside_interval"] == (not spring["before_low_95"] <= spring["after"] <= spring["before_high_95"])
+    assert np.isnan(values.loc["backlash.j4.width"]["before"])
+
+
 def test_fits_of_two_campaigns_are_compared_as_the_command_does(
     fit: stiffcal.FittedModel, validated_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
