@@ -74,15 +74,15 @@ def _ranges(rows: Iterable[int]) -> str:
 def _thresholds(
     campaign: Campaign, file: ThresholdsFile | None, earlier: dict[str, object] | None
 ) -> Iterator[AuthorChoice]:
-    own = campaign.manifest.thresholds.written()
-    for key in sorted({*own, *(earlier or {})}):
+    of_campaign = campaign.manifest.thresholds.written()
+    for key in sorted({*of_campaign, *(earlier or {})}):
         notes = []
-        if earlier is not None and own.get(key) != earlier.get(key):
+        if earlier is not None and of_campaign.get(key) != earlier.get(key):
             notes.append(f"was {_shown(earlier.get(key))} at the last validation")
-        if file is not None and key in own:
+        if file is not None and key in of_campaign:
             notes.append(_against_file(key, campaign, file))
         if notes:
-            text = f"{key} = {_shown(own.get(key))}: {'; '.join(notes)}"
+            text = f"{key} = {_shown(of_campaign.get(key))}: {'; '.join(notes)}"
             yield AuthorChoice(kind="threshold", place=f"thresholds.{key}", text=text)
     if file is not None:
         yield from _by_name_alone(campaign, file)
@@ -90,15 +90,15 @@ def _thresholds(
 
 def _against_file(key: str, campaign: Campaign, file: ThresholdsFile) -> str:
     limits = file.own_limits(campaign.name, _folder(campaign))
-    theirs = limits.written().get(key)
+    allowed = limits.written().get(key)
     if key == "baseline":
-        return "the file names none" if theirs is None else "not used: the file names its own"
-    if theirs is None and not (key == "max_drift" and limits.baseline is not None):
+        return "the file names none" if allowed is None else "not used: the file names its own"
+    if allowed is None and not (key == "max_drift" and limits.baseline is not None):
         return "stands in campaign.toml alone"
     holds = tighter(limits, Thresholds.model_validate({key: campaign.manifest.thresholds.written()[key]}))
-    if holds.written().get(key) == theirs:
-        return f"not used: the file's {_shown(theirs)} is tighter"
-    return f"tighter than the file's {_shown(theirs)}: {_shown(holds.written().get(key))} holds"
+    if holds.written().get(key) == allowed:
+        return f"not used: the file's {_shown(allowed)} is tighter"
+    return f"tighter than the file's {_shown(allowed)}: {_shown(holds.written().get(key))} holds"
 
 
 def _by_name_alone(campaign: Campaign, file: ThresholdsFile) -> Iterator[AuthorChoice]:

@@ -40,28 +40,24 @@ def no_outcome(outcome: CampaignOutcome, done: int, of: int) -> None:
 
 @dataclass(frozen=True)
 class BatchOptions:
-    """How a batch is to be run.
-
-    Attributes
-    ----------
-    jobs : processes on this machine; None: one per core that this process may use.
-    thresholds : a file of thresholds, which the manifests may only tighten.
-    store : below which address the stores are, each under its campaign's name; None: DIR/store.
-    reports : below which folder the PDFs go, each under its campaign's name; None: DIR/report.pdf.
-    report : False: no PDFs.
-    scheduler : the address of a Dask cluster that is to do the work; None: this machine.
-    progress : called with what is being done.
-    finished : called with each campaign's outcome as it comes, with how many of how many that are.
-    """
+    """How a batch is to be run."""
 
     jobs: int | None = None
+    """Processes on this machine; None: one per core that this process may use."""
     thresholds: Path | None = None
+    """A file of thresholds, which the manifests may only tighten."""
     store: str | None = None
+    """The address below which the stores are, each under its campaign's name; None: DIR/store."""
     reports: Path | None = None
+    """The folder for the PDFs, each under its campaign's name; None: DIR/report.pdf."""
     report: bool = True
+    """False: no PDFs."""
     scheduler: str | None = None
+    """The address of a Dask cluster that is to do the work; None: this machine."""
     progress: Progress = no_progress
+    """Called with what is being done."""
     finished: Callable[[CampaignOutcome, int, int], None] = no_outcome
+    """Called with each campaign's outcome, the number of outcomes so far and the number of campaigns."""
 
 
 def batch_campaigns(folders: Sequence[Path], options: BatchOptions | None = None) -> BatchResult:
@@ -148,16 +144,16 @@ def find_campaigns(folders: Sequence[Path]) -> tuple[list[tuple[Path, str]], lis
     by_path: dict[Path, tuple[Path, str]] = {}
     absent: list[CampaignOutcome] = []
     faults: list[Fault] = []
-    for named in folders:
-        inside = [named] if (named / MANIFEST_FILE).is_file() else sorted(_below(named))
+    for folder_given in folders:
+        inside = [folder_given] if (folder_given / MANIFEST_FILE).is_file() else sorted(_below(folder_given))
         for folder in inside:
-            label = Path(named.resolve().name, folder.relative_to(named)).as_posix()
+            label = Path(folder_given.resolve().name, folder.relative_to(folder_given)).as_posix()
             by_path.setdefault(folder.resolve(), (folder, label))
         if not inside:
-            reason = f"there is no {MANIFEST_FILE} in it" if named.is_dir() else "no such folder"
-            fault = Fault(FaultCode.FILE_MISSING, str(named), "", reason, "name a campaign folder")
+            reason = f"there is no {MANIFEST_FILE} in it" if folder_given.is_dir() else "no such folder"
+            fault = Fault(FaultCode.FILE_MISSING, str(folder_given), "", reason, "name a campaign folder")
             faults.append(fault)
-            absent.append(outcome_of(BatchTask(folder=str(named), campaign=str(named)), BROKEN, fault))
+            absent.append(outcome_of(BatchTask(folder=str(folder_given), campaign=str(folder_given)), BROKEN, fault))
     if not by_path:
         mend = "name a campaign folder, or a folder with such in it"
         raise InputError.at(FaultCode.FILE_MISSING, faults[0].file, "", faults[0].reason, mend)
@@ -226,8 +222,8 @@ def _bytes_of(folder: Path) -> int:
 def _unused(file: ThresholdsFile | None, outcomes: Sequence[CampaignOutcome]) -> list[str]:
     if file is None:
         return []
-    known = {name for outcome in outcomes for name in (outcome.name, Path(outcome.folder).resolve().name)}
-    return [f"the thresholds of {name} are of no campaign here" for name in file.campaigns if name not in known]
+    outcome_names = {name for outcome in outcomes for name in (outcome.name, Path(outcome.folder).resolve().name)}
+    return [f"the thresholds of {name} are of no campaign here" for name in file.campaigns if name not in outcome_names]
 
 
 def _result(outcomes: list[CampaignOutcome], workers: BatchWorkers, seconds: float, warnings: list[str]) -> BatchResult:

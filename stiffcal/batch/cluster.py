@@ -121,13 +121,13 @@ def _connected(distributed: Any, address: str) -> Any:
     try:
         return distributed.Client(address, timeout=ANSWER_S, name="stiffcal")
     except (OSError, TimeoutError, ValueError) as error:
-        words = (str(error).splitlines() or [type(error).__name__])[0]
+        text = (str(error).splitlines() or [type(error).__name__])[0]
         mend = "give the address that dask scheduler shows when it starts, like tcp://host:8786"
         raise InputError.at(
             FaultCode.CLUSTER_UNREACHABLE,
             "command line",
             "--scheduler",
-            f"no Dask scheduler at {address} ({words})",
+            f"no Dask scheduler at {address} ({text})",
             mend,
         ) from None
 

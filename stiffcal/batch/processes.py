@@ -109,12 +109,12 @@ class WorkerProcess:
             code = self._process.wait(STOP_S)
         except subprocess.TimeoutExpired:
             return "its process no longer answered"
-        # its end alone: of what a library or a campaign's code writes there nobody knows how much it is
+        # its end alone: of what a library or a campaign's code writes there the amount is unknown
         self._words.seek(max(0, self._words.seek(0, os.SEEK_END) - LAST_BYTES))
         lines = self._words.read(LAST_BYTES).decode("utf-8", "replace").split("\n")
         message = next((line.strip() for line in reversed(lines) if line.strip()), "")
-        how = f"was ended by signal {-code}" if code < 0 else f"ended with code {code}"
-        return f"its process {how}" + (f": {message}" if message else "")
+        ending = f"was ended by signal {-code}" if code < 0 else f"ended with code {code}"
+        return f"its process {ending}" + (f": {message}" if message else "")
 
     def stop(self) -> None:
         """End the process: what it is writing to a store is taken away or was complete."""

@@ -73,16 +73,17 @@ def totals_of(result: BatchResult) -> str:
     """Return the sentence that sums the batch up."""
     counts, workers, memory = result.counts, result.workers, result.peak_memory_bytes
     states = ", ".join(
-        f"{number} {words}"
-        for number, words in ((counts.held, "held"), (counts.not_held, "not held"), (counts.broken, "broken"))
-        if number or words == "held"
+        f"{number} {text}"
+        for number, text in ((counts.held, "held"), (counts.not_held, "not held"), (counts.broken, "broken"))
+        if number or text == "held"
     )
     kind = "process" if workers.count == 1 else "processes"
-    means = f"{workers.count} {kind}" if workers.kind == "processes" else f"{workers.count} threads of Dask"
-    size = f", at most {memory / 1e6:.0f} MB each" if memory else ""
+    workers_text = f"{workers.count} {kind}" if workers.kind == "processes" else f"{workers.count} threads of Dask"
+    memory_text = f", at most {memory / 1e6:.0f} MB each" if memory else ""
     noun = "campaign" if counts.campaigns == 1 else "campaigns"
     return (
-        f"{counts.campaigns} {noun}: {states}; {counts.unchanged} unchanged; {result.seconds:.1f} s with {means}{size}"
+        f"{counts.campaigns} {noun}: {states}; {counts.unchanged} unchanged; {result.seconds:.1f} s with "
+        f"{workers_text}{memory_text}"
     )
 
 

@@ -62,19 +62,18 @@ REPORT = "report"
 
 @dataclass
 class _Run:
-    """What a task has done so far: each step with its reason ("" where nothing had to be done) and its time, s.
-
-    Attributes
-    ----------
-    began : True where the step had something to do.
-    choices : of the campaign's author, as soon as they are known.
-    """
+    """What a task has done so far."""
 
     steps: dict[str, BatchStep] = field(default_factory=dict)
+    """Finished steps, each with its reason ("" where nothing had to be done) and its time, s."""
     step: str = STEPS[0]
+    """The step that runs now."""
     why: str = ""
+    """Its reason, "" where nothing has to be done."""
     began: bool = False
+    """True where the step had something to do."""
     choices: list[AuthorChoice] = field(default_factory=list)
+    """Choices of the campaign's author, as soon as they are known."""
 
     def starting(self, step: str, reason: str) -> None:
         """Take note of why a step, or an earlier one that it needs, is run."""

@@ -1,6 +1,6 @@
 """A process that works through tasks: a line of JSON on standard input is a task, one on standard output its outcome.
 
-Between them stand lines of messages to be shown at once, ``{"said": …}``: its standard error is not shown; and
+Between them are lines of messages to be shown at once, ``{"said": …}``: its standard error is not shown; and
 before code of a campaign runs, the names of its files, ``{"plugins": …}``.
 
 Why not multiprocessing: its children import the caller's main script again, a killed one breaks the whole pool, and

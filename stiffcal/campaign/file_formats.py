@@ -23,22 +23,18 @@ READERS = "stiffcal.readers"
 
 
 class LogFormat(Protocol):
-    """What the manifest has to know of a log format; the readers' `Reader` has it all.
-
-    Attributes
-    ----------
-    name : as in ``format = "csv"``, and of its table of options.
-    endings : what a file's name may end with, each with its dot, in small letters.
-    packed_endings : endings of packers behind one of `endings` that are unpacked as well.
-    options : the table of options, ``csv = {…}`` of a source.
-    in_files : False where the logs are no files: `file` of a source is then a table or a query.
-    """
+    """What the manifest has to know of a log format; the readers' `Reader` has it all."""
 
     name: str
+    """The format's name, as in ``format = "csv"``; its table of options is called so too."""
     endings: tuple[str, ...]
+    """What a file's name may end with, each with its dot, in small letters."""
     packed_endings: tuple[str, ...]
+    """Endings of packers behind one of `endings` that are unpacked as well."""
     options: type[TomlTable]
+    """The table of options, ``csv = {…}`` of a source."""
     in_files: bool
+    """False where the logs are no files: `file` of a source is then a table or a query."""
 
 
 def format_names() -> tuple[str, ...]:

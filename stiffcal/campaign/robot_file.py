@@ -175,7 +175,7 @@ class RobotFile(TomlTable):
     Attributes
     ----------
     convention : "dh" (Denavit-Hartenberg) or "modified-dh" (Craig); with `urdf` none.
-    urdf : path beside robot.toml; base_link, tip_link where it branches.
+    urdf : path next to robot.toml; base_link, tip_link where it branches.
     gravity_mps2 : in base axes. joints : base to wrist; with a URDF only those with entries of their own.
     flange : in the last frame of the convention (DH: after a, α and d of the last row; URDF: the tip link).
     """

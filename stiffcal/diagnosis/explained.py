@@ -35,7 +35,7 @@ class Explained:
         """True where the effects can be all of it.
 
         Above the noise the share and its lower limit decide. Below, a share is itself mostly noise: only one that
-        resampling keeps below the limit, or one that leaves more than an adequate model does, speaks against it.
+        resampling keeps below the limit, or one that leaves more than an adequate model does, is evidence against it.
         """
         if self.avoidable >= SHARE_DECIDES:
             return self.share >= LEAST_EXPLAINED and self.low >= LEAST_EXPLAINED_LIMIT

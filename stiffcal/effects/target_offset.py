@@ -1,4 +1,4 @@
-"""Reflectors that are not where the manifest says."""
+"""Reflectors that are not where the manifest states."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SOURCE = "a reflector's place measured with a ruler: a millimetre or two"
 
 
 class TargetOffset(DocumentedEffect):
-    """The reflector or probe is not where the manifest says, so that the turning of the tool moves it otherwise.
+    """The reflector or probe is not where the manifest states, so that the turning of the tool moves it otherwise.
 
     Law: the target's true place on the flange is the manifest's plus (x, y, z), flange axes; where several targets sit
     on the flange, all of them (one tool, one error). Targets on links stay.

@@ -13,7 +13,7 @@ _SOURCE = "half a degree: a sensor bolted on without a dowel"
 
 
 class WrenchFrame(DocumentedEffect):
-    """The force sensor's axes are turned against what the manifest says, so that every wrench is taken as turned.
+    """The force sensor's axes are turned against what the manifest states, so that every wrench is taken as turned.
 
     Law: the true sensor axes are the manifest's turned by exp(r), r = (rx, ry, rz) a rotation vector in sensor axes;
     forces and moments turn together, the sensor's origin stays.

@@ -14,7 +14,7 @@ _SOURCE = "the data sheet's origin at the sensor's face, the calibration's at it
 
 
 class WrenchOrigin(DocumentedEffect):
-    """The point to which the force sensor's moments refer is not where the manifest says.
+    """The point to which the force sensor's moments refer is not where the manifest states.
 
     Law: the true origin is the manifest's plus d = (x, y, z), sensor axes: the moment about the manifest's point is the
     reading plus d × F.

@@ -39,6 +39,6 @@ class ErrorResult:
     """Answer of any command with exit code 2 or 3."""
 
     error: FaultEntry
-    """The fault that says most."""
+    """The most informative fault."""
     others: OrAbsent[list[FaultEntry]] = None
     """Further faults, where there are more."""
