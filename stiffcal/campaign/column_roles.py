@@ -20,7 +20,7 @@ _TRIPLES = {
     "moment": ("t", "m", "torque", "moment", "drehmoment", "tau", "mom"),
     "deflection": ("d", "delta", "u", "disp", "displacement", "defl", "deflection", "verschiebung", "def"),
     "rotation": ("dr", "deltar", "drot", "rot", "r", "phi", "dphi"),
-    "position": ("", "p", "pos", "position", "target", "point", "messpunkt"),
+    "position": ("", "p", "pos", "position", "target", "point", "messpunkt", "measurement", "measured"),
 }
 # A tracked target, also one of several: the first that is complete is taken.
 _TARGETS = re.compile(r"(led|marker|smr|reflector|reflektor|probe|tmac|tprobe|p|pt|point|punkt)\d*")

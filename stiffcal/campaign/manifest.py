@@ -354,6 +354,7 @@ class Manifest(TomlTable):
 
     look_alikes: ClassVar[dict[str, str]] = {
         "run": "runs",
+        "rows": "sources.NAME.rows",
         "source": "sources",
         "frame": "frames",
         "threshold": "thresholds",

@@ -279,6 +279,7 @@ def test_the_tool_point_is_asked_for_and_not_guessed(tmp_path: Path) -> None:
     ("header", "row", "words"),
     [
         ("X,Y,Z", "1500,20,{}", 'experiment = "free"'),
+        ("measurement_x,measurement_y,measurement_z", "1500,20,{}", 'experiment = "free"'),
         ("Fx,Fy,Fz,X,Y,Z", "0,0,{},1500,20,900", "every row is another pose: .*unloaded and loaded"),
         ("Fx,Fy,Fz", "0,0,{}", "--kind clamped"),
         ("note1,note2,note3", "0,0,{}", "--kind friction"),

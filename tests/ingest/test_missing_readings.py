@@ -120,6 +120,12 @@ def test_a_condition_at_a_source_of_several_files_is_refused_with_its_place(camp
         load_campaign(campaign)
 
 
+def test_a_condition_outside_the_sources_is_refused_with_its_place(campaign: Path) -> None:
+    edit(campaign, lambda text: f'rows = "X > -5000"\n{text}')
+    with pytest.raises(InputError, match="sources.NAME.rows"):
+        load_campaign(campaign)
+
+
 def test_a_coarse_clock_is_recognised_and_an_irregular_one_is_not() -> None:
     ticks = coarse_clock(0.016 * (np.arange(700) // 7))
     assert ticks is not None
