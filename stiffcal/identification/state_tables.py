@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.rows import LENGTH, ROTATION
+from stiffcal.measurements.columns import Values
 from stiffcal.store import table_of, values_of
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def observed_table(
     predicted, residual : (m, n) m and rad.
     of_states : further columns, (all load states,) each, which stand after ``row``.
     """
-    columns: dict[str, Any] = {
+    columns: dict[str, Values] = {
         "state": data.index,
         "run": [states.runs[number].name for number in data.run],
         "row": states.row[data.index],

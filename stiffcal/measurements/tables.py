@@ -15,7 +15,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.columns import table_of, values_of
+from stiffcal.measurements.columns import Values, table_of, values_of
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo, Sigma
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rods import BeamProperties, Rods
@@ -45,7 +45,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     """
     n_joints = states.joints.shape[1]
     names = joint_names if len(joint_names) == n_joints else tuple(f"joint{k + 1}" for k in range(n_joints))
-    columns: dict[str, Any] = {
+    columns: dict[str, Values] = {
         "run": [states.runs[k].name for k in states.run],
         "row": states.row,
         "time_s": states.time,

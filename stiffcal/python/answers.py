@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from stiffcal.compensation.predict_result import PredictResult
     from stiffcal.diagnosis.results import DiagnoseResult, Finding
     from stiffcal.documents import CommandResult, Document
+    from stiffcal.measurements.columns import Values
     from stiffcal.model.summary import EffectAt
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.results.validate_result import ValidateResult
@@ -309,7 +310,7 @@ class LoadPrediction(CampaignAnswer):
         import pandas as pd
 
         states = self.result.states
-        columns: dict[str, Any] = {
+        columns: dict[str, Values] = {
             f"{name}_deg": np.degrees([state.joints[k] for state in states])
             for k, name in enumerate(self.result.joint_names)
         }

@@ -21,6 +21,7 @@ from stiffcal.workflow.steps import RunContext
 if TYPE_CHECKING:
     from stiffcal.compensation.compensate_result import CompensateResult, CorrectedPose, PathError, PathJudgement
     from stiffcal.compensation.targets import Corrected
+    from stiffcal.measurements.columns import Values
     from stiffcal.measurements.rms import Rms
 
 
@@ -244,10 +245,10 @@ def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateR
     return sentences
 
 
-def _table(result: CompensateResult, path: CompensationPath) -> dict[str, Any]:
+def _table(result: CompensateResult, path: CompensationPath) -> dict[str, Values]:
     """Return the result as columns: degrees, N, N·m, mm, mrad, each with its unit."""
     corrected, judged = result.found, result.judged
-    columns: dict[str, Any] = {}
+    columns: dict[str, Values] = {}
     if path.time is not None:
         columns["t [s]"] = path.time
     if "segment" in path.table.words:

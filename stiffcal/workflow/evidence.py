@@ -19,9 +19,10 @@ from stiffcal.workflow.steps import Document, Ingested, key_of_table
 if TYPE_CHECKING:
     from stiffcal.diagnosis.evidence import EffectEvidence
     from stiffcal.diagnosis.search import Search
+    from stiffcal.measurements.columns import Values
     from stiffcal.measurements.load_states import LoadStates
 
-Columns: TypeAlias = dict[str, Any]
+Columns: TypeAlias = "dict[str, Values]"
 """The columns of a table by name, arrays of one length."""
 
 EVIDENCE, DIAGNOSES = "evidence", "diagnoses"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from stiffcal.workflow.steps import RunContext
 if TYPE_CHECKING:
     from stiffcal.compensation.map_result import MapGrid, MapResult, Plane
     from stiffcal.compensation.workspace import MapTask
+    from stiffcal.measurements.columns import Values
     from stiffcal.measurements.load_states import MeasurementSetup
 
 
@@ -286,10 +287,10 @@ def _nothing_reached(reached: NDArray[np.bool_]) -> Iterator[str]:
         yield "the robot reaches none of the points: choose another plane, or another --pose"
 
 
-def _table(result: MapResult) -> dict[str, Any]:
+def _table(result: MapResult) -> dict[str, Values]:
     """Return every point as columns, each with its unit."""
     workspace = result.found
-    columns: dict[str, Any] = {f"{axis} [mm]": 1e3 * workspace.points[:, k] for k, axis in enumerate("XYZ")}
+    columns: dict[str, Values] = {f"{axis} [mm]": 1e3 * workspace.points[:, k] for k, axis in enumerate("XYZ")}
     columns["status"] = [point.status for point in result.points]
     columns |= {f"{name} [deg]": np.degrees(workspace.joints[:, k]) for k, name in enumerate(result.grid.joint_names)}
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):

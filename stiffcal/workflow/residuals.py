@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,10 +10,11 @@ from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.workflow.steps import Ingested
 
 if TYPE_CHECKING:
+    from stiffcal.measurements.columns import Values
     from stiffcal.results.identify_result import IdentifyResult
 
 
-def residual_columns(data: Ingested, identified: IdentifyResult, table: str) -> dict[str, Any]:
+def residual_columns(data: Ingested, identified: IdentifyResult, table: str) -> dict[str, Values]:
     """Return a table of the store as columns, (m,) each, with joint angles, times, noise, and what the states carry.
 
     Parameters

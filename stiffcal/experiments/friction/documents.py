@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from stiffcal.experiments.friction.fitting import FrictionFit, FrictionParameter, JointFrictionFit
     from stiffcal.experiments.friction.readings import SteadyReadings
+    from stiffcal.measurements.columns import Values
     from stiffcal.model.composite import PlacedEffect
 
 
@@ -268,7 +269,7 @@ def fit_table(data: MeasuredRuns, fit: FrictionFit) -> pa.Table:
     return table_of(friction_fit_columns(fit, data.joint_names))
 
 
-def friction_fit_columns(fit: FrictionFit, joint_names: tuple[str, ...]) -> dict[str, Any]:
+def friction_fit_columns(fit: FrictionFit, joint_names: tuple[str, ...]) -> dict[str, Values]:
     """Return columns: velocity, friction as measured (weight, inertia, zeros taken off), fit, residual."""
     rows = fit.rows
     return {
