@@ -15,8 +15,9 @@ import queue
 import signal
 import sys
 import threading
-from typing import IO, Any
+from typing import IO
 
+from stiffcal.documents import Document
 from stiffcal.module_path import quiet_libraries
 
 
@@ -36,7 +37,7 @@ def main() -> None:
     from stiffcal.trust.notices import notices_to
     from stiffcal.trust.running import before_plugin_code
 
-    def answer(document: dict[str, Any]) -> None:
+    def answer(document: Document) -> None:
         answers.write(document_text(document, indent=None) + "\n")
         answers.flush()
 

@@ -13,8 +13,9 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
+from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.escapes import file_name
 from stiffcal.fault_codes import FaultCode
@@ -195,7 +196,7 @@ def parse_index(content: bytes, display_name: str) -> Index:
     return Index(tables, documents, hashlib.sha256(content).hexdigest())
 
 
-def _entries(listed: dict[str, Any], kind: str, *, hashed: bool) -> dict[str, Entry]:
+def _entries(listed: Document, kind: str, *, hashed: bool) -> dict[str, Entry]:
     entries = {}
     for name, entry in listed.items():
         if not 0 < len(name) <= _MOST_NAME or "\0" in name:
@@ -235,7 +236,7 @@ update stiffcal [store-newer]
         )
 
 
-def parse_json(content: bytes) -> dict[str, Any]:
+def parse_json(content: bytes) -> Document:
     """Return a JSON object that anybody may have written.
 
     Raises

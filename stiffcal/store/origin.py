@@ -11,8 +11,9 @@ import os
 import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
+from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.store.index import FOREIGN, ORIGINS, OWN, REBUILD, TRUSTED_PLACE, DamagedStoreError, Entry, Index
@@ -81,7 +82,7 @@ def known_sources_state(digest: str) -> str:
     return "" if known is None else known.sources_state
 
 
-def with_origins(name: str, document: dict[str, Any], entry: Entry, generation: str, place: str) -> dict[str, Any]:
+def with_origins(name: str, document: Document, entry: Entry, generation: str, place: str) -> Document:
     """Return a document that grows entry by entry, each entry with its origin where that is not the user.
 
     An entry cannot make itself the user's own: what it states of itself counts only in an own generation.

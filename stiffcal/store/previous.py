@@ -6,8 +6,9 @@ import os
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.store.generations import GENERATIONS, SET_ASIDE, all_generations, place_of
@@ -61,7 +62,7 @@ class PreviousGeneration:
         """The state of its sources as this user's record holds it."""
         return known_sources_state(self.index.digest) if self.exists else ""
 
-    def document(self, name: str, writing: str) -> dict[str, Any] | None:
+    def document(self, name: str, writing: str) -> Document | None:
         """Return a document, None where there is none that counts for what is written.
 
         Parameters
@@ -79,7 +80,7 @@ class PreviousGeneration:
         except DamagedStoreError:
             return None
 
-    def grown(self, kind: str, name: str) -> dict[str, Any] | None:
+    def grown(self, kind: str, name: str) -> Document | None:
         """Return a document that grows entry by entry, to be written anew with origins; None where a copy will do."""
         if kind != "documents" or name not in ENTRY_LISTS:
             return None
@@ -126,7 +127,7 @@ class PreviousGeneration:
     def _place(self, kind: str, name: str) -> str:
         return f"{place_of(self.snapshot.store, self.folder)}/{file_of(name, ENDINGS[kind])}"
 
-    def _entries(self, name: str) -> dict[str, Any] | None:
+    def _entries(self, name: str) -> Document | None:
         """Return a document that grows, as far as it can be read; what is not what was written is foreign."""
         with suppress(DamagedStoreError):
             return self.snapshot.read_document(name)

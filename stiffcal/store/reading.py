@@ -10,7 +10,7 @@ from urllib.parse import unquote, urlsplit
 
 import pyarrow as pa
 
-from stiffcal.documents import Origin
+from stiffcal.documents import Document, Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import Columns
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from stiffcal.store.remote import Remote
 
 Documents: TypeAlias = Mapping[str, Mapping[str, Any]]
-Stored: TypeAlias = Callable[[str], dict[str, Any] | None]
+Stored: TypeAlias = Callable[[str], Document | None]
 
 
 class Store:
@@ -141,7 +141,7 @@ class Store:
         with self.snapshot() as snapshot:
             return snapshot.read_table(name, columns)
 
-    def read_document(self, name: str) -> dict[str, Any]:
+    def read_document(self, name: str) -> Document:
         """Return a document of the current generation."""
         with self.snapshot() as snapshot:
             return snapshot.read_document(name)

@@ -34,6 +34,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 from urllib.parse import unquote, urlsplit
 
+from stiffcal.documents import Document
 from stiffcal.errors import InputError, one_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import mask
@@ -197,11 +198,11 @@ class Remote:
         infos = self._files.get_file_info(FileSelector(self._at(folder), allow_not_found=True))
         return {info.base_name: info.mtime_ns or 0 for info in infos}
 
-    def put(self, name: str, content: dict[str, Any]) -> None:
+    def put(self, name: str, content: Document) -> None:
         """Write a small object of JSON."""
         self._write(name, json.dumps(content).encode())
 
-    def get(self, name: str) -> dict[str, Any]:
+    def get(self, name: str) -> Document:
         """Read a small object of JSON; empty where there is none."""
         try:
             return dict(json.loads(self._read(name) or b"{}"))
@@ -251,7 +252,7 @@ class Remote:
 class Ticket:
     """A writer's number in the queue, renewed by a thread until it is given back."""
 
-    def __init__(self, remote: Remote, name: str, who: dict[str, Any]) -> None:
+    def __init__(self, remote: Remote, name: str, who: Document) -> None:
         self.name = name
         self.number = int(name.split("-")[1])
         self._remote, self._who = remote, who

@@ -13,6 +13,7 @@ from typing import IO, TYPE_CHECKING, Any
 import pyarrow as pa
 import pyarrow.parquet as parquet
 
+from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import DOCUMENT, PIECE
@@ -100,7 +101,7 @@ class Snapshot:
             chosen = None if columns is None else list(columns)
             yield from file.iter_batches(batch_size=rows, columns=chosen, use_threads=False)
 
-    def read_document(self, name: str) -> dict[str, Any]:
+    def read_document(self, name: str) -> Document:
         """Return a document; raises `InputError` where there is none or it is damaged.
 
         Of one that grows entry by entry each entry has its ``origin``, where that is not the user.

@@ -10,6 +10,7 @@ from typing import Any
 
 import pyarrow as pa
 
+from stiffcal.documents import Document
 from stiffcal.measurements.columns import Columns, table_of
 from stiffcal.store.index import OWN
 from stiffcal.store.origin import worst_of
@@ -59,11 +60,11 @@ class TrialSnapshot(Snapshot):
         table = self.results.tables[name]
         return table if columns is None else table.select(list(columns))
 
-    def read_document(self, name: str) -> dict[str, Any]:
+    def read_document(self, name: str) -> Document:
         """Return a document."""
         if name not in self.results.documents:
             return super().read_document(name)
-        document: dict[str, Any] = json.loads(self.results.documents[name])
+        document: Document = json.loads(self.results.documents[name])
         return document
 
 
@@ -98,7 +99,7 @@ class TrialWriting:
         results.documents.update(self._made.documents)
         results.origins.update(dict.fromkeys((*self._made.tables, *self._made.documents), self.origin))
 
-    def _stored(self, name: str) -> dict[str, Any] | None:
+    def _stored(self, name: str) -> Document | None:
         return self._store.read_document(name) if name in self._store.documents else None
 
 

@@ -18,6 +18,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as parquet
 
+from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import Columns, column_of, table_of
@@ -199,7 +200,7 @@ class Writing:
         digest = hashlib.sha256(content).hexdigest()
         self._index["documents"][name] = Entry(len(content), sha256=digest, origin=self.origin)
 
-    def stored(self, name: str) -> dict[str, Any] | None:
+    def stored(self, name: str) -> Document | None:
         """Return a document of the old generation, None where there is none that counts next to what is written."""
         return self._old.document(name, self.origin)
 

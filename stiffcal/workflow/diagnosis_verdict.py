@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import escapes, leads_outside
 from stiffcal.campaign.thresholds import ThresholdsFile, strange_joints
+from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.steps import Document, Ingested, RunContext, up_to_date_states
+from stiffcal.workflow.steps import Ingested, RunContext, up_to_date_states
 
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import Thresholds

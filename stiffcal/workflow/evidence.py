@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, RunErrors
-from stiffcal.documents import document_of
+from stiffcal.documents import Document, document_of
 from stiffcal.model.summary import Where
-from stiffcal.workflow.steps import Document, Ingested, key_of_table
+from stiffcal.workflow.steps import Ingested, key_of_table
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.evidence import EffectEvidence

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiffcal.documents import document_of
+from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing, write_whole
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.workflow.command_results import ExportResult
 from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.steps import HELDOUT_STATES, Document, Ingested, RunContext, up_to_date_states
+from stiffcal.workflow.steps import HELDOUT_STATES, Ingested, RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
 
-from stiffcal.documents import document_of
+from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.rms import Rms
@@ -19,7 +19,6 @@ from stiffcal.workflow.steps import (
     FIT_STATES,
     HISTORY,
     IDENTIFY,
-    Document,
     Ingested,
     RunContext,
     announce,

@@ -18,7 +18,7 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import JointSignals, Wrench
 from stiffcal.compensation.predict_result import LoadPath
-from stiffcal.documents import result_of
+from stiffcal.documents import Document, result_of
 from stiffcal.experiments import all_kinds
 from stiffcal.files import read_regular
 from stiffcal.identification.state_loads import branch_words, force_since_reference, torques_about_joints
@@ -57,7 +57,6 @@ from stiffcal.workflow.steps import (
     FIT_STATES,
     HELDOUT_STATES,
     LOAD_PATHS,
-    Document,
     Ingested,
     stored_document,
     stored_ingest,

@@ -11,12 +11,12 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.deprecated_names import old_names
-from stiffcal.documents import Result
+from stiffcal.documents import Document, Result
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from stiffcal.store import Store
     from stiffcal.store.trial import TrialResults
 
-Document: TypeAlias = dict[str, Any]
 
 STATES, FIT_STATES, HELDOUT_STATES = "states", "fit", "unseen"
 IDENTIFY, VALIDATE, HISTORY, INGEST, LOAD_PATHS = "identify", "validate", "history", "ingest", "load_paths"

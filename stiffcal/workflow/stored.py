@@ -10,7 +10,7 @@ import re
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from stiffcal.documents import Result
+from stiffcal.documents import Document, Result
 from stiffcal.store.document_shape import has_shape, result_from
 from stiffcal.store.index import OWN, check_version
 from stiffcal.store.origin import ENTRY_LISTS, damaged
@@ -18,7 +18,6 @@ from stiffcal.store.origin import ENTRY_LISTS, damaged
 if TYPE_CHECKING:
     from stiffcal.store import Snapshot, Store
 
-Document = dict[str, Any]
 
 FIT_ID = re.compile(r"[1-9][0-9]{0,8}")
 
