@@ -22,10 +22,10 @@ from stiffcal.diagnosis.results import (
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.search import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, REPORTED_LINGERING
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, explain, pattern_in_words
 from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
-from stiffcal.identification.document import finite, identified_parameter
+from stiffcal.identification.document import finite, identified_parameter, wrong_geometry_in_words
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.identification.geometry import with_geometry
@@ -101,6 +101,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         unexplained=search.unexplained or None if search.after is None else search.unexplained,
         pattern=pattern,
         structure=remainder if search.unexplained or search.after is None else [],
+        wrong_geometry=search.wrong_geometry,
         explained_by_missing=search.explained.share if search.tried else None,
         explained_interval=[search.explained.low, search.explained.high] if search.tried else None,
         heldout_rms_with_missing=with_missing,
@@ -162,6 +163,8 @@ def _warnings(search: Search) -> list[str]:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if len(search.first.folds) < 6:
         texts.append(f"only {len(search.first.folds)} poses: what holds in unseen poses is known poorly")
+    if search.wrong_geometry is not None:
+        texts.append(wrong_geometry_in_words(search.wrong_geometry.misfit))
     now = search.after
     if now is not None and now.lingers > REPORTED_LINGERING and not now.wanders and not search.unexplained:
         texts.append(
@@ -311,6 +314,11 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     if search.found:
         rest = "and something else that nothing in the catalogue accounts for"
         return f"Missing: {names}, which {share}; {rest} ({against})."
+    if search.wrong_geometry is not None and search.wrong_geometry.explains >= LEAST_EXPLAINED:
+        return (
+            f"Errors of the robot's geometry explain {100.0 * search.wrong_geometry.explains:.0f} % of the avoidable "
+            f"error, as large as absolute places show them: correct robot.toml before any effect is added ({against})."
+        )
     if search.could_be:
         n = len(search.could_be)
         holder = f"each of {n} effects alone fits" if n > 1 else f"{candidate_in_words(search.could_be[0])} alone fits"

@@ -272,6 +272,16 @@ class WithSuspects:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class WrongGeometry:
+    """A robot file that absolute places contradict."""
+
+    misfit: float
+    """How many times the geometry's tolerance (0.5 mm per length, 0.02° per angle, or as stated) the places miss by."""
+    explains: float
+    """Share of the avoidable error that errors of the geometry of that size explain, 0 to 1."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnoseResult(CommandResult):
     """Answer of ``diagnose``."""
 
@@ -301,6 +311,8 @@ class DiagnoseResult(CommandResult):
     """Whether something is left that nothing accounts for; null where neither noise nor structure is known."""
     structure: list[ResidualDependence]
     """What the unexplained error follows, most first."""
+    wrong_geometry: Annotated[OrAbsent[WrongGeometry], NOT_PROMISED] = None
+    """Where absolute places contradict the robot file: nothing is named that its errors explain."""
     pattern: Annotated[CompliancePattern | None, NOT_PROMISED] = None
     """Whose compliance varies with what, where something is left that nothing accounts for; null where none does."""
     explained_by_missing: Annotated[Number, KeyIf("has_searched"), NOT_PROMISED] = None

@@ -29,11 +29,12 @@ from stiffcal.diagnosis.judge import (
 )
 from stiffcal.diagnosis.naming import near_best, ties_with_named
 from stiffcal.diagnosis.pairs import best_pair
-from stiffcal.diagnosis.results import UntestableEffect
+from stiffcal.diagnosis.results import UntestableEffect, WrongGeometry
 from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.sufficient import sufficient_alone
-from stiffcal.diagnosis.thresholds import LEAST_FALL, MOST_ALTERNATIVES, MOST_EFFECTS
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_ALTERNATIVES, MOST_EFFECTS
+from stiffcal.diagnosis.wrong_geometry import wrong_geometry
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit import Fit
@@ -91,6 +92,8 @@ class Search:
     """Where nothing is named and something is left: effects of which each alone fits all poses down to noise, while the
     poses are too few to judge any of them in one left out.
     """
+    wrong_geometry: WrongGeometry | None = None
+    """How wrong the robot file is, where absolute places contradict it."""
 
 
 @dataclass(frozen=True)
@@ -371,10 +374,14 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
     # Where no noise is known, only a structure of what is left shows that something is.
     structured = after is None and bool(what_it_follows(scan, bench.states))
     unexplained = structured or partly_explained or (after is not None and not after.adequate and not noise_understated)
-    withheld = unexplained and explained.too_little
+    geometry = wrong_geometry(bench.states, first)
+    # No effect stands in for a robot file that absolute places contradict.
+    mimicked = bool(tried) and geometry is not None and geometry.explains >= LEAST_EXPLAINED
+    unexplained = unexplained or mimicked
+    withheld = mimicked or (unexplained and explained.too_little)
     supported = () if withheld else tried
     undecided = next((missing_effect.rivals for missing_effect in supported if missing_effect.rivals), ())
-    could_be = sufficient_alone(first) if unexplained and not supported else ()
+    could_be = sufficient_alone(first) if unexplained and not supported and not mimicked else ()
     return Search(
         first,
         () if undecided else supported,
@@ -389,6 +396,7 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
         bench.pace(),
         undecided,
         could_be,
+        geometry,
     )
 
 

@@ -129,6 +129,9 @@ def fit_warnings(fit: Fit) -> list[str]:
             f"the fit did not settle in {fit.iterations} steps: the last one still moved the parameters by "
             f"{fit.last_step:.2g} standard uncertainties; do not rely on them before the model holds fewer effects"
         )
+    geometry = fit.geometry
+    if geometry is not None and geometry.contradicted(fit.robot.chain.masses_known):
+        texts.append(wrong_geometry_in_words(geometry.misfit or 0.0))
     if fit.noise is None:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if fit.scaled:
@@ -154,6 +157,15 @@ def fit_warnings(fit: Fit) -> list[str]:
             share_percent = 100.0 * NORMAL_95 * (parameter.std or 0.0) / abs(parameter.value or 1.0)
             texts.append(f"{parameter.name} is poorly known: ± {share_percent:.0f} %")
     return texts
+
+
+def wrong_geometry_in_words(misfit: float) -> str:
+    """Return the warning where absolute places contradict the robot file."""
+    return (
+        f"absolute places miss by {misfit:.2g} times what the tolerance of lengths and angles makes, a rigid motion of "
+        "the tracker and a shift of the target taken out: robot.toml or the joints' zeros are probably wrong, and "
+        "stiffnesses and missing effects may stand for that"
+    )
 
 
 def _jointly_unidentifiable(fit: Fit) -> dict[str, list[str]]:

@@ -121,16 +121,21 @@ def geometry_prior(states: LoadStates, robot: CompliantRobot) -> GeometryPrior:
     robot : valued: the places are those of the robot as it sags.
     """
     tolerance = robot.chain.tolerance
+    places = misfit_of_places(states, robot, tolerance)
     if tolerance.stated:
-        return GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.ROBOT_FILE)
-    scale = places_scale(states, robot, tolerance)
-    if scale is None:
+        misfit = None if places is None else places[0]
+        return GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.ROBOT_FILE, misfit)
+    if places is None:
         return GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.DEFAULT)
-    return GeometryPrior(scale * tolerance.length, scale * tolerance.angle, GeometrySource.PLACES)
+    misfit, dof = places
+    scale = float(np.sqrt((PRIOR_DOF + dof * misfit**2) / (PRIOR_DOF + dof)))
+    return GeometryPrior(scale * tolerance.length, scale * tolerance.angle, GeometrySource.PLACES, misfit)
 
 
-def places_scale(states: LoadStates, robot: CompliantRobot, tolerance: GeometryTolerance) -> float | None:
-    """Return how many times the tolerance the misfit of absolute places is; None without enough places.
+def misfit_of_places(
+    states: LoadStates, robot: CompliantRobot, tolerance: GeometryTolerance
+) -> tuple[float, float] | None:
+    """Return how many times the tolerance absolute places miss by, and its degrees of freedom; None of few poses.
 
     The median over poses bears a pose that is mislabelled. A rigid motion of the tracker's frame and a shift of the
     target on its body are taken out first.
@@ -176,7 +181,7 @@ def places_scale(states: LoadStates, robot: CompliantRobot, tolerance: GeometryT
     found = float(np.median(np.sum(left.reshape(-1, 3) ** 2, axis=1) / expected)) / MEDIAN_OF_MEAN
     singular = np.linalg.svd(spread, compute_uv=False) ** 2
     dof = float(singular.sum() ** 2 / np.sum(singular**2))
-    return float(np.sqrt((PRIOR_DOF + dof * found) / (PRIOR_DOF + dof)))
+    return float(np.sqrt(found)), dof
 
 
 def with_geometry(fit: Fit, states: LoadStates) -> Fit:
