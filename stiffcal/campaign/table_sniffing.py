@@ -79,10 +79,10 @@ def sniff_table(path: Path) -> SniffedTable:
         raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"this is no table: {error}", mend) from error
     width = _width(rows)
     decimal = "," if delimiter != "," and _decimal_commas(rows) else "."
-    scope = _scope_header(rows)
-    beyond = scope[3] if scope is not None else 0
+    scope_header = _scope_header(rows)
+    first_after_header = scope_header[3] if scope_header is not None else 0
     first = next(
-        (k for k, row in enumerate(rows) if k >= beyond and len(row) == width and _is_data(row, decimal)),
+        (k for k, row in enumerate(rows) if k >= first_after_header and len(row) == width and _is_data(row, decimal)),
         None,
     )
     if first is None:
@@ -93,7 +93,7 @@ def sniff_table(path: Path) -> SniffedTable:
             "there is no line of numbers",
             "give a table with one row per load state",
         )
-    header, names, units = scope[:3] if scope is not None else _header(rows, first, width, display_name)
+    header, names, units = scope_header[:3] if scope_header is not None else _header(rows, first, width, display_name)
     data = [row for row in rows[first:] if len(row) == width]
     names = [csv_cell.original(name) for name in names]
     columns = tuple(_column(names[k], units[k], [row[k] for row in data], decimal) for k in range(width))

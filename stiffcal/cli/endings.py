@@ -51,11 +51,11 @@ def report_usage(error: typer.TyperException, command: str, as_json: bool) -> No
         sys.stderr.write(f"{fault}\n")
 
 
-def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
+def report_fault(error: Exception, arguments: list[str], as_json: bool) -> int:
     """Write the traceback of an internal fault to a log file, print in one line where it is; return the exit code."""
-    words = one_line(" ".join(str(error).split()))
-    log = write_fault_log(error, __version__, f"stiffcal {' '.join(map(shell.escaped, given))}")
-    reason = mask(f"internal fault, not your input: {type(error).__name__}: {words}")
+    text = one_line(" ".join(str(error).split()))
+    log = write_fault_log(error, __version__, f"stiffcal {' '.join(map(shell.escaped, arguments))}")
+    reason = mask(f"internal fault, not your input: {type(error).__name__}: {text}")
     mend = f"please report it with the log file {log}" if log else "please report it; no log file could be written"
     fault = Fault(FaultCode.INTERNAL_FAULT, log or "", "stiffcal", reason, mend)
     if not (as_json and _print_document({"error": fault.as_document()})):

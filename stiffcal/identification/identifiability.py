@@ -160,12 +160,12 @@ def _blind_direction(unit: Floats, left_out: Booleans, column: int) -> Floats:
     return blind
 
 
-def _std_with_others_free(factor: Floats, remaining: NDArray[np.int64], which: int) -> float:
+def _std_with_others_free(factor: Floats, remaining: NDArray[np.int64], column: int) -> float:
     """Return the standard uncertainty of one parameter with all others free."""
     columns = factor[:, remaining]
     scale = column_scale(columns)
     inverse = np.linalg.pinv(columns / scale, rcond=1e-13)
-    index = int(np.flatnonzero(remaining == which)[0])
+    index = int(np.flatnonzero(remaining == column)[0])
     return float(np.sqrt(np.sum(inverse[index] ** 2)) / scale[index])
 
 

@@ -177,11 +177,11 @@ def _read_layout(text: LogText, path: Path, options: Options, display_name: str,
     if scope is not None:
         check_columns(wanted, scope.columns, display_name, f"line {header_line}")
         return scope
-    by_user = options.get("delimiter") is not None
+    delimiter_given = options.get("delimiter") is not None
     hint = (
         ""
         if set(wanted.names) <= set(columns)
-        else _header_hint(path, text, display_name, wanted, delimiter, by_user, skip)
+        else _header_hint(path, text, display_name, wanted, delimiter, delimiter_given, skip)
     )
     check_columns(wanted, columns, display_name, f"line {header_line}", hint)
     layout = LogLayout(columns, {}, delimiter, decimal, text.encoding, header_line, False)
@@ -267,7 +267,13 @@ def _find_delimiter(header: str, wanted: WantedColumns, decimal: str) -> str:
 
 
 def _header_hint(
-    path: Path, text: LogText, display_name: str, wanted: WantedColumns, delimiter: str, by_user: bool, skip: int
+    path: Path,
+    text: LogText,
+    display_name: str,
+    wanted: WantedColumns,
+    delimiter: str,
+    delimiter_given: bool,
+    skip: int,
 ) -> str:
     """Return the settings to write if the names stand in another line or with another delimiter; "" if nowhere."""
     with LogText(path, text.encoding, display_name) as search:
@@ -282,7 +288,7 @@ def _header_hint(
                 settings = []
                 if search.line_number != text.line_number and search.line_number != skip + 1:
                     settings.append(f"csv.skip_rows = {search.line_number - 1}")
-                if candidate != delimiter and by_user:
+                if candidate != delimiter and delimiter_given:
                     settings.append(f"csv.delimiter = {candidate!r}".replace("'", '"'))
                 if settings:
                     return f"the names stand in line {search.line_number}: set " + " and ".join(settings)
