@@ -6,6 +6,7 @@ from typing import Any
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import confidence_by_class
+from stiffcal.diagnosis.held_to_places import held_to_places
 from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, rms_after_choosing, size_at_tool
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice
 from stiffcal.diagnosis.naming import near_best
@@ -87,7 +88,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     with_missing = fitted_rms(states, search.final) if search.found else before
     parameters = _identified(states, search.final) if search.found else []
     return DiagnoseResult(
-        warnings=_warnings(search),
+        warnings=[*_warnings(search), *_against_places(states, search)],
         adequate=adequate,
         noise=noise,
         rms=before,
@@ -176,6 +177,23 @@ def _warnings(search: Search) -> list[str]:
             f"what is left is {now.ratio:.2g} times the noise that the manifest states, and follows nothing: look at "
             "sigma in campaign.toml, or repeat loads, which measures the noise itself"
         )
+    return texts
+
+
+def _against_places(states: LoadStates, search: Search) -> list[str]:
+    """Return a warning for each named set-up error that absolute places contradict."""
+    texts = []
+    for missing_effect in search.found:
+        candidate = missing_effect.candidate
+        for placed in search.final.robot.placed:
+            if placed.effect.name != candidate.effect.name or placed.place != candidate.place:
+                continue
+            places = held_to_places(states, search.final.robot, placed)
+            if places is not None and places.contradicted:
+                texts.append(
+                    f"absolute places speak against {candidate_in_words(candidate)}: in the reference states they miss "
+                    f"by {1e3 * places.misfit:.2g} mm with the values found, by {1e3 * places.without:.2g} mm without"
+                )
     return texts
 
 
