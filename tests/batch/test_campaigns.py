@@ -20,7 +20,7 @@ import pytest
 
 from stiffcal.batch import processes as batch_processes
 from stiffcal.batch.campaigns import BatchOptions, batch_campaigns, cores, find_campaigns
-from stiffcal.batch.processes import WorkerProcess
+from stiffcal.batch.processes import WorkerLostError, WorkerProcess
 from stiffcal.batch.results import BatchCounts, BatchResult, BatchTask, BatchWorkers, CampaignOutcome
 from stiffcal.batch.summary import junit_text, markdown_text
 from stiffcal.batch.task import run_task
@@ -290,6 +290,17 @@ def test_a_process_that_has_grown_is_replaced(
     batch_campaigns([cells], BatchOptions(jobs=1, report=False))
     assert len(started) == processes
     assert not any(alive(worker.pid) for worker in started)
+
+
+def test_what_is_no_outcome_counts_as_a_lost_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    answer = "import sys; sys.stdin.readline(); print('{\"campaign\": 1}')"
+    monkeypatch.setattr(batch_processes, "_START", answer)
+    worker = WorkerProcess()
+    try:
+        with pytest.raises(WorkerLostError, match="something else than an outcome"):
+            worker.do(BatchTask(folder="a", campaign="b"))
+    finally:
+        worker.stop()
 
 
 @pytest.mark.usefixtures("in_this_process")
