@@ -46,7 +46,7 @@ def check_identifiability(
     factor: Floats,
     names: tuple[str, ...],
     upper: Floats,
-    yielding: Booleans | None = None,
+    nonlinear: Booleans | None = None,
     needed: Booleans | None = None,
     noise_dominated: Booleans | None = None,
     redundant: Booleans | None = None,
@@ -58,7 +58,7 @@ def check_identifiability(
     factor : (p, p) triangular factor of the whitened observation matrix.
     names : p full parameter names.
     upper : (p,) largest value that is possible; a standard uncertainty beyond it is no information.
-    yielding : (p,) True for shape parameters: where one of them takes part, it alone is called unknown, because the
+    nonlinear : (p,) True for nonlinear parameters: where one of them takes part, it alone is unknown, because the
         law's size is still known with the shape at its best value.
     needed : (p,) True for those that should not stand back where another of their set can.
     noise_dominated : (p,) True for those that only the force sensor's noise turns
@@ -67,7 +67,7 @@ def check_identifiability(
         (`stiffcal.identification.load_scale`).
     """
     p = len(names)
-    gives_way = np.zeros(p, dtype=np.bool_) if yielding is None else yielding
+    is_nonlinear = np.zeros(p, dtype=np.bool_) if nonlinear is None else nonlinear
     if p == 0:
         none = np.zeros(0, dtype=np.bool_)
         return Identifiability(none, none, 1.0, ())
@@ -96,8 +96,8 @@ def check_identifiability(
             least = p * float(np.finfo(np.float64).eps) * float(singular[0])
             condition = float(singular[0] / singular[-1]) if singular[-1] > least else np.inf
         must_stay = np.zeros(p, dtype=np.bool_) if needed is None else needed
-        sums = _stand_back(unit, left_out, gives_way, must_stay, SAME_REGRESSOR * float(singular[0]))
-        identifiable[left_out & gives_way] = False
+        sums = _stand_back(unit, left_out, is_nonlinear, must_stay, SAME_REGRESSOR * float(singular[0]))
+        identifiable[left_out & is_nonlinear] = False
         for column in sums:
             blind = _blind_direction(unit, left_out, column)
             takes_part = np.abs(blind) > TAKES_PART * np.max(np.abs(blind))
@@ -116,7 +116,7 @@ def check_identifiability(
 
 
 def _stand_back(
-    unit: Floats, left_out: Booleans, gives_way: Booleans, stays: Booleans, blind_below: float
+    unit: Floats, left_out: Booleans, is_nonlinear: Booleans, stays: Booleans, blind_below: float
 ) -> list[int]:
     """Hold one parameter after the other until the data determine every direction of those left; return them.
 
@@ -128,7 +128,7 @@ def _stand_back(
     ----------
     unit : (p, p) factor with columns of unit length.
     left_out : (p,) those held already; filled in place.
-    gives_way : (p,) True for shape parameters.
+    is_nonlinear : (p,) True for nonlinear parameters.
     stays : (p,) True for those that stand back only where no other of their set can.
     blind_below : singular values below this are blind directions.
     """
@@ -140,8 +140,8 @@ def _stand_back(
             break
         share = np.abs(directions[-1]) / np.max(np.abs(directions[-1]))
         members = left[share > TAKES_PART]
-        if gives_way[members].any():
-            left_out[members[gives_way[members]]] = True
+        if is_nonlinear[members].any():
+            left_out[members[is_nonlinear[members]]] = True
             continue
         may_leave = members[~stays[members]]
         last = int(may_leave[-1] if len(may_leave) else members[-1])

@@ -8,7 +8,7 @@ from math import log
 
 import numpy as np
 
-from stiffcal.diagnosis.suspects.bench import Held
+from stiffcal.diagnosis.suspects.bench import WhitenedRuns
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.rows import TRANSLATION
 
@@ -31,24 +31,24 @@ class Offset:
     """How much less likely it is than a mistake without a free size, as a difference of squared misfits."""
 
 
-def best_offset(held: Held, run: int, left_out: Sequence[int]) -> Offset | None:
+def best_offset(whitened: WhitenedRuns, run: int, left_out: Sequence[int]) -> Offset | None:
     """Return the offset that explains most of a run's deleted residual, None where the run has no reading.
 
     Parameters
     ----------
-    held : the readings. run : which run. left_out : runs that, with ``run``, are left out of the parameters.
+    whitened : the readings. run : which run. left_out : runs that, with ``run``, are left out of the parameters.
     """
-    run_states = held.members[run]
+    run_states = whitened.members[run]
     if not len(run_states):
         return None
-    total, x = held.blocks.without(sorted({*left_out, run}))
-    columns = np.einsum("pq,pmn->qmn", held.basis.combination, held.rows[:-1][:, :, run_states])
-    m, k = held.rows.shape[1], len(run_states)
-    residual = (held.rows[-1][:, run_states] - np.einsum("q,qmn->mn", x, columns)).ravel()
+    total, x = whitened.blocks.without(sorted({*left_out, run}))
+    columns = np.einsum("pq,pmn->qmn", whitened.basis.combination, whitened.rows[:-1][:, :, run_states])
+    m, k = whitened.rows.shape[1], len(run_states)
+    residual = (whitened.rows[-1][:, run_states] - np.einsum("q,qmn->mn", x, columns)).ravel()
     flat = columns.reshape(len(columns), -1)
-    inverse = np.linalg.inv(total + held.blocks.gram[run])
-    observations = held.data.subset(run_states)
-    projection = Projection.of(observations, held.projection.whitening.subset(run_states))
+    inverse = np.linalg.inv(total + whitened.blocks.gram[run])
+    observations = whitened.data.subset(run_states)
+    projection = Projection.of(observations, whitened.projection.whitening.subset(run_states))
     best: Offset | None = None
     tried = [(state, False) for state in range(k)] + [(state, True) for state in range(1, k - 1)]
     for state, step in tried:
@@ -60,7 +60,7 @@ def best_offset(held: Held, run: int, left_out: Sequence[int]) -> Offset | None:
         size, _, rank, _ = np.linalg.lstsq(gram, toward, rcond=1e-9)
         gain = float(toward @ size)
         if rank and (best is None or gain > best.gain):
-            translation = held.data.kind == TRANSLATION
+            translation = whitened.data.kind == TRANSLATION
             length = float(np.linalg.norm(size[translation])) if translation.any() else np.nan
             penalty = rank * log(1.0 + gain / rank) + 2.0 * log(len(tried))
             best = Offset(int(run_states[state]), step, length, gain, int(rank), penalty)

@@ -1,4 +1,4 @@
-"""All runs held against a fit of some of them: residuals, columns and noise, run by run."""
+"""All runs against a fit of some of them: residuals, columns and noise, run by run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from stiffcal.model.effect import ParameterRole
 
 
 @dataclass(frozen=True)
-class Held:
+class WhitenedRuns:
     """Readings against a model: whitened rows, run by run."""
 
     data: Observations
@@ -62,16 +62,16 @@ class Bench:
     """False where the noise is what the fit left."""
 
     @classmethod
-    def of(cls, fit: Fit, fixed: frozenset[str], states: LoadStates) -> tuple[Bench, Held]:
-        """Return the bench of a fit, and all states held against it."""
+    def of(cls, fit: Fit, fixed: frozenset[str], states: LoadStates) -> tuple[Bench, WhitenedRuns]:
+        """Return the bench of a fit, and all states against it, whitened."""
         noise = fit.noise or residual_noise(fit.data, fit.predicted)
         bench = cls(fit.robot, fixed | fit.left_at_neutral, noise, Basis(np.zeros((0, 0))), fit.noise is not None)
         data, projection, rows, residual = bench._rows(states)
         basis = Basis.of(rows[:-1].reshape(len(rows) - 1, rows[0].size))
         bench = cls(bench.robot, bench.fixed, noise, basis, bench.noise_known)
-        return bench, _held(data, projection, rows, residual, basis, len(states.runs))
+        return bench, _whitened_runs(data, projection, rows, residual, basis, len(states.runs))
 
-    def hold(self, states: LoadStates) -> Held:
+    def whiten(self, states: LoadStates) -> WhitenedRuns:
         """Hold other states against the same model, in the same combinations of its parameters.
 
         Raises
@@ -79,7 +79,7 @@ class Bench:
         NoBalanceError : the robot finds no balance under a load.
         """
         data, projection, rows, residual = self._rows(states)
-        return _held(data, projection, rows, residual, self.basis, len(states.runs))
+        return _whitened_runs(data, projection, rows, residual, self.basis, len(states.runs))
 
     def _rows(self, states: LoadStates) -> tuple[Observations, Projection, Floats, Floats]:
         data = observe(states, self.robot.chain)
@@ -97,7 +97,7 @@ class Bench:
         return data, projection, projection.rows(stack).reshape(stack.shape), residual
 
 
-def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]) -> Held:
+def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]) -> WhitenedRuns:
     """Hold states against no model but the columns of the undeformed chain: what no faulty run has pulled yet."""
     data = observe(states, robot.chain)
     unshaped = [placed for placed in robot.placed if lacks_nonlinear_value(placed)]
@@ -112,12 +112,12 @@ def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]
     projection = Projection.of(data, raw_whitening(data, stated_noise(states.setup.sigma, data)))
     rows = projection.rows(stack).reshape(stack.shape)
     basis = Basis.of(rows[:-1].reshape(len(rows) - 1, rows[0].size))
-    return _held(data, projection, rows, measured, basis, len(states.runs))
+    return _whitened_runs(data, projection, rows, measured, basis, len(states.runs))
 
 
-def _held(
+def _whitened_runs(
     data: Observations, projection: Projection, rows: Floats, residual: Floats, basis: Basis, n_runs: int
-) -> Held:
+) -> WhitenedRuns:
     members = members_of(data.run, n_runs)
     counts = [data.measured_mask[:, own] for own in members]
     offsets = [int(mask.any(axis=1).sum()) if data.free_offset else 0 for mask in counts]
@@ -125,4 +125,4 @@ def _held(
         [int(mask.sum()) - n_offsets for mask, n_offsets in zip(counts, offsets, strict=True)], dtype=np.int64
     )
     blocks = RunBlocks.of(rows, basis, members, dof)
-    return Held(data, tuple(members), projection, rows, residual, basis, blocks)
+    return WhitenedRuns(data, tuple(members), projection, rows, residual, basis, blocks)

@@ -47,10 +47,10 @@ def explaining_effects(
 def _agreeing(runs: set[int], suspicion: Suspicion, fit: Fit, states: LoadStates, settings: Settings) -> set[int]:
     """Return which of these runs are like the others in a fit of all of them."""
     try:
-        _, held = Bench.of(fit, settings.fixed, states)
+        _, whitened = Bench.of(fit, settings.fixed, states)
     except NoBalanceError:
         return set()
-    scores = held.scores(())
+    scores = whitened.scores(())
     others = np.delete(scores, [suspect.run for suspect in suspicion.suspects])
     limit = max(CURED, CURED_AGAINST_OTHERS * float(others.max(initial=0.0)))
     return {run for run in runs if scores[run] <= limit}

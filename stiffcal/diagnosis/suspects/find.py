@@ -15,7 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.suspects.additive import Offset, best_offset
-from stiffcal.diagnosis.suspects.bench import Bench, Held, first_order
+from stiffcal.diagnosis.suspects.bench import Bench, WhitenedRuns, first_order
 from stiffcal.diagnosis.suspects.influence import standing_apart
 from stiffcal.diagnosis.suspects.places import place_misses, place_scores
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, SuspectKind
@@ -175,25 +175,25 @@ class _Search:
             # No load turns anything of the model: there is nothing that one run could contradict.
             return []
         left_out = tuple(sorted({*self._apart(start, start.blocks.best_pair(), relative=True), *displaced}))
-        bench, held, scores = self._held_without(left_out)
+        bench, whitened, scores = self._whitened_without(left_out)
         for _ in range(ROUNDS):
-            apart = self._apart(held, left_out, relative=not bench.noise_known)
+            apart = self._apart(whitened, left_out, relative=not bench.noise_known)
             wanted = tuple(sorted({*apart, *displaced}))
             if wanted == left_out:
                 break
             left_out = wanted
-            bench, held, scores = self._held_without(left_out)
+            bench, whitened, scores = self._whitened_without(left_out)
         if not left_out:
             return []
         kept_scores = np.delete(scores, left_out)
         usual = float(np.median(kept_scores[kept_scores > 0.0])) if (kept_scores > 0.0).any() else 1.0
         unit = max(1.0, usual) if bench.noise_known else usual
-        suspect_of_run = {run: self._judged(run, left_out, bench, held, scores / unit) for run in left_out}
+        suspect_of_run = {run: self._judged(run, left_out, bench, whitened, scores / unit) for run in left_out}
         for run, suspect in list(suspect_of_run.items()):
             other_run = None if suspect is None or suspect.variant is None else suspect.variant.other
             if suspect is not None and other_run in suspect_of_run:
                 suspect_of_run[other_run] = self._judged(
-                    other_run, left_out, bench, held, scores / unit, (suspect.kind, run)
+                    other_run, left_out, bench, whitened, scores / unit, (suspect.kind, run)
                 )
         found = [suspect for suspect in suspect_of_run.values() if suspect is not None]
         # Where the model lacks an effect that shows in these runs alone, that is for the diagnosis to find.
@@ -201,16 +201,16 @@ class _Search:
         unexplained = [suspect for suspect in in_place if suspect.variant is None]
         for chosen in (in_place, unexplained):
             faults = [RunFault(suspect.run, suspect.offset, suspect.cured_cost) for suspect in chosen]
-            if faults and explaining_effect(bench, held, self.states, faults, unit) is not None:
+            if faults and explaining_effect(bench, whitened, self.states, faults, unit) is not None:
                 return [suspect for suspect in found if suspect not in chosen]
             if len(unexplained) == len(in_place):
                 break
         return found
 
-    def _apart(self, held: Held, left_out: Sequence[int], relative: bool) -> tuple[int, ...]:
+    def _apart(self, whitened: WhitenedRuns, left_out: Sequence[int], relative: bool) -> tuple[int, ...]:
         """Return the runs that stand apart, starting without some of them, until they stay the same."""
         for _ in range(ROUNDS):
-            scores = held.scores(left_out)
+            scores = whitened.scores(left_out)
             other_scores = np.delete(scores, list(left_out))
             median = float(np.median(other_scores[other_scores > 0.0])) if (other_scores > 0.0).any() else 1.0
             unit = median if relative else max(1.0, median)
@@ -220,19 +220,19 @@ class _Search:
             left_out = standing_out
         return tuple(left_out)
 
-    def _held_without(self, left_out: Sequence[int]) -> tuple[Bench, Held, Floats]:
+    def _whitened_without(self, left_out: Sequence[int]) -> tuple[Bench, WhitenedRuns, Floats]:
         keep = ~np.isin(self.states.run, list(left_out))
         fit = None if left_out else self.present
         fit = fit or identify_parameters(self.states.select(keep), self.robot, self.settings)
-        bench, held = Bench.of(fit, self.settings.fixed, self.states)
-        return bench, held, held.scores(left_out)
+        bench, whitened = Bench.of(fit, self.settings.fixed, self.states)
+        return bench, whitened, whitened.scores(left_out)
 
     def _judged(
         self,
         run: int,
         left_out: Sequence[int],
         bench: Bench,
-        held: Held,
+        whitened: WhitenedRuns,
         scores: Floats,
         partner: tuple[SuspectKind, int] | None = None,
     ) -> FoundSuspect | None:
@@ -244,16 +244,16 @@ class _Search:
         """
         next_score = float(np.delete(scores, list(left_out)).max())
         limit = max(CURED, CURED_AGAINST_OTHERS * next_score)
-        unit = held.scores(left_out)[run] / scores[run] if scores[run] > 0.0 else 1.0
-        freedom = max(int(held.blocks.freedom(left_out)[run]), 1)
+        unit = whitened.scores(left_out)[run] / scores[run] if scores[run] > 0.0 else 1.0
+        freedom = max(int(whitened.blocks.freedom(left_out)[run]), 1)
         variants = variants_of(self.states, self.members, run, self.robot.chain, left_out)
-        misfits = self._misfits(run, left_out, bench, held, variants) / unit**2
+        misfits = self._misfits(run, left_out, bench, whitened, variants) / unit**2
         cured = np.sqrt(misfits / freedom)
         misplaced = self.place_scores[run] >= PLACE_LEVEL
         good = (cured <= limit) & ((cured <= CURED_SHARE * scores[run]) | misplaced)
         worth = misfits + np.array([_prior(variant, left_out, partner) for variant in variants])
         order = [int(k) for k in np.argsort(worth) if good[k]]
-        offset = best_offset(held, run, left_out)
+        offset = best_offset(whitened, run, left_out)
         explained = offset is not None and self._offset_explains(offset, scores[run], freedom, unit, limit)
         if order and not (explained and offset is not None and self._offset_wins(
             offset, worth[order[0]], scores[run], freedom, unit
@@ -264,7 +264,7 @@ class _Search:
                 if worth[k] < worth[order[0]] + NEARLY_AS_LIKELY and variants[k].kind is not first.kind:
                     alternatives.setdefault(variants[k].kind, variants[k])
             suspect = self._suspect(
-                run, first.kind, held, scores, next_score, variant=first, also=tuple(alternatives.values())
+                run, first.kind, whitened, scores, next_score, variant=first, also=tuple(alternatives.values())
             )
             return replace(suspect, cured_cost=float(worth[order[0]]))
         gap = UNEXPLAINED_GAP if next_score <= WITHIN_NOISE else UNEXPLAINED_GAP_BEYOND
@@ -273,16 +273,16 @@ class _Search:
             return None
         copied = self._copied_angles(run)
         if copied is not None:
-            return self._suspect(run, SuspectKind.MISLABELLED, held, scores, next_score, copied=copied)
+            return self._suspect(run, SuspectKind.MISLABELLED, whitened, scores, next_score, copied=copied)
         if misplaced or not explained:
-            return self._suspect(run, SuspectKind.UNKNOWN, held, scores, next_score)
-        return self._suspect(run, SuspectKind.BUMP, held, scores, next_score, offset=offset)
+            return self._suspect(run, SuspectKind.UNKNOWN, whitened, scores, next_score)
+        return self._suspect(run, SuspectKind.BUMP, whitened, scores, next_score, offset=offset)
 
     def _suspect(
         self,
         run: int,
         kind: SuspectKind,
-        held: Held,
+        whitened: WhitenedRuns,
         scores: Floats,
         next_score: float,
         variant: Variant | None = None,
@@ -290,23 +290,23 @@ class _Search:
         offset: Offset | None = None,
         copied: int | None = None,
     ) -> FoundSuspect:
-        run_states = held.members[run]
-        rows = held.data.rows_of(0)
-        residual = held.residual[rows][:, run_states]
-        if held.data.free_offset and len(run_states):
+        run_states = whitened.members[run]
+        rows = whitened.data.rows_of(0)
+        residual = whitened.residual[rows][:, run_states]
+        if whitened.data.free_offset and len(run_states):
             residual = residual - residual.mean(axis=1, keepdims=True)
         miss = float(np.sqrt(np.mean(np.sum(residual**2, axis=0)))) if len(rows) and len(run_states) else np.nan
         place = float(self.place_scores[run] * self.place_unit) if self.place_scores[run] >= PLACE_LEVEL else 0.0
         single = len(run_states) == 1
-        state = int(held.data.index[run_states[0]]) if single else None
+        state = int(whitened.data.index[run_states[0]]) if single else None
         if offset is not None and not single:
-            state = int(held.data.index[offset.state])
+            state = int(whitened.data.index[offset.state])
         return FoundSuspect(
             run, state, kind, variant, also, offset, float(scores[run]), next_score, miss, place, copied
         )
 
     def _misfits(
-        self, run: int, left_out: Sequence[int], bench: Bench, held: Held, variants: Sequence[Variant]
+        self, run: int, left_out: Sequence[int], bench: Bench, whitened: WhitenedRuns, variants: Sequence[Variant]
     ) -> Floats:
         """Return (V,) the squared misfit of the run with each mistake taken back; infinite where that cannot be."""
         result = np.full(len(variants), np.inf)
@@ -316,7 +316,7 @@ class _Search:
             batch = pending.pop()
             trial = trial_states(self.states, self.members[run], [variants[k] for k in batch])
             try:
-                readings = bench.hold(trial)
+                readings = bench.whiten(trial)
             except NoBalanceError:
                 half = len(batch) // 2
                 pending += [batch[:half], batch[half:]] if half else []
@@ -325,7 +325,7 @@ class _Search:
             per_variant = misses.reshape(len(batch), -1, 3)
             for place, k in enumerate(batch):
                 if self._placed(per_variant[place]):
-                    result[k] = held.blocks.with_run(run, readings.blocks, place, left_out)
+                    result[k] = whitened.blocks.with_run(run, readings.blocks, place, left_out)
         return result
 
     def _placed(self, misses: Floats) -> bool:

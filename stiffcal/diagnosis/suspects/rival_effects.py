@@ -19,7 +19,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.diagnosis.candidates import Candidate, list_candidates, variants
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.suspects.additive import Offset
-from stiffcal.diagnosis.suspects.bench import Bench, Held
+from stiffcal.diagnosis.suspects.bench import Bench, WhitenedRuns
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects
@@ -40,7 +40,7 @@ class RunFault:
 
 
 def explaining_effect(
-    bench: Bench, held: Held, states: LoadStates, faults: Sequence[RunFault], unit: float
+    bench: Bench, whitened: WhitenedRuns, states: LoadStates, faults: Sequence[RunFault], unit: float
 ) -> Candidate | None:
     """Return the effect that explains these runs better than a fault in each does; None where none does.
 
@@ -50,24 +50,24 @@ def explaining_effect(
 
     Parameters
     ----------
-    bench : the model without these runs. held : all runs against it. states : of all runs.
+    bench : the model without these runs. whitened : all runs against it. states : of all runs.
     faults : the runs in question. unit : what one is in the scores, where the others are beyond their noise too.
     """
-    gone = np.isin(held.data.run, [fault.run for fault in faults])
-    everything, others = _Springs.of(held, np.ones(len(gone), dtype=np.bool_)), _Springs.of(held, ~gone)
-    state = Linearised.about(bench.robot, held.data)
+    gone = np.isin(whitened.data.run, [fault.run for fault in faults])
+    everything, others = _Springs.of(whitened, np.ones(len(gone), dtype=np.bool_)), _Springs.of(whitened, ~gone)
+    state = Linearised.about(bench.robot, whitened.data)
     candidates, _ = list_candidates(bench.robot, states, built_in_effects())
     # a step in one run is a fault and an effect at once; a joint's whole compliance explains one run of anything
     candidates = [one for one in candidates if not (is_slip(one.effect) or one.effect.general)]
-    best, least = None, _cost_of_faults(held, faults, unit)
+    best, least = None, _cost_of_faults(whitened, faults, unit)
     # with as many amplitudes as these runs have readings anything is explained
-    most = int(held.blocks.freedom([fault.run for fault in faults])[[fault.run for fault in faults]].sum())
+    most = int(whitened.blocks.freedom([fault.run for fault in faults])[[fault.run for fault in faults]].sum())
     for candidate in candidates:
         regressors = [one for one in variants(candidate, state, bench.robot.chain) if one.symbols]
         choice = 2.0 * log(max(len(regressors), 1)) + 2.0 * log(len(candidates))
         for regressor in regressors:
-            rows = held.projection.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))
-            rows = rows.reshape(len(rows), *held.rows.shape[1:])
+            rows = whitened.projection.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))
+            rows = rows.reshape(len(rows), *whitened.rows.shape[1:])
             fitted = everything.fitted(rows, regressor)
             if fitted is None:
                 continue
@@ -85,14 +85,14 @@ def explaining_effect(
     return best
 
 
-def _cost_of_faults(held: Held, faults: Sequence[RunFault], unit: float) -> float:
+def _cost_of_faults(whitened: WhitenedRuns, faults: Sequence[RunFault], unit: float) -> float:
     """Return what these runs leave with their faults taken back, and what the faults cost.
 
     A run that nothing explains counts as one with a noise of its own: dof (1 + log(misfit / dof)).
     """
     gone = [fault.run for fault in faults]
-    deleted, freedom = held.blocks.deleted(gone) / unit**2, held.blocks.freedom(gone)
-    cost = 2.0 * len(faults) * log(len(held.blocks.square))
+    deleted, freedom = whitened.blocks.deleted(gone) / unit**2, whitened.blocks.freedom(gone)
+    cost = 2.0 * len(faults) * log(len(whitened.blocks.square))
     for fault in faults:
         misfit, dof = float(deleted[fault.run]), max(int(freedom[fault.run]), 1)
         if fault.cured_cost is not None:
@@ -116,10 +116,10 @@ class _Springs:
     """(k,) what they leave of the readings."""
 
     @classmethod
-    def of(cls, held: Held, chosen: Booleans) -> _Springs:
-        rows = np.einsum("pq,pmn->qmn", held.basis.combination, held.rows[:-1][:, :, chosen])
+    def of(cls, whitened: WhitenedRuns, chosen: Booleans) -> _Springs:
+        rows = np.einsum("pq,pmn->qmn", whitened.basis.combination, whitened.rows[:-1][:, :, chosen])
         basis = np.linalg.qr(rows.reshape(len(rows), -1).T)[0].T
-        residual = held.rows[-1][:, chosen].ravel()
+        residual = whitened.rows[-1][:, chosen].ravel()
         return cls(chosen, basis, residual - (basis @ residual) @ basis)
 
     @property

@@ -1,4 +1,4 @@
-"""Which states are held against each other, and why some or all are not."""
+"""Which states are compared with each other, and why some or all are not."""
 
 from __future__ import annotations
 
