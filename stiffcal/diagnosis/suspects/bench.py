@@ -72,7 +72,7 @@ class Bench:
         return bench, _whitened_runs(data, projection, rows, residual, basis, len(states.runs))
 
     def whiten(self, states: LoadStates) -> WhitenedRuns:
-        """Hold other states against the same model, in the same combinations of its parameters.
+        """Whiten other states against the same model, in the same combinations of its parameters.
 
         Raises
         ------
