@@ -92,9 +92,17 @@ def _contenders(scan: Scan, near: Sequence[Trial], named: Trial) -> list[Trial]:
         alternatives += [rivals[k] for k in leading if possible_values(scan, rivals[k])]
     result: list[Trial] = []
     for trial in (named, *alternatives):
+        if _becomes(trial, named):
+            continue
         if all(trial.candidate.name != known.candidate.name for known in result):
             result.append(trial)
     return result[:DELETIONS_OF]
+
+
+def _becomes(trial: Trial, named: Trial) -> bool:
+    """Return whether a law becomes the named one in a limit: the same physics in more detail is no other name."""
+    same_place = trial.candidate.place == named.candidate.place
+    return same_place and named.candidate.effect.name in trial.candidate.effect.in_limit
 
 
 def _remaining_squares(scan: Scan, trial: Trial) -> Floats:

@@ -83,6 +83,8 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     noise = Rms.of(search.final.noise_length) if search.final.noise is not None else None
     before = left_out_rms(scan, None)
     adequate = None if search.before is None else not search.tried and search.before.adequate
+    if search.contradicted:
+        adequate = False
     pattern = find_pattern(search.final if search.found else scan.fit, states) if search.unexplained else None
     remainder = what_it_follows(search.final_scan if search.found else scan, states)
     with_missing = fitted_rms(states, search.final) if search.found else before
@@ -94,6 +96,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         rms=before,
         lack_of_fit=_against_noise(search.before),
         missing=[_proposed(missing_effect) for missing_effect in search.found],
+        contradicted=list(search.contradicted),
         undecided=_undecided(states, search),
         could_be=_by_effect(search.could_be),
         findings=_findings(search, before),
@@ -118,7 +121,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
             seconds=search.pace.seconds,
             candidates_per_second=search.pace.candidates / search.pace.seconds,
         ),
-        summary=summary(search, before, noise) + _pattern_sentence(pattern),
+        summary="".join((_contradicted_words(search), summary(search, before, noise), _pattern_sentence(pattern))),
         superfluous=[],
         evidence=[],
         fit_id="",
@@ -284,6 +287,18 @@ def _missing_effect_in_words(missing_effect: MissingEffect) -> str:
     if n_alternatives == 1:
         return f"{name} (or {candidate_in_words(missing_effect.alternatives[0])}, which looks alike)"
     return f"{name} (or one of {n_alternatives} others that look alike in these poses)"
+
+
+def _contradicted_words(search: Search) -> str:
+    """Return what model.toml sets and the data contradict, as the beginning of the answer; "" where nothing is."""
+    words = []
+    for setting in search.contradicted:
+        if setting.parameter is None:
+            words.append('balance = "first-order" (use "deformed")')
+        else:
+            free = f"{setting.free_value or 0.0:.3g} ± {setting.free_std or 0.0:.2g}"
+            words.append(f"{setting.parameter} fixed at {setting.fixed_at or 0.0:.3g} (free, it is {free})")
+    return f"The data contradict what model.toml sets: {', '.join(words)}. Without that: " if words else ""
 
 
 def _pattern_sentence(pattern: CompliancePattern | None) -> str:

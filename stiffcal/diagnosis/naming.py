@@ -8,6 +8,8 @@ evidence ties, or where two laws displace the tool alike: there no data of this 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from stiffcal.arrays import Floats
@@ -71,7 +73,18 @@ def _choose_named(scan: Scan, near: list[Trial]) -> Trial:
         or share[trial.candidate.name] >= EVIDENCE_TIE * most
         or (trial.candidate.n_parameters < leader.candidate.n_parameters and same_displacement(scan, trial, leader))
     ]
-    return min(tied, key=lambda trial: (trial.candidate.n_parameters, ranked_error(trial)))
+    chosen = min(tied, key=lambda trial: (trial.candidate.n_parameters, ranked_error(trial)))
+    return _simplest_in_limit(scan, near, chosen)
+
+
+def _simplest_in_limit(scan: Scan, near: Sequence[Trial], chosen: Trial) -> Trial:
+    """Return the simpler law that a candidate becomes in a limit, where it displaces alike; else the candidate."""
+    for trial in near:
+        same_place = trial.candidate.place == chosen.candidate.place
+        is_limit = trial.candidate.effect.name in chosen.candidate.effect.in_limit
+        if same_place and is_limit and same_displacement(scan, trial, chosen):
+            return trial
+    return chosen
 
 
 def times_typical(trial: Trial) -> float:

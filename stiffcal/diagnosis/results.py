@@ -129,6 +129,34 @@ class ResidualDependence:
     """How it follows, in words."""
 
 
+class SettingKind(Enum):
+    """What a model file sets."""
+
+    FIXED = "fixed parameter"
+    BALANCE = "first-order balance"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContradictedSetting:
+    """What model.toml sets and the data contradict."""
+
+    setting: SettingKind
+    parameter: str | None
+    """Full name of the fixed parameter; null for the balance."""
+    fixed_at: Number
+    """The value in model.toml, as a compliance where it is one."""
+    free_value: Number
+    """Its estimate where it is free, in the same unit."""
+    free_std: Number
+    """Standard uncertainty of that."""
+    standard_errors: float
+    """By how many standard errors over poses the error in poses left out falls."""
+    heldout_rms_before: Rms
+    """In poses left out of the fit, with the setting."""
+    heldout_rms_after: Rms
+    """The same without it."""
+
+
 class FollowedBy(Enum):
     """What a joint's compliance may follow."""
 
@@ -298,6 +326,8 @@ class DiagnoseResult(CommandResult):
     """What is left against what repeats scatter."""
     missing: list[ProposedEffect]
     """Effects to add, in order; empty where ``undecided`` is not."""
+    contradicted: Annotated[list[ContradictedSetting], NOT_PROMISED] = field(default_factory=list)
+    """What model.toml sets and the data contradict; ``missing`` is the answer without these settings."""
     undecided: Annotated[list[UndecidedEffect], NOT_PROMISED] = field(default_factory=list)
     """Where leaving out one pose gives another name: that missing effect with its rivals, at most four."""
     could_be: list[EffectAt]

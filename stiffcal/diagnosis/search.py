@@ -29,7 +29,7 @@ from stiffcal.diagnosis.judge import (
 )
 from stiffcal.diagnosis.naming import near_best, ties_with_named
 from stiffcal.diagnosis.pairs import best_pair
-from stiffcal.diagnosis.results import UntestableEffect, WrongGeometry
+from stiffcal.diagnosis.results import ContradictedSetting, UntestableEffect, WrongGeometry
 from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.sufficient import sufficient_alone
@@ -88,6 +88,8 @@ class Search:
     """How much was tried, and how fast."""
     undecided: tuple[Rival, ...] = ()
     """Candidates between which single poses decide, where they do."""
+    contradicted: tuple[ContradictedSetting, ...] = ()
+    """What the model file sets and the data contradict; the search is without these settings."""
     could_be: tuple[Candidate, ...] = ()
     """Where nothing is named and something is left: effects of which each alone fits all poses down to noise, while the
     poses are too few to judge any of them in one left out.
@@ -395,8 +397,8 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
         tuple(not_tried),
         bench.pace(),
         undecided,
-        could_be,
-        geometry,
+        could_be=could_be,
+        geometry=geometry,
     )
 
 

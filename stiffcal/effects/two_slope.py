@@ -51,6 +51,7 @@ class TwoSlope(DocumentedEffect):
     )
     needs = ("loads of several sizes",)
     looks_like = ("cubic-stiffness", "backlash", "friction-hysteresis")
+    in_limit = ("backlash",)  # with a knee far below the torques met
     fingerprint = (
         "the slope of deflection over torque is steeper around zero torque and breaks at the same torque on either side"
     )

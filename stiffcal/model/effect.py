@@ -259,6 +259,8 @@ class Effect(ABC):
     parameters: ClassVar[tuple[ParameterSpec, ...]] = ()
     needs: ClassVar[tuple[str, ...]] = ()
     looks_like: ClassVar[tuple[str, ...]] = ()
+    in_limit: ClassVar[tuple[str, ...]] = ()
+    """Simpler effects that the law becomes in a limit of its parameters: named where the data show no difference."""
     how_to_check: ClassVar[str] = ""
     fingerprint: ClassVar[str] = ""
     has_memory: ClassVar[bool] = False

@@ -21,6 +21,7 @@ from stiffcal.workflow.suspects import described, suspicion_of
 if TYPE_CHECKING:
     from stiffcal.diagnosis.search import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
+    from stiffcal.model.composite import CompliantRobot
     from stiffcal.results.identify_result import IdentifyResult
 
 DIAGNOSE = "diagnose"
@@ -233,15 +234,23 @@ def diagnosis_key(data: Ingested, identified: IdentifyResult) -> str:
 
 def search_now(data: Ingested, loss: str, context: RunContext) -> Search:
     """Search the catalogue, the user's own effects included, without looking at the store."""
+    from stiffcal.diagnosis.model_settings import search_with_settings
     from stiffcal.diagnosis.search import search_missing
-    from stiffcal.identification.identify import Settings
+    from stiffcal.identification.identify import Settings, fit_problem
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import all_effects
 
-    campaign = data.campaign
+    campaign, robot = data.campaign, placed_robot(data.campaign)
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
     catalogue, _ = all_effects(campaign)
-    return search_missing(data.states, placed_robot(campaign), catalogue, settings, context.progress)
+
+    def search_again(robot: CompliantRobot, settings: Settings) -> Search:
+        return search_missing(data.states, robot, catalogue, settings, context.progress)
+
+    search = search_again(robot, settings)
+    if not settings.fixed and robot.deformed:
+        return search
+    return search_with_settings(search, fit_problem(data.states, robot), settings, search_again)
 
 
 def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
@@ -260,7 +269,7 @@ def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
         data.states,
         fit_problem(data.states, present.robot),
         catalogue,
-        Settings(fixed=fixed_parameters(campaign.model)),
+        Settings(fixed=fixed_parameters(campaign.model) - {setting.parameter for setting in search.contradicted}),
     )
     basic = [entry.type for entry in default_model(campaign.chain.n_joints).effects]
     redundant = redundant_effects(bench, present, basic)

@@ -122,3 +122,24 @@ def test_below_the_noise_a_share_that_leaves_more_than_an_adequate_model_is_part
     assert 0.7 < explained.share < 0.8 < explained.high
     assert not explained.whole
     assert not explained.too_little
+
+
+def test_of_laws_that_are_one_in_a_limit_the_simpler_is_named() -> None:
+    """Two slopes with a knee far below all torques are backlash: the data cannot show which, and backlash is named."""
+    robot = medium_robot()
+    backlash = PlacedEffect(find_effects()["backlash"], Place("joints", (1,)), {"width": 4e-4, "band": 0.5})
+    states = played(replace(robot, placed=(*robot.placed, backlash)), runs=8, noise=NOISE, seed=4)
+    catalogue = {name: find_effects()[name] for name in ("backlash", "two-slope")}
+    model = joint_springs(six_axes())
+    scan = scan_candidates(
+        fit_observations(fit_problem(states, model), model, Settings()), list_candidates(model, states, catalogue)[0]
+    )
+    near = near_best(scan)
+    assert near[0].candidate.name == "backlash j1"
+    two_slope = trial_of(scan, "two-slope j1")
+    # Also where the law with the knee happens to come first, and by whatever pose it does.
+    ahead = replace(two_slope, score=replace(two_slope.score, heldout=0.999 * near[0].score.heldout))
+    others = tuple(trial for trial in scan.trials if trial.candidate.name != "two-slope j1")
+    near = near_best(replace(scan, trials=(ahead, *others)))
+    assert [trial.candidate.name for trial in near][:2] == ["backlash j1", "two-slope j1"]
+    assert rivals_without_a_pose(scan, near, near[0]) == ()
