@@ -24,6 +24,9 @@ from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects
 
+# Two amplitudes explain most of what one row of three readings may show: an effect has fewer than half as many as the
+# runs in question have readings.
+AMPLITUDES_PER_READING = 2
 SMALLEST_SHARE = 1e-8  # of the largest direction of an effect's columns: below it they add nothing to the springs
 
 
@@ -60,7 +63,6 @@ def explaining_effect(
     # a step in one run is a fault and an effect at once; a joint's whole compliance explains one run of anything
     candidates = [one for one in candidates if not (is_slip(one.effect) or one.effect.general)]
     best, least = None, _cost_of_faults(whitened, faults, unit)
-    # with as many amplitudes as these runs have readings anything is explained
     most = int(whitened.blocks.freedom([fault.run for fault in faults])[[fault.run for fault in faults]].sum())
     for candidate in candidates:
         regressors = [one for one in variants(candidate, state, bench.robot.chain) if one.symbols]
@@ -72,7 +74,7 @@ def explaining_effect(
             if fitted is None:
                 continue
             misfit, rank = fitted
-            if rank >= most:
+            if AMPLITUDES_PER_READING * rank >= most:
                 continue
             elsewhere = others.fitted(rows, regressor)
             misfit_elsewhere = others.misfit if elsewhere is None else elsewhere[0]
