@@ -15,6 +15,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.documents import Document
 from stiffcal.measurements.columns import Values, table_of, values_of
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo, Sigma
 from stiffcal.measurements.markers import Markers
@@ -181,7 +182,7 @@ def _markers_measured(table: pa.Table, setup: MeasurementSetup) -> NDArray[np.bo
     return result
 
 
-def _fixture(run: dict[str, Any]) -> tuple[tuple[float, ...], ...] | None:
+def _fixture(run: Document) -> tuple[tuple[float, ...], ...] | None:
     rows = run.get("fixture")
     return None if rows is None else tuple(tuple(float(item) for item in row) for row in rows)
 
@@ -192,7 +193,7 @@ def _scatter_name(name: str) -> str:
     return f"{component}_scatter_{unit}"
 
 
-def _setup_document(states: LoadStates) -> dict[str, Any]:
+def _setup_document(states: LoadStates) -> Document:
     setup = states.setup
     return {
         "runs": [
@@ -239,15 +240,15 @@ def _setup_document(states: LoadStates) -> dict[str, Any]:
     }
 
 
-def _attachment_document(attachment: Attachment) -> dict[str, Any]:
+def _attachment_document(attachment: Attachment) -> Document:
     return {"body": attachment.body, "transform": attachment.transform.tolist()}
 
 
-def _attachment(document: dict[str, Any]) -> Attachment:
+def _attachment(document: Document) -> Attachment:
     return Attachment(int(document["body"]), np.array(document["transform"], dtype=np.float64))
 
 
-def _setup(document: dict[str, Any]) -> MeasurementSetup:
+def _setup(document: Document) -> MeasurementSetup:
     sigma = document["sigma"]
     return MeasurementSetup(
         wrench_axes=_attachment(document["wrench_axes"]),
@@ -276,7 +277,7 @@ def _setup(document: dict[str, Any]) -> MeasurementSetup:
     )  # fmt: skip
 
 
-def _rods_document(rods: Rods, beam: BeamProperties) -> dict[str, Any]:
+def _rods_document(rods: Rods, beam: BeamProperties) -> Document:
     """Return the rods on one link; JSON has no NaN, null stands for what is not known."""
     return {
         "link": rods.link,
@@ -299,14 +300,14 @@ def _nan_as_null(values: Floats) -> Any:
     return [None if not np.isfinite(value) else value for value in values.ravel().tolist()]
 
 
-def _rods(document: dict[str, Any]) -> Rods:
+def _rods(document: Document) -> Rods:
     start, end, warping, sigma = (
         np.array(document[key], dtype=np.float64) for key in ("start_m", "end_m", "warping_m2", "sigma_m")
     )
     return Rods(document["link"], tuple(document["names"]), start, end, warping.reshape(-1, 2), sigma)
 
 
-def _beam(document: dict[str, Any]) -> BeamProperties:
+def _beam(document: Document) -> BeamProperties:
     y, z = document["neutral_m"]
     sy, sz = document["twist_centre_m"]
     return BeamProperties(document["length_m"], (y, z), (sy, sz), document["warping_decay_m"], document["warping_hold"])

@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import tomlkit
@@ -23,6 +22,7 @@ from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import check_inside
+from stiffcal.documents import Document
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular, read_regular, replacing, write_whole
@@ -47,7 +47,7 @@ def simulate_campaign(
     seed: int | None = None,
     progress: Progress = no_progress,
     settle: RestSolver | None = None,
-) -> dict[str, Any]:
+) -> Document:
     """Write a simulated campaign folder.
 
     Parameters

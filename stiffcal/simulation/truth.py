@@ -6,10 +6,10 @@ Except for the words in a report's page on compensation that say what the simula
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from stiffcal.documents import Document
 from stiffcal.mechanics.low_pass import LowPass
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.recording import Device, DeviceLog, RecordingContext
@@ -25,7 +25,7 @@ def truth_document(
     switched_on: Sequence[Sequence[Device]],
     logs: Sequence[Sequence[DeviceLog]],
     controller: Controller | None = None,
-) -> dict[str, Any]:
+) -> Document:
     """Return the document of truth.json.
 
     Parameters
@@ -66,7 +66,7 @@ def truth_document(
     }
 
 
-def _delays(controller: Controller) -> dict[str, Any]:
+def _delays(controller: Controller) -> Document:
     lag = 0.0 if controller.filter_hz is None else LowPass(controller.filter_hz, 1.0 / controller.cycle_s).delay_s
     return {
         "cycle_s": controller.cycle_s,
@@ -84,7 +84,7 @@ def _noise(sensor: Sensor) -> dict[str, dict[str, float]]:
     }
 
 
-def _run(stage: RecordingContext, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> dict[str, Any]:
+def _run(stage: RecordingContext, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> Document:
     """Return the truth of one run."""
     true_run = stage.true_run[devices[0].run]
     program = true_run.planned.program
