@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext, ingested
+from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.small_campaign import NOISE_M, STIFFNESS, write_small_campaign
 
 POOR = 40.0
@@ -63,8 +63,8 @@ def test_rows_that_are_known_less_count_less(tmp_path: Path) -> None:
 
 def test_the_store_keeps_them(tmp_path: Path) -> None:
     folder = with_poor_rows(tmp_path / "c", COLUMNS)
-    ingested(folder, RunContext())
-    states = ingested(folder, RunContext(update=False)).states
+    up_to_date_states(folder, RunContext())
+    states = up_to_date_states(folder, RunContext(update=False)).states
     np.testing.assert_allclose(states.sigma[1, 0], [NOISE_M] * 3 + [2e-5] * 3, rtol=1e-5)
     np.testing.assert_allclose(states.sigma[2, 0], [POOR * NOISE_M] * 3 + [POOR * 2e-5] * 3, rtol=1e-5)
     assert states.setup.sigma.translation == pytest.approx(np.sqrt(np.nanmean(states.sigma[:, :, :3] ** 2)))
@@ -74,11 +74,11 @@ def test_the_store_keeps_them(tmp_path: Path) -> None:
 def test_an_uncertainty_that_is_none_is_refused_with_its_row(tmp_path: Path, cell: str) -> None:
     folder = with_poor_rows(tmp_path / "c", COLUMNS, ("sy", cell))
     with pytest.raises(InputError, match="row 8: the uncertainty of position of target"):
-        ingested(folder, RunContext())
+        up_to_date_states(folder, RunContext())
 
 
 @pytest.mark.parametrize("sigma", ["0.0", '["sx", "sy"]', "true"])
 def test_what_is_neither_a_number_nor_columns_is_refused(tmp_path: Path, sigma: str) -> None:
     folder = with_poor_rows(tmp_path / "c", f"\nsigma = {{ position = {sigma} }}")
     with pytest.raises(InputError, match="sigma"):
-        ingested(folder, RunContext())
+        up_to_date_states(folder, RunContext())
