@@ -398,7 +398,7 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
         bench.pace(),
         undecided,
         could_be=could_be,
-        geometry=geometry,
+        wrong_geometry=geometry,
     )
 
 
