@@ -158,6 +158,27 @@ def rms_reduction(before: Floats, after: Floats, squared_change: Floats, dof: in
     return fall, float(drop.sum() / np.sqrt(variance))
 
 
+def reduction_between(before: Scan, after: Scan) -> tuple[float, float]:
+    """Return by how much the error in poses left out falls from one model to another, as `rms_reduction` does.
+
+    Parameters
+    ----------
+    before, after : of the same observations, whitened alike.
+    """
+    moved = _left_out_rows(before) - _left_out_rows(after)
+    squares = np.array([float(np.sum(moved[fold] ** 2)) for fold in before.folds])
+    return rms_reduction(before.base.heldout, after.base.heldout, squares, before.dof)
+
+
+def _left_out_rows(scan: Scan) -> Floats:
+    """Return (m · n) whitened residuals of the present model, each pose by the fit without it."""
+    rows = scan.space.rows(np.concatenate([scan.columns, scan.residual[None]]))
+    result = np.zeros(rows.shape[1])
+    for number, fold in enumerate(scan.folds):
+        result[fold] = np.append(-scan.base.without[number], 1.0) @ rows[:, fold]
+    return result
+
+
 def family_p(scan: Scan, trial: Trial) -> float:
     """Return the probability of so large a fall of the fit's squares by chance, for all that were tried together."""
     q = len(trial.regressor.symbols) + sum(

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stiffcal.arrays import Floats
-from stiffcal.diagnosis.judge import f_tail, rms_reduction
+from stiffcal.diagnosis.judge import f_tail, reduction_between
 from stiffcal.diagnosis.results import ContradictedSetting, SettingKind
 from stiffcal.diagnosis.scan import Scan, scan_candidates, weights_of
 from stiffcal.diagnosis.search import Search
@@ -90,9 +89,7 @@ class _Trial:
 
     def reduction(self) -> tuple[float, float]:
         """Return the fall of the error in poses left out, over the noise, and its size in standard errors."""
-        moved = _left_out_rows(self.before) - _left_out_rows(self.scan)
-        squares = np.array([float(np.sum(moved[fold] ** 2)) for fold in self.before.folds])
-        return rms_reduction(self.before.base.heldout, self.scan.base.heldout, squares, self.before.dof)
+        return reduction_between(self.before, self.scan)
 
     def p_value(self, n_trials: int) -> float:
         """Return the probability of so large a fall of the fit's squares by chance, for all trials together."""
@@ -139,12 +136,3 @@ def _trials(scan: Scan, problem: Problem, robot: CompliantRobot, settings: Setti
     if not robot.deformed:
         fit = fit_observations(problem, replace(robot, deformed=True), settings)
         yield _Trial(SettingKind.BALANCE, "", scan, scan_candidates(fit, [], whitening), settings)
-
-
-def _left_out_rows(scan: Scan) -> Floats:
-    """Return (m · n) whitened residuals, each pose by the fit without it."""
-    rows = scan.space.rows(np.concatenate([scan.columns, scan.residual[None]]))
-    result = np.zeros(rows.shape[1])
-    for number, fold in enumerate(scan.folds):
-        result[fold] = np.append(-scan.base.without[number], 1.0) @ rows[:, fold]
-    return result

@@ -137,31 +137,35 @@ class _Ladder:
 def _climb(ladder: _Ladder, diagnosed: DiagnoseResult, ask: Ask) -> DiagnoseResult:
     """Add what is missing and remove what is not needed until the model stays, or the answer is no.
 
-    What is missing comes first: with it, other effects may turn out to be needed, or not. Of what is not needed one
-    effect goes at a time, for of two that stand in for each other one may be needed.
+    What is missing comes first: with it, other effects may turn out to be needed, or not. What is not needed is removed
+    once after each addition, and once where nothing is missing: a diagnosis names what can go together, and one after
+    another might take away what is needed in sum.
 
     Returns
     -------
     DiagnoseResult
         The last diagnosis.
     """
+    removed = False
     for _ in range(MOST_STEPS):
-        change = _next_change(diagnosed)
-        if change is None or not ask(*change):
+        changes = _next_changes(diagnosed)
+        if not changes or (removed and changes[0][0] == "remove"):
             return diagnosed
-        ladder.edit(*change)
+        for change, effect in changes:
+            if not ask(change, effect):
+                return diagnose_campaign(ladder.folder, ladder.context)
+            ladder.edit(change, effect)
+            removed = change == "remove"
         diagnosed = diagnose_campaign(ladder.folder, ladder.context)
     text = f"stopped after {MOST_STEPS} steps: the model still changes; look at the history"
-    return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if _next_change(diagnosed) else diagnosed
+    return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if _next_changes(diagnosed) else diagnosed
 
 
-def _next_change(diagnosed: DiagnoseResult) -> tuple[Change, ProposedEffect | EffectAt] | None:
-    """Return the next change of the model that a diagnosis calls for; none while it is undecided."""
+def _next_changes(diagnosed: DiagnoseResult) -> list[tuple[Change, ProposedEffect | EffectAt]]:
+    """Return the next changes of the model that a diagnosis calls for; none while it is undecided."""
     if diagnosed.missing:
-        return "add", diagnosed.missing[0]
-    if diagnosed.superfluous and not diagnosed.undecided:
-        return "remove", diagnosed.superfluous[0]
-    return None
+        return [("add", diagnosed.missing[0])]
+    return [] if diagnosed.undecided else [("remove", effect) for effect in diagnosed.superfluous]
 
 
 def _would_add(effect: ProposedEffect) -> ImproveStep:
