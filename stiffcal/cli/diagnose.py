@@ -95,7 +95,7 @@ def show_diagnosis(console: Console, result: DiagnoseResult) -> None:
     for rival in result.undecided:
         runs = f": fits better without {', '.join(rival.deciding_runs)}" if rival.deciding_runs else ""
         console.print(
-            f"  {rival.effect} ({places(rival.where)}): first without {share(rival.share)} of the poses{runs}",
+            f"  {rival.effect} ({places(rival.where)}): first in {share(rival.share)} of the comparisons{runs}",
             soft_wrap=True,
         )
     if result.could_be:

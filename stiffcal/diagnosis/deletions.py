@@ -15,7 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.choosing import first_least
+from stiffcal.diagnosis.choosing import confidence, first_least
 from stiffcal.diagnosis.judge import possible_values, rms_reduction
 from stiffcal.diagnosis.scan import Scan, Trial, bounds_with
 from stiffcal.diagnosis.scoring import fold_products, quadratic, solve_within, without_rows
@@ -25,6 +25,7 @@ from stiffcal.diagnosis.thresholds import (
     LEADERS_OF,
     LEAST_POSES,
     LOOK_ALIKE_SHARE,
+    MOST_ALTERNATIVES,
     RIVALS,
     SINGLE_POSES,
     STANDARD_ERRORS,
@@ -37,7 +38,7 @@ class Rival:
 
     candidate: Candidate
     share: float
-    """Of all deletions, how many in which it has the least error in the other poses left out."""
+    """Of all deletions (of all resamplings where no pose decides), how many in which it has the least error."""
     deciding: tuple[int, ...]
     """Numbers of the folds (poses) without which it wins by more than two standard errors over poses."""
 
@@ -76,6 +77,28 @@ def rivals_without_a_pose(scan: Scan, near: Sequence[Trial], named: Trial) -> tu
         for k in sorted(kept, key=lambda k: -share[k])
         if share[k] > 0.0 or k == 0
     )
+
+
+def too_many_alike(scan: Scan, near: Sequence[Trial], named: Trial) -> tuple[Rival, ...]:
+    """Return the foremost of the candidates that look alike where they are too many to be listed; else empty.
+
+    Parameters
+    ----------
+    scan : the scan in which ``named`` was chosen.
+    near : the candidates that come near the best (`naming.near_best`).
+    named : the candidate that is named.
+
+    Returns
+    -------
+    tuple of Rival
+        The named one and the next by evidence, `RIVALS` in all, without a deciding pose; ``share`` is of resamplings.
+    """
+    alike = [trial for trial in near if trial.candidate.effect.general == named.candidate.effect.general]
+    if len(alike) <= 1 + MOST_ALTERNATIVES:
+        return ()
+    share = confidence(scan, among=alike)
+    foremost = [named, *(trial for trial in alike if trial is not named)][:RIVALS]
+    return tuple(Rival(trial.candidate, share[trial.candidate.name], ()) for trial in foremost)
 
 
 def _contenders(scan: Scan, near: Sequence[Trial], named: Trial) -> list[Trial]:

@@ -333,10 +333,10 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
             _missing_effect_in_words(missing_effect) for missing_effect in search.tried if not missing_effect.rivals
         ]
         more = f" {' and '.join(decided)} is missing with either of them." if decided else ""
-        return (
-            f"Undecided between {between}: without a single pose another of them explains the error better ({against})."
-            + more
-        )
+        reason = "without a single pose another of them explains the error better"
+        if not any(rival.deciding for rival in search.undecided):
+            reason = "these and more look alike in these poses and loads"
+        return f"Undecided between {between}: {reason} ({against}).{more}"
     share = _share_in_words(search)
     if search.found and search.before is None and not search.unexplained:
         return f"Missing: {names}, which {share} ({against}); without a known noise nobody can say whether that is all."

@@ -30,14 +30,14 @@ class ProposedEffect:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UndecidedEffect:
-    """One of the effects between which single poses decide."""
+    """One of the effects between which single poses decide, or of those that look alike where they are too many."""
 
     effect: str
     """Its name."""
     where: Where
     """Its place."""
     share: Number
-    """Of all poses left out in turn, how many in which it has the least error in the others."""
+    """Of all poses left out in turn (of all resamplings where no pose decides), how many in which it errs least."""
     deciding_runs: list[str]
     """Runs without which it has less error than the effect that is named, by more than two standard errors."""
 

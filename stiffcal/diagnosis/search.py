@@ -16,7 +16,7 @@ from itertools import combinations
 import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
-from stiffcal.diagnosis.deletions import Rival, rivals_without_a_pose
+from stiffcal.diagnosis.deletions import Rival, rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import Explained, explained_share
 from stiffcal.diagnosis.judge import (
     Judgement,
@@ -297,7 +297,7 @@ def _supported_effect(scan: Scan, candidate: Candidate) -> MissingEffect | None:
     same = [trial for trial in near if trial.candidate.name == candidate.name]
     chosen = same[0] if same and ties_with_named(scan, near, same[0]) else near[0]
     alternatives = tuple(trial.candidate for trial in near if trial.candidate.name != chosen.candidate.name)
-    rivals = rivals_without_a_pose(scan, near, chosen)
+    rivals = rivals_without_a_pose(scan, near, chosen) or too_many_alike(scan, near, chosen)
     return MissingEffect(chosen.candidate, alternatives[:MOST_ALTERNATIVES], judge_choice(scan, chosen), rivals)
 
 

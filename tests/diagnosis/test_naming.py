@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.deletions import rivals_without_a_pose
+from stiffcal.diagnosis.deletions import rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import Explained, explained_share
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.naming import near_best, times_typical
@@ -143,3 +143,12 @@ def test_of_laws_that_are_one_in_a_limit_the_simpler_is_named() -> None:
     near = near_best(replace(scan, trials=(ahead, *others)))
     assert [trial.candidate.name for trial in near][:2] == ["backlash j1", "two-slope j1"]
     assert rivals_without_a_pose(scan, near, near[0]) == ()
+
+
+def test_where_too_many_look_alike_nothing_is_named() -> None:
+    scan = scan_of(spoilt=False)
+    near = list(scan.trials[:6])
+    rivals = too_many_alike(scan, near, near[0])
+    assert [rival.candidate.name for rival in rivals] == [trial.candidate.name for trial in near[:4]]
+    assert not any(rival.deciding for rival in rivals)
+    assert too_many_alike(scan, near[:5], near[0]) == ()
