@@ -13,7 +13,7 @@ import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-from stiffcal.mechanics.dual_quaternions import dual_from_pose, error_norms
+from stiffcal.mechanics.dual_quaternions import displacement_of_duals, dual_from_pose
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.simulation.scene import robot_with_values
 
@@ -40,8 +40,10 @@ def largest_errors(arm: str, n_poses: int = 20000) -> tuple[float, float]:
     balance = solve_balance(robot_with_values(campaign), chain.model_angles(angles), weight, setup)
     nominal = dual_from_pose(balance.unloaded_position[:, 0], balance.unloaded_rotation[:, 0])
     loaded = dual_from_pose(balance.target_position[:, 0], balance.target_rotation[:, 0])
-    position, orientation = error_norms(loaded, nominal)
-    return float(position.max()), float(orientation.max())
+    # 003, eq. 51 and 52: lengths of the position error and of the orientation error.
+    error = displacement_of_duals(loaded, nominal).reshape(-1, 2, 3)
+    position, orientation = np.sqrt(np.sum(error**2, axis=2)).max(axis=0)
+    return float(position), float(orientation)
 
 
 if __name__ == "__main__":

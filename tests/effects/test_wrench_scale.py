@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from stiffcal.effects.backlash import Backlash
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.wrench_scale import WrenchScale
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.noise import Noise
 from stiffcal.mechanics.rotations import rotation_from_vector
@@ -46,7 +48,7 @@ def test_forces_alone_are_redundant_with_the_compliances() -> None:
     assert "redundant with all compliances" in str(EFFECT.lacking(CHAIN, bare_states([0], setup=setup)))
 
 
-def fitted(truth: list[tuple[Effect, Place, dict[str, float]]], fixed: frozenset[str] = frozenset()) -> object:
+def fitted(truth: Sequence[tuple[Effect, Place, dict[str, float]]], fixed: frozenset[str] = frozenset()) -> Fit:
     """Return the fit to exact displacements of a robot whose sensor reads 3 % too much, moments another 2 % less."""
     rng = np.random.default_rng(20)
     run = np.repeat(np.arange(8), 13)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -40,7 +41,8 @@ def section() -> ClampedSection:
     law = clamped_law(3, friction=12.0)[0]
     runs = [clamped_run("wide", law), clamped_run("narrow", law, seed=2, reversal=0.01)]
     for run in runs:
-        run.chain.lever, run.chain.weight = float("nan"), 0.0
+        chain: Any = run.chain
+        chain.lever, chain.weight = float("nan"), 0.0
     (joint,) = joints_of(runs)
     return ClampedSection(
         definition=DEFINITION, joints=[joint_result(joint, "A3")], runs=[run_result(run) for run in runs]

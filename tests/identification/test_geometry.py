@@ -59,7 +59,10 @@ def test_estimates_move_by_what_the_effect_says() -> None:
     for seed in range(6):
         chain = shifted(campaign.model.chain, seed, DEFAULT.length, DEFAULT.angle)
         other = identify_parameters(campaign.states, replace(campaign.model, chain=chain))
-        moved.append([other.parameter(name).value - fit.parameter(name).value for name in fit.free_names])
+        values = [
+            np.array([one.parameter(name).value for name in fit.free_names], dtype=np.float64) for one in (other, fit)
+        ]
+        moved.append(values[0] - values[1])
     # Six draws determine a standard deviation to 30 %, those of seven joints together to a fifth.
     ratio = np.sqrt(np.mean(np.square(moved), axis=0)) / expected
     assert 0.6 < np.median(ratio) < 1.5

@@ -126,19 +126,23 @@ def test_a_condition_outside_the_sources_is_refused_with_its_place(campaign: Pat
         load_campaign(campaign)
 
 
+# Seven rows to a tick of 16 ms.
+TICKS = np.repeat(np.linspace(0.0, 0.016 * 99, 100), 7)
+
+
 def test_a_coarse_clock_is_recognised_and_an_irregular_one_is_not() -> None:
-    ticks = coarse_clock(0.016 * (np.arange(700) // 7))
+    ticks = coarse_clock(TICKS)
     assert ticks is not None
     assert ticks.rate_hz == pytest.approx(437.5)
-    uneven = np.repeat(np.arange(100) * 0.016, np.random.default_rng(1).integers(1, 14, 100))
+    uneven = np.repeat(TICKS[::7], np.random.default_rng(1).integers(1, 14, 100))
     assert coarse_clock(uneven) is None
-    assert coarse_clock(np.arange(100) * 0.01) is None
+    assert coarse_clock(np.linspace(0.0, 0.99, 100)) is None
 
 
 def test_a_coarse_clock_is_refused_with_the_rate_to_write() -> None:
     quality = LogQuality("ft.csv", lambda row: f"line {row + 1}", sampled=True)
     with pytest.raises(InputError, match=r"time ticks every 16 ms, over 7 rows each; .*time = \{ rate_hz = 437.5 \}"):
-        quality.update(np.arange(1, 701), 0.016 * (np.arange(700) // 7), {})
+        quality.update(np.arange(1, 701), TICKS, {})
 
 
 def test_a_campaign_without_load_states_has_nothing_to_set_aside() -> None:

@@ -56,7 +56,7 @@ def main(arguments: Sequence[str]) -> int:
     with one_thread_each(chosen.workers) as pool:
         results = list(pool.map(inside, [(chosen.seed, number) for number in range(chosen.count)]))
     for words, place in (("with geometry", 0), ("without", 1)):
-        held = [hit for result in results for hit in result[place]]
+        held = [bool(hit) for result in results for hit in result[place]]
         low, high = wilson(sum(held), len(held))
         print(f"{words}: {sum(held)} of {len(held)} intervals hold the truth ({100 * low:.1f}–{100 * high:.1f} %)")
     shares = [share for result in results for share in result[2]]

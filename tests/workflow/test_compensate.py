@@ -13,7 +13,7 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.compensation.tool_weight import weight_on_sensor
-from stiffcal.documents import document_of
+from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
@@ -21,7 +21,7 @@ from stiffcal.quaternions import quaternion_from_rotation
 from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign
 from stiffcal.workflow.compensation_path import Forces
 from stiffcal.workflow.fitted_robot import FittedRobot, _cautions, fitted_robot
-from stiffcal.workflow.steps import Document, RunContext
+from stiffcal.workflow.steps import RunContext
 from tests.laboratory.fits import fit_of, parameter
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS, write_small_campaign
 

@@ -97,9 +97,9 @@ def test_diagnose_answers_without_the_suspect_and_with_it(folder: Path) -> None:
 def test_improve_and_the_report_show_the_run_and_the_lines_that_leave_it_out(folder: Path) -> None:
     result = improve_campaign(folder, dry_run=True)
     assert [suspect.run for suspect in result.suspects or []] == ["pose3"]
-    console = Console(file=StringIO(), width=200)
-    show_ladder(console, result)
-    assert "suspect: run pose3: unit:" in console.file.getvalue()
+    text = StringIO()
+    show_ladder(Console(file=text, width=200), result)
+    assert "suspect: run pose3: unit:" in text.getvalue()
     content = made_up_content()
     section = suspects.section(replace(content, diagnose=None, identify=identify_campaign(folder)))
     assert section is not None

@@ -164,7 +164,7 @@ def test_an_effect_that_shows_in_few_poses_is_no_fault_of_their_runs() -> None:
 def test_runs_next_to_each_other_in_time_are_mixed_up_first() -> None:
     states = sound("pairs").states
     order = np.argsort(np.random.default_rng(3).permutation(24))
-    time = 100.0 * order[states.run] + np.arange(len(states)) % 3
+    time = np.asarray(100.0 * order[states.run] + np.arange(len(states)) % 3, dtype=np.float64)
     ranked = TimeOrder.of(replace(states, time=time), states.members())
     assert np.array_equal(ranked.rank, order)
     near = int(np.flatnonzero(np.abs(order - order[0]) == 1)[0])
@@ -179,7 +179,7 @@ def test_a_run_measured_elsewhere_in_time_is_described_so() -> None:
     states = sound("pairs").states
     rank = np.arange(24)
     rank[[2, 11]] = 11, 2
-    time = 100.0 * rank[states.run] + np.arange(len(states)) % 3
+    time = np.asarray(100.0 * rank[states.run] + np.arange(len(states)) % 3, dtype=np.float64)
     wrench = states.wrench.copy()
     one, other = (own(states, run) for run in (2, 11))
     wrench[one], wrench[other] = states.wrench[other], states.wrench[one]
