@@ -1,6 +1,6 @@
 """Results as JSON documents: written out, described by a schema, and read back.
 
-A result is a frozen dataclass that the room which computes it returns. Its fields are the keys of its document, in
+A result is a frozen dataclass that the package which computes it returns. Its fields are the keys of its document, in
 their order; nested results are objects, arrays are lists, NaN is null. Marks in a field's annotation say more:
 `OrAbsent` (no key where None), `KeyIf` (a key where a property of the result is true), `NOT_IN_DOCUMENT`,
 `NOT_PROMISED` (in no schema), and `HAS_OWN_SCHEMA` (an answer inside another one).

@@ -24,7 +24,7 @@ from stiffcal.batch.results import (
 )
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import Fault, InputError, Progress, no_progress
-from stiffcal.escapes.file_name import fitting
+from stiffcal.escapes.file_name import with_short_name
 from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import masked
 
@@ -176,27 +176,36 @@ def _below(named: Path) -> list[Path]:
 
 
 def _tasks(
-    listed: Sequence[tuple[Path, str]], named: Sequence[Path], options: BatchOptions, file: ThresholdsFile | None
+    listed: Sequence[tuple[Path, str]], user_paths: Sequence[Path], options: BatchOptions, file: ThresholdsFile | None
 ) -> list[BatchTask]:
-    reach = [str(path.resolve()) for path in (*named, *(file.baselines() if file is not None else ()))]
+    """Return the task of every campaign.
+
+    Parameters
+    ----------
+    listed : folder and label of each campaign.
+    user_paths : the folders that the user named; manifests may point to baselines in them.
+    options : how the batch is to be run.
+    file : the thresholds, whose baselines a manifest may point to as well; None where there are none.
+    """
+    allowed_paths = [str(path.resolve()) for path in (*user_paths, *(file.baselines() if file is not None else ()))]
     thresholds = None if file is None else file.model_dump(mode="json", by_alias=True, exclude_none=True)
     local, tasks = options.scheduler is None, []
     for folder, label in listed:
         report_file = None
         if options.report and options.reports is not None:
-            report_file = str((options.reports / fitting(label, ".pdf")).resolve())
+            report_file = str((options.reports / with_short_name(label, ".pdf")).resolve())
         store = store_below(options.store, label) if options.store is not None else None
-        # A cluster's workers have another current folder.
-        place = folder if local else folder.resolve()
+        # A cluster's workers have another current folder: they need the whole path.
+        worker_path = folder if local else folder.resolve()
         tasks.append(
             BatchTask(
-                folder=str(place),
+                folder=str(worker_path),
                 campaign=label,
                 store=store,
                 report=options.report,
                 report_file=report_file,
                 thresholds=thresholds,
-                reach=reach,
+                allowed_paths=allowed_paths,
             )
         )
     return tasks

@@ -41,7 +41,7 @@ class BatchTask:
     """Where the PDF goes; None: DIR/report.pdf."""
     thresholds: Document | None = None
     """A file of thresholds, as read; None where there is none."""
-    reach: list[str] = field(default_factory=list)
+    allowed_paths: list[str] = field(default_factory=list)
     """What the user has named: a manifest may point to a baseline in it."""
 
 

@@ -131,7 +131,7 @@ def _all_steps(task: BatchTask, run: _Run) -> CampaignOutcome:
         store=task.store,
         notify=run.notify,
         on_step=run.starting,
-        reach=tuple(Path(path) for path in task.reach),
+        reach=tuple(Path(path) for path in task.allowed_paths),
         thorough=True,
     )
     file = None if task.thresholds is None else ThresholdsFile.model_validate(task.thresholds)

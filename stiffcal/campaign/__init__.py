@@ -1,1 +1,1 @@
-"""What a person writes: manifest, robot file and model file, typed; this room names no effect."""
+"""What a person writes: manifest, robot file and model file, typed; this package names no effect."""

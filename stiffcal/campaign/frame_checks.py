@@ -51,7 +51,7 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
         if mistake is not None:
             key, correction = mistake
             yield Fault(FaultCode.VALUE_INVALID, _MANIFEST, f"{place}.{key}", correction.reason, correction.mend)
-        yield from _too_far(manifest, name)
+        yield from _far_frame_faults(manifest, name)
         fault = frame_fault(manifest, links, frame.parent, f"{place}.parent")
         if fault is not None:
             yield fault
@@ -59,8 +59,11 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
     yield from _moving_axes(manifest)
 
 
-def _too_far(manifest: Manifest, name: str) -> Iterator[Fault]:
-    """Give a fault where a frame on the robot lies far from it; where a tracker stands on the ground is measured."""
+def _far_frame_faults(manifest: Manifest, name: str) -> Iterator[Fault]:
+    """Yield a fault where a frame on the flange or on a link has an implausibly large offset from it.
+
+    Frames whose parent is the base or another frame of the manifest are skipped: a tracker may stand metres away.
+    """
     frame = manifest.frames[name]
     for length in frame.xyz_m if frame.parent not in ("base", *manifest.frames) else ():
         mistake = implausible_length(length)
@@ -98,7 +101,7 @@ def rides_on(manifest: Manifest, frame: str) -> str:
 
 
 def _moving_axes(manifest: Manifest) -> Iterator[Fault]:
-    """See that instruments that read in fixed axes hang on the base."""
+    """Yield a fault for every signal that is read in fixed axes and whose frame moves with the robot."""
     for source, name, signal in manifest.signals():
         key, frame = "", None
         if isinstance(signal, Pose):

@@ -57,8 +57,8 @@ def draft_campaign(
     Parameters
     ----------
     tables : CSV files with a header; one row per load state.
-    urdf : the robot as a URDF;
-    robot : the name of a bundled robot. Neither: rows to fill in.
+    urdf : the robot as a URDF; ignored where ``robot`` is given too.
+    robot : the name of a bundled robot. With neither, robot.toml holds rows to fill in.
     tool : where the load acts and the displacement is measured, m, in the flange frame; None: a line to fill in,
         without which no command computes anything.
 

@@ -1,4 +1,4 @@
-"""model.toml, typed: which effects the model holds now; this room names none of them."""
+"""model.toml, typed: which effects the model holds now; this package names none of them."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def schema_text(model: type[BaseModel]) -> str:
 
 
 def write_schemas(folder: Path) -> list[Path]:
-    """Write all schemas of this room into a folder and return their paths."""
+    """Write all schemas of this package into a folder and return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, model_type in SCHEMAS.items():

@@ -42,13 +42,13 @@ class UrdfRobot:
         return tuple(joint for joint in self.path if joint.kind in TURNING)
 
 
-def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str | None = None) -> UrdfRobot:
+def read_urdf(path: Path, display_name: str, base_link: str | None = None, tip_link: str | None = None) -> UrdfRobot:
     """Read a URDF.
 
     Parameters
     ----------
     path : where it lies.
-    file : how to call it in a fault.
+    display_name : how to call it in a fault.
     base_link, tip_link : ends of the chain; left out: the root, and the leaf behind the most turning joints.
 
     Raises
@@ -56,12 +56,12 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
     InputError
         Not there, not XML, no chain between the links, or a joint on it that does not turn.
     """
-    robot = chain_of(path, file, base_link, tip_link)
-    _check_path(robot, file)
+    robot = read_urdf_any_joints(path, display_name, base_link, tip_link)
+    _check_path(robot, display_name)
     return robot
 
 
-def possible_tips(path: Path, file: str) -> list[str]:
+def possible_tips(path: Path, display_name: str) -> list[str]:
     """Return the links that could be the tip: the leaves behind the most moving joints.
 
     Raises
@@ -69,35 +69,37 @@ def possible_tips(path: Path, file: str) -> list[str]:
     InputError
         As `read_urdf`, what the chain's joints are apart.
     """
-    root = parse_urdf(path, file)
-    joints = [joint_of(element, file) for element in root.findall("joint")]
-    links = {link.name for link in (link_of(element, file) for element in root.findall("link"))}
+    root = parse_urdf(path, display_name)
+    joints = [joint_of(element, display_name) for element in root.findall("joint")]
+    links = {link.name for link in (link_of(element, display_name) for element in root.findall("link"))}
     children: dict[str, tuple[UrdfJoint, ...]] = {}
     for joint in joints:
         children[joint.parent] = (*children.get(joint.parent, ()), joint)
-    base = _end(None, sorted(links - {joint.child for joint in joints}), {}, file, "base_link")
+    base = _end(None, sorted(links - {joint.child for joint in joints}), {}, display_name, "base_link")
     return _leaves(base, children)
 
 
-def chain_of(path: Path, file: str, base_link: str | None = None, tip_link: str | None = None) -> UrdfRobot:
+def read_urdf_any_joints(
+    path: Path, display_name: str, base_link: str | None = None, tip_link: str | None = None
+) -> UrdfRobot:
     """Read a URDF as `read_urdf` does; what kind of joints lie on the chain is not checked."""
-    root = parse_urdf(path, file)
-    joints = [joint_of(element, file) for element in root.findall("joint")]
-    links = {link.name: link for link in (link_of(element, file) for element in root.findall("link"))}
+    root = parse_urdf(path, display_name)
+    joints = [joint_of(element, display_name) for element in root.findall("joint")]
+    links = {link.name: link for link in (link_of(element, display_name) for element in root.findall("link"))}
     leaving: dict[str, list[UrdfJoint]] = {}
     for joint in joints:
         leaving.setdefault(joint.parent, []).append(joint)
     children = {link: tuple(below) for link, below in leaving.items()}
     above = {joint.child: joint for joint in joints}
-    base = _end(base_link, sorted(set(links) - set(above)), links, file, "base_link")
-    tip = _end(tip_link, _leaves(base, children), links, file, "tip_link")
+    base = _end(base_link, sorted(set(links) - set(above)), links, display_name, "base_link")
+    tip = _end(tip_link, _leaves(base, children), links, display_name, "tip_link")
     chain: list[UrdfJoint] = []
     link = tip
     while link != base:
         if link not in above or len(chain) > len(joints):
             raise InputError.at(
                 FaultCode.URDF_INVALID,
-                file,
+                display_name,
                 f"link {tip}",
                 f"no chain of joints leads there from {base}",
                 "name other links",
@@ -125,18 +127,22 @@ def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:
     return sorted(name for name, turning in leaves.items() if turning == most)
 
 
-def _end(wanted: str | None, ends: list[str], links: dict[str, UrdfLink], file: str, key: str) -> str:
+def _end(wanted: str | None, ends: list[str], links: dict[str, UrdfLink], display_name: str, key: str) -> str:
     if wanted is not None:
         if wanted not in links:
             raise InputError.at(
-                FaultCode.LINK_UNKNOWN, file, key, f'there is no link "{wanted}"', "name one of " + ", ".join(links)
+                FaultCode.LINK_UNKNOWN,
+                display_name,
+                key,
+                f'there is no link "{wanted}"',
+                "name one of " + ", ".join(links),
             )
         return wanted
     if len(ends) != 1:
         names = ", ".join(ends) or "none"
         raise InputError.at(
             FaultCode.URDF_INVALID,
-            file,
+            display_name,
             "",
             f"{len(ends)} links could be the {key}: {names}",
             f"write {key} in the robot file",
@@ -154,17 +160,17 @@ def _mend_for_chain(robot: UrdfRobot, joint: UrdfJoint) -> str:
     return 'where it stood still, make its type "fixed" in the URDF, moved into its place by <origin>'
 
 
-def _check_path(robot: UrdfRobot, file: str) -> None:
-    check_name(robot.name, file, "robot")
+def _check_path(robot: UrdfRobot, display_name: str) -> None:
+    check_name(robot.name, display_name, "robot")
     for link in (robot.base, *(joint.child for joint in robot.path)):
-        check_name(link, file, f"link {link}")
+        check_name(link, display_name, f"link {link}")
     for joint in robot.path:
         place = f"joint {joint.name}"
-        check_name(joint.name, file, place)
+        check_name(joint.name, display_name, place)
         if joint.kind not in ("revolute", "continuous", "fixed"):
             raise InputError.at(
                 FaultCode.URDF_INVALID,
-                file,
+                display_name,
                 place,
                 f"the stiffness of a {joint.kind} joint cannot be identified",
                 _mend_for_chain(robot, joint),
@@ -172,19 +178,23 @@ def _check_path(robot: UrdfRobot, file: str) -> None:
         if joint.kind != "fixed" and joint.mimics:
             raise InputError.at(
                 FaultCode.URDF_INVALID,
-                file,
+                display_name,
                 place,
                 "a joint of the chain mimics another",
                 "write it as logged in the robot file",
             )
         if joint.kind != "fixed" and not any(joint.axis):
             raise InputError.at(
-                FaultCode.URDF_INVALID, file, place, "the joint's axis is zero", "correct <axis xyz=…/>"
+                FaultCode.URDF_INVALID, display_name, place, "the joint's axis is zero", "correct <axis xyz=…/>"
             )
     if len(robot.turning) > MOST_JOINTS:
         reason = f"{len(robot.turning)} joints turn between {robot.base} and {robot.tip}, more than {MOST_JOINTS}"
-        raise InputError.at(FaultCode.SIZE_EXCEEDED, file, "", reason, "name other links: base_link, tip_link")
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, display_name, "", reason, "name other links: base_link, tip_link")
     if not robot.turning:
         raise InputError.at(
-            FaultCode.URDF_INVALID, file, "", f"no joint turns between {robot.base} and {robot.tip}", "name other links"
+            FaultCode.URDF_INVALID,
+            display_name,
+            "",
+            f"no joint turns between {robot.base} and {robot.tip}",
+            "name other links",
         )

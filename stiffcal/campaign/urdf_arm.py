@@ -9,7 +9,7 @@ from pathlib import Path
 from stiffcal.campaign.joint_columns import columns_of_joints
 from stiffcal.campaign.proposed_lines import ProposedLine, quoted
 from stiffcal.campaign.table_sniffing import SniffedColumn
-from stiffcal.campaign.urdf import TURNING, UrdfRobot, chain_of, possible_tips
+from stiffcal.campaign.urdf import TURNING, UrdfRobot, possible_tips, read_urdf_any_joints
 from stiffcal.campaign.urdf_elements import UrdfJoint
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -43,7 +43,7 @@ def arm_of_table(path: Path, columns: Sequence[SniffedColumn]) -> UrdfArm:
         The URDF cannot be read, or a moving joint between two that have columns has none.
     """
     tips = possible_tips(path, path.name)
-    chains = [chain_of(path, path.name, None, tip) for tip in tips]
+    chains = [read_urdf_any_joints(path, path.name, None, tip) for tip in tips]
     found = [columns_of_joints(columns, [joint.name for joint in chain.turning]) for chain in chains]
     best = max(range(len(tips)), key=lambda k: (len(found[k]), -_preference(tips[k]), -k))
     chain, column_of = chains[best], found[best]

@@ -58,16 +58,16 @@ class UrdfLink:
 class _Builder(ElementTree.TreeBuilder):
     """Builds the tree of a URDF; refuses what is none before it takes the machine's memory."""
 
-    def __init__(self, file: str) -> None:
+    def __init__(self, display_name: str) -> None:
         super().__init__()
-        self._file = file
+        self._display_name = display_name
         self._nodes = self._depth = 0
 
     def doctype(self, *_: str | None) -> None:
         """Refuse a document type: its entities can be as large as one likes, or name other files."""
         raise InputError.at(
             FaultCode.SYNTAX_INVALID,
-            self._file,
+            self._display_name,
             "<!DOCTYPE>",
             "a URDF has no document type",
             "delete it and its entities",
@@ -77,10 +77,12 @@ class _Builder(ElementTree.TreeBuilder):
         """Count an element in."""
         self._nodes += 1
         self._depth += 1
-        URDF_NODES.check(self._nodes, self._file)
+        URDF_NODES.check(self._nodes, self._display_name)
         if self._depth > MOST_NESTED:
             reason = f"more than {MOST_NESTED} elements lie in one another"
-            raise InputError.at(FaultCode.SIZE_EXCEEDED, self._file, f"<{tag}>", reason, "write them side by side")
+            raise InputError.at(
+                FaultCode.SIZE_EXCEEDED, self._display_name, f"<{tag}>", reason, "write them side by side"
+            )
         return super().start(tag, attributes)
 
     def end(self, tag: str, /) -> ElementTree.Element:
@@ -89,7 +91,7 @@ class _Builder(ElementTree.TreeBuilder):
         return super().end(tag)
 
 
-def parse_urdf(path: Path, file: str) -> ElementTree.Element:
+def parse_urdf(path: Path, display_name: str) -> ElementTree.Element:
     """Return the root of a URDF.
 
     Raises
@@ -98,31 +100,35 @@ def parse_urdf(path: Path, file: str) -> ElementTree.Element:
         There is no such file, it is no XML or no URDF, or it is larger than any robot's.
     """
     try:
-        parser = ElementTree.XMLParser(target=_Builder(file))
-        parser.feed(read_regular(path, file, limit=URDF))
+        parser = ElementTree.XMLParser(target=_Builder(display_name))
+        parser.feed(read_regular(path, display_name, limit=URDF))
         root = parser.close()
     except FileNotFoundError:
         raise InputError.at(
-            FaultCode.FILE_MISSING, file, "", "no such file", "correct urdf in the robot file"
+            FaultCode.FILE_MISSING, display_name, "", "no such file", "correct urdf in the robot file"
         ) from None
     except OSError as error:
         raise InputError.at(
-            FaultCode.FILE_UNREADABLE, file, "", f"cannot be read: {error.strerror}", "correct urdf in the robot file"
+            FaultCode.FILE_UNREADABLE,
+            display_name,
+            "",
+            f"cannot be read: {error.strerror}",
+            "correct urdf in the robot file",
         ) from None
     except ElementTree.ParseError as error:
         line, column = error.position
         reason = f"this is not XML: {str(error).split(':')[0]}"
         raise InputError.at(
-            FaultCode.SYNTAX_INVALID, file, f"line {line}, column {column + 1}", reason, "correct that line"
+            FaultCode.SYNTAX_INVALID, display_name, f"line {line}, column {column + 1}", reason, "correct that line"
         ) from None
     except (ValueError, LookupError) as error:  # of an encoding that Python does not know
         raise InputError.at(
-            FaultCode.SYNTAX_INVALID, file, "line 1", f"this is not XML: {error}", "save the file as UTF-8"
+            FaultCode.SYNTAX_INVALID, display_name, "line 1", f"this is not XML: {error}", "save the file as UTF-8"
         ) from None
     if root.tag != "robot":
         raise InputError.at(
             FaultCode.URDF_INVALID,
-            file,
+            display_name,
             f"<{root.tag}>",
             "this is not a URDF",
             "expand xacro files first; the root is <robot>",
@@ -130,104 +136,112 @@ def parse_urdf(path: Path, file: str) -> ElementTree.Element:
     return root
 
 
-def _triple(text: str | None, default: Triple, file: str, place: str) -> Triple:
+def _triple(text: str | None, default: Triple, display_name: str, fault_place: str) -> Triple:
     if text is None:
         return default
     try:
         x, y, z = (float(number) for number in text.split())
     except ValueError:
         raise InputError.at(
-            FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not three numbers', "write x y z"
+            FaultCode.NUMBER_INVALID, display_name, fault_place, f'"{text}" is not three numbers', "write x y z"
         ) from None
     if not all(math.isfinite(number) for number in (x, y, z)):
         raise InputError.at(
-            FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not three finite numbers', "write x y z"
+            FaultCode.NUMBER_INVALID, display_name, fault_place, f'"{text}" is not three finite numbers', "write x y z"
         )
     return x, y, z
 
 
-def _lengths(text: str | None, file: str, place: str) -> Triple:
-    """Return a place in m."""
-    lengths = _triple(text, _ZERO, file, place)
-    for length in lengths:
-        _refuse(implausible_length(length), file, place)
-    return lengths
+def _position(text: str | None, display_name: str, fault_place: str) -> Triple:
+    """Return a position, m; zero where the text is missing, InputError where a length is implausible."""
+    position = _triple(text, _ZERO, display_name, fault_place)
+    for length in position:
+        _refuse(implausible_length(length), display_name, fault_place)
+    return position
 
 
-def _angles(text: str | None, file: str, place: str) -> Triple:
-    """Return three angles in rad."""
-    angles = _triple(text, _ZERO, file, place)
+def _angles(text: str | None, display_name: str, fault_place: str) -> Triple:
+    """Return three angles, rad; zero where the text is missing, InputError beyond a hundred turns."""
+    angles = _triple(text, _ZERO, display_name, fault_place)
     for angle in angles:
         if abs(angle) > MOST_RAD:
             mend = f"write the angles in rad: if {angle:.6g} is in degrees, {math.radians(angle):.6g}"
             raise InputError.at(
-                FaultCode.VALUE_INVALID, file, place, f"rpy: {angle:.6g} rad is more than a hundred turns", mend
+                FaultCode.VALUE_INVALID,
+                display_name,
+                fault_place,
+                f"rpy: {angle:.6g} rad is more than a hundred turns",
+                mend,
             )
     return angles
 
 
-def _refuse(mistake: WrongValueError | None, file: str, place: str) -> None:
+def _refuse(mistake: WrongValueError | None, display_name: str, fault_place: str) -> None:
     if mistake is not None:
-        raise InputError.at(FaultCode.VALUE_INVALID, file, place, mistake.reason, mistake.mend)
+        raise InputError.at(FaultCode.VALUE_INVALID, display_name, fault_place, mistake.reason, mistake.mend)
 
 
-def _number(text: str | None, file: str, place: str) -> float | None:
+def _number(text: str | None, display_name: str, fault_place: str) -> float | None:
     if text is None:
         return None
     try:
         value = float(text)
     except ValueError:
         raise InputError.at(
-            FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not a number', "write a number"
+            FaultCode.NUMBER_INVALID, display_name, fault_place, f'"{text}" is not a number', "write a number"
         ) from None
     if math.isnan(value):
-        raise InputError.at(FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not a number', "write a number")
+        raise InputError.at(
+            FaultCode.NUMBER_INVALID, display_name, fault_place, f'"{text}" is not a number', "write a number"
+        )
     return value
 
 
-def joint_of(element: ElementTree.Element, file: str) -> UrdfJoint:
+def joint_of(element: ElementTree.Element, display_name: str) -> UrdfJoint:
     """Return a joint element; InputError where it lacks a link or a number is none."""
     name = element.get("name", "?")
-    place = f"joint {name}"
+    fault_place = f"joint {name}"
     parent, child, origin = element.find("parent"), element.find("child"), element.find("origin")
     axis, limit = element.find("axis"), element.find("limit")
     if parent is None or child is None:
         raise InputError.at(
             FaultCode.URDF_INVALID,
-            file,
-            place,
+            display_name,
+            fault_place,
             "parent or child is missing",
             "add <parent link=…/> and <child link=…/>",
         )
     kind = element.get("type", "fixed")
     limits = None
     if kind == "revolute" and limit is not None:
-        low, high = (_number(limit.get(key, "0"), file, place) or 0.0 for key in ("lower", "upper"))
+        low, high = (_number(limit.get(key, "0"), display_name, fault_place) or 0.0 for key in ("lower", "upper"))
         limits = (low, high) if high > low else None
     return UrdfJoint(
         name,
         kind,
         parent.get("link", ""),
         child.get("link", ""),
-        _lengths(None if origin is None else origin.get("xyz"), file, f"{place}, origin xyz"),
-        _angles(None if origin is None else origin.get("rpy"), file, f"{place}, origin rpy"),
-        _triple(None if axis is None else axis.get("xyz"), (1.0, 0.0, 0.0), file, f"{place}, axis"),
+        _position(None if origin is None else origin.get("xyz"), display_name, f"{fault_place}, origin xyz"),
+        _angles(None if origin is None else origin.get("rpy"), display_name, f"{fault_place}, origin rpy"),
+        _triple(None if axis is None else axis.get("xyz"), (1.0, 0.0, 0.0), display_name, f"{fault_place}, axis"),
         limits,
         element.find("mimic") is not None,
     )
 
 
-def link_of(element: ElementTree.Element, file: str) -> UrdfLink:
+def link_of(element: ElementTree.Element, display_name: str) -> UrdfLink:
     """Return a link element; InputError where a number is none or implausible."""
     name = element.get("name", "?")
     inertial = element.find("inertial")
     if inertial is None:
         return UrdfLink(name, None, _ZERO)
     mass, origin = inertial.find("mass"), inertial.find("origin")
-    place = f"link {name}"
-    value = None if mass is None else _number(mass.get("value"), file, f"{place}, mass")
+    fault_place = f"link {name}"
+    value = None if mass is None else _number(mass.get("value"), display_name, f"{fault_place}, mass")
     if value is not None:
-        _refuse(mass_mistake(value), file, f"{place}, mass")
+        _refuse(mass_mistake(value), display_name, f"{fault_place}, mass")
     return UrdfLink(
-        name, value, _lengths(None if origin is None else origin.get("xyz"), file, f"{place}, inertial xyz")
+        name,
+        value,
+        _position(None if origin is None else origin.get("xyz"), display_name, f"{fault_place}, inertial xyz"),
     )

@@ -170,10 +170,10 @@ def _warnings(search: Search) -> list[str]:
     if search.wrong_geometry is not None:
         texts.append(wrong_geometry_in_words(search.wrong_geometry.misfit))
     now = search.after
-    if now is not None and now.lingers > REPORTED_LINGERING and not now.wanders and not search.unexplained:
+    if now is not None and now.lag_one_correlation > REPORTED_LINGERING and not now.drifts and not search.unexplained:
         texts.append(
-            f"successive readings are off alike (correlation {now.lingers:.2g}): noise that lingers (air, temperature, "
-            "a filter), so that uncertainties are larger than those given; wait longer between readings"
+            f"successive readings are off alike (correlation {now.lag_one_correlation:.2g}): noise that lingers (air, "
+            "temperature, a filter), so that uncertainties are larger than those given; wait longer between readings"
         )
     if now is not None and not now.adequate and not search.unexplained:
         texts.append(

@@ -116,7 +116,7 @@ def _evidence(
     edges = [low[other_columns], *(np.zeros(len(regressor.columns)) for regressor in included)]
     before = _heldout_residual(scan, np.concatenate(pieces), scan.residual + added, np.concatenate(edges))
     after = _heldout_residual(scan, scan.columns, scan.residual, low)
-    rows = _significant_rows(scan, added, after)
+    rows = _rows_with_largest_signal(scan, added, after)
     value, covariate, unit = _covariate(state, placed_effect)
     direction, lever = _directions(state, placed_effect, added, rows, value if covariate else None)
     law = _along(direction, added, rows)
@@ -163,18 +163,25 @@ def _heldout_residual(scan: Scan, columns: Floats, residual: Floats, low: Floats
     return corrected_for_freedom(scan.space.centred(remaining[None])[0], scan.fit.data)
 
 
-def _significant_rows(scan: Scan, added: Floats, left: Floats) -> Integers:
-    """Return the rows in which the effect stands out most: translations or rotations of the first target, or gauges.
+def _rows_with_largest_signal(scan: Scan, contribution: Floats, residual_after: Floats) -> Integers:
+    """Return the rows of one kind of reading in which the effect is largest against what remains with it.
 
-    Where neither was measured, the rods of one link.
+    Compared are translations and rotations of the first target, and gauges; where none was measured, the rods of one
+    link are returned.
+
+    Parameters
+    ----------
+    scan : of the model that holds the effect.
+    contribution : (m, n) m and rad, what the effect adds to each reading.
+    residual_after : (m, n) m and rad, the residual in unseen poses with the effect.
     """
     data = scan.fit.data
     best, best_rows = -1.0, np.flatnonzero((data.kind == data.kind[0]) & (data.body == data.body[0]))
     for kind in (TRANSLATION, ROTATION, GAUGE):
         rows = np.flatnonzero((data.kind == kind) & (data.body == 0))
         if len(rows):
-            noise = float(np.sum(left[rows] ** 2))
-            signal = float(np.sum(scan.space.centred(added[None])[0][rows] ** 2)) / max(noise, 1e-300)
+            noise = float(np.sum(residual_after[rows] ** 2))
+            signal = float(np.sum(scan.space.centred(contribution[None])[0][rows] ** 2)) / max(noise, 1e-300)
             if signal > best:
                 best, best_rows = signal, rows
     return best_rows

@@ -69,9 +69,9 @@ def explained_share(
     """
     squares = first.base.heldout / first.dof, last.base.heldout / last.dof
     e_before, e_after = (float(np.sum(square)) for square in squares)
-    scale = before.ratio**2 / e_before if before is not None and e_before > 0.0 else _relative_size(first, last)
+    scale = before.ratio**2 / e_before if before is not None and e_before > 0.0 else _mean_square_ratio(first, last)
     scale_after = after.ratio**2 / e_after if after is not None and e_after > 0.0 else 1.0
-    floor = 0.0 if after is None else 1.0 / after.wander**2 if after.wanders else 1.0
+    floor = 0.0 if after is None else 1.0 / after.drift**2 if after.drifts else 1.0
     share = _share(e_before * scale, e_after * scale_after, floor)
     rng = np.random.default_rng(seed)
     n_folds = len(first.folds)
@@ -88,15 +88,18 @@ def explained_share(
     return Explained(share, float(low), float(high), max(e_before * scale - floor, 0.0))
 
 
-def _relative_size(first: Scan, last: Scan) -> float:
-    """Return the mean square of the residuals of one model over that of another, of the first kind of readings."""
+def _mean_square_ratio(first: Scan, last: Scan) -> float:
+    """Return the mean square of one model's residuals over that of another, of the first kind of readings.
+
+    It is 1 where a noise is known, as both are then whitened with it, and where the second model leaves no residual.
+    """
     if first.fit.noise is not None or last.fit.noise is not None:
         return 1.0
-    sizes = []
+    squares = []
     for fit in (first.fit, last.fit):
         rows = fit.data.kind == fit.data.kind[0]
-        sizes.append(float(np.sum(np.where(fit.data.measured_mask[rows], fit.residual[rows], 0.0) ** 2)))
-    return sizes[0] / sizes[1] if sizes[1] > 0.0 else 1.0
+        squares.append(float(np.sum(np.where(fit.data.measured_mask[rows], fit.residual[rows], 0.0) ** 2)))
+    return squares[0] / squares[1] if squares[1] > 0.0 else 1.0
 
 
 def _share(before: float, after: float, floor: float) -> float:

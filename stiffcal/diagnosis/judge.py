@@ -36,25 +36,25 @@ class LackOfFit:
     p_value: float
     """Probability of so much by chance."""
     ratio: float
-    """Unseen error over noise."""
-    wander: float = 1.0
-    """Residuals' rms over what readings a fifth of a run apart differ by (over √2): 1 where nothing wanders. Repeats
-    lie a cycle apart; what wanders in between counts as their noise and hides from ``ratio``.
+    """Rms error in poses left out over the rms noise; 1 where the model is complete."""
+    drift: float = 1.0
+    """Residuals' rms over the rms difference of readings a fifth of a run apart, divided by √2: 1 without drift.
+    Repeats are a cycle apart, so that drift in between counts as their noise and does not show in ``ratio``.
     """
-    wander_p: float = 1.0
-    """Probability of so much by chance."""
-    lingers: float = 0.0
-    """Correlation of successive residuals beyond what wanders."""
+    drift_p_value: float = 1.0
+    """Probability of so large a ``drift`` by chance."""
+    lag_one_correlation: float = 0.0
+    """Correlation of successive residuals beyond that of the drift."""
 
     @property
-    def wanders(self) -> bool:
-        """True where residuals wander in the course of a run: what repeats call noise is not all noise."""
-        return self.wander > ADEQUATE_RATIO and self.wander_p < LACK_OF_FIT_P
+    def drifts(self) -> bool:
+        """True where residuals drift in the course of a run: part of the repeats' scatter is then not noise."""
+        return self.drift > ADEQUATE_RATIO and self.drift_p_value < LACK_OF_FIT_P
 
     @property
     def adequate(self) -> bool:
         """True where the unseen error is the noise, to within five per cent or to within what the noise is known."""
-        return (self.ratio <= ADEQUATE_RATIO or self.p_value > LACK_OF_FIT_P) and not self.wanders
+        return (self.ratio <= ADEQUATE_RATIO or self.p_value > LACK_OF_FIT_P) and not self.drifts
 
 
 def f_tail(statistic: float, dof: float, denominator_dof: float) -> float:
@@ -71,19 +71,20 @@ def lack_of_fit(fit: Fit, scan: Scan) -> LackOfFit | None:
     if fit.noise is None:
         return None
     dof = scan.dof - scan.n_columns
-    statistic = scan.base.fitted / dof
+    statistic = scan.base.sum_of_squares / dof
+    # Rows are whitened with the noise: the rms of whitened errors in poses left out is error over noise.
     ratio = float(np.sqrt(np.sum(scan.base.heldout) / scan.dof))
     p_value = f_tail(statistic, dof, fit.noise.dof)
-    return LackOfFit(statistic, (float(dof), fit.noise.dof), p_value, ratio, *_wander(scan))
+    return LackOfFit(statistic, (float(dof), fit.noise.dof), p_value, ratio, *_drift(scan))
 
 
-def _wander(scan: Scan) -> tuple[float, float, float]:
-    """Return how much larger residuals are than what readings some way apart differ by, its p, and how they linger.
+def _drift(scan: Scan) -> tuple[float, float, float]:
+    """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals.
 
     Half the mean squared difference over the variance is 1 for independent readings, with variance 1/n (von Neumann
-    1941; Young 1941). Readings next to each other may be alike: instruments linger for a reading or two (air, filters),
-    and repeats a cycle later see all of that noise. So those are compared that lie a fifth of a run apart, up to
-    eight readings, and the variance allows for what lingers within that (Bartlett 1946: 1 + 2 Σ ρ²).
+    1941; Young 1941). Readings next to each other may be correlated (air, filters of instruments), and repeats a cycle
+    later scatter by all of that noise. So readings a fifth of a run apart are compared, up to `LINGERING` readings, and
+    the variance allows for the correlation within that distance (Bartlett 1946: 1 + 2 Σ ρ²).
     """
     from scipy.special import ndtr
 
@@ -97,9 +98,13 @@ def _wander(scan: Scan) -> tuple[float, float, float]:
     (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / residual_dof
     if n_pairs < 2 or far <= 0.0:
         return 1.0, 1.0, 0.0
-    alike = np.clip([1.0 - half / far for half, _ in halves], 0.0, 1.0)
-    n_free = n_pairs / (1.0 + 2.0 * float(np.sum(alike**2)))
-    return float(np.sqrt(whole / far)), float(ndtr(-(1.0 - far / whole) * np.sqrt(n_free))), float(alike[0])
+    correlation = np.clip([1.0 - half / far for half, _ in halves], 0.0, 1.0)
+    n_independent = n_pairs / (1.0 + 2.0 * float(np.sum(correlation**2)))
+    return (
+        float(np.sqrt(whole / far)),
+        float(ndtr(-(1.0 - far / whole) * np.sqrt(n_independent))),
+        float(correlation[0]),
+    )
 
 
 def _half_square(
@@ -188,8 +193,8 @@ def family_p(scan: Scan, trial: Trial) -> float:
     if residual_dof <= 0:
         return 1.0
     # Where more is missing than this candidate, what is left scatters wider than the noise.
-    scale = max(1.0, trial.score.fitted / residual_dof)
-    drop = max(scan.base.fitted - trial.score.fitted, 0.0)
+    scale = max(1.0, trial.score.sum_of_squares / residual_dof)
+    drop = max(scan.base.sum_of_squares - trial.score.sum_of_squares, 0.0)
     denominator_dof = float(residual_dof) if scan.fit.noise is None else min(float(residual_dof), scan.fit.noise.dof)
     return min(1.0, scan.n_tried * f_tail(drop / scale / max(q, 1), max(q, 1), denominator_dof))
 
@@ -210,7 +215,7 @@ def possible_values(scan: Scan, trial: Trial) -> bool:
     if trial.candidate.effect.impossible(values) is None:
         return True
     residual_dof = max(scan.dof - scan.n_columns - len(symbols), 1)
-    reach = float(chdtri(len(symbols), LACK_OF_FIT_P)) * max(1.0, trial.score.fitted / residual_dof)
+    reach = float(chdtri(len(symbols), LACK_OF_FIT_P)) * max(1.0, trial.score.sum_of_squares / residual_dof)
     return trial.candidate.effect.possible_near(amplitudes, _information(trial), reach)
 
 

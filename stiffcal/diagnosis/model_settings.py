@@ -96,8 +96,8 @@ class _Trial:
         rest = self.scan.dof - self.scan.n_columns
         if rest <= 0:
             return 1.0
-        scale = max(1.0, self.scan.base.fitted / rest)
-        drop = max(self.before.base.fitted - self.scan.base.fitted, 0.0)
+        scale = max(1.0, self.scan.base.sum_of_squares / rest)
+        drop = max(self.before.base.sum_of_squares - self.scan.base.sum_of_squares, 0.0)
         noise = self.scan.fit.noise
         return min(1.0, n_trials * f_tail(drop / scale, 1.0, float(rest) if noise is None else min(rest, noise.dof)))
 

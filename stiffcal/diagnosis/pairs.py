@@ -57,7 +57,11 @@ def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
     if residual_dof <= 0.0:
         return False
     known = np.inf if scan.fit.noise is None else scan.fit.noise.dof
-    drop = max(scan.base.fitted - score.fitted, 0.0) / max(1.0, score.fitted / residual_dof) / count
+    drop = (
+        max(scan.base.sum_of_squares - score.sum_of_squares, 0.0)
+        / max(1.0, score.sum_of_squares / residual_dof)
+        / count
+    )
     tried = n_pairs * pair[0].n_variants * pair[1].n_variants
     p_value = tried * f_tail(drop, count, min(residual_dof, known))
     return fall > LEAST_FALL and errors > STANDARD_ERRORS and p_value < FAMILY_P

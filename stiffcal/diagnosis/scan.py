@@ -31,7 +31,8 @@ REFINING_ROUNDS = 4
 ROUNDING = 1e-9
 # A picometre, a picoradian: a fit that misses by less misses by rounding.
 LEAST_RMS = 1e-12
-# ChainPair of a law that take part in the choice in every fold: the best with all poses, and its neighbours.
+# Shapes of an effect (values of its nonlinear parameters) that take part in the choice in every fold: the best with all
+# poses, and its neighbours.
 VARIANTS_IN_FOLDS = 3
 
 
@@ -179,8 +180,8 @@ class _BaseRows:
         low, high = _bounds(regressor)
         return np.concatenate([self.low, low]), np.concatenate([self.high, high])
 
-    def fitted(self, regressor: Regressor) -> float:
-        """Return the squares that a candidate leaves with all poses."""
+    def sum_of_squares(self, regressor: Regressor) -> float:
+        """Return the residual's whitened sum of squares with a candidate added, fitted with all poses."""
         candidate_rows, p = self.rows_of(regressor), len(self.rows)
         total = np.empty((p + len(candidate_rows), p + len(candidate_rows)))
         total[:p, :p] = self.inner_sum
@@ -280,7 +281,7 @@ def _try_candidate(candidate: Candidate, ground: _BaseRows, residual: Floats, fo
 class _BestShapes:
     """The shapes of a candidate that leave least with all poses; of the others only their number is kept.
 
-    ChainPair far behind with all poses are not best without one or two of them.
+    Shapes that leave far more with all poses are not best without one or two of them either.
     """
 
     def __init__(self, ground: _BaseRows) -> None:
@@ -290,7 +291,7 @@ class _BestShapes:
 
     def add(self, regressor: Regressor) -> None:
         """Try a shape."""
-        self._best.append((self._ground.fitted(regressor), self.n_tried, regressor))
+        self._best.append((self._ground.sum_of_squares(regressor), self.n_tried, regressor))
         self._best.sort(key=lambda entry: entry[:2])
         del self._best[VARIANTS_IN_FOLDS:]
         self.n_tried += 1

@@ -107,8 +107,8 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
 class Score:
     """A candidate's errors, whitened sums of squares."""
 
-    fitted: float
-    """With all poses."""
+    sum_of_squares: float
+    """Of the residual, fitted with all poses."""
     heldout: Floats
     """(F,) on each pose left out."""
     nested: Floats

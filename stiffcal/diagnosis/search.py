@@ -405,7 +405,7 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
 def _mere_noise(scan: Scan, after: LackOfFit, states: LoadStates) -> bool:
     """Return whether what is left above a noise that was only stated is no structure, but more noise than stated."""
     stated = scan.fit.noise is not None and scan.fit.noise.source == "manifest"
-    return stated and not after.wanders and not what_it_follows(scan, states)
+    return stated and not after.drifts and not what_it_follows(scan, states)
 
 
 def _against_noise_of(fit: Fit, present: Fit, first: Scan) -> LackOfFit | None:

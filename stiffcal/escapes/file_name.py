@@ -50,12 +50,12 @@ def stored(text: str) -> str:
     return escaped(text) if len(name) > _TAKEN or _DEVICES.match(name) else name
 
 
-def fitting(path: str, ending: str) -> str:
+def with_short_name(path: str, ending: str) -> str:
     """Return a relative path with an ending, its last name shortened where it is too long for a file system.
 
     Examples
     --------
-    >>> fitting("cells/a", ".pdf"), len(fitting("cells/" + "x" * 255, ".pdf"))
+    >>> with_short_name("cells/a", ".pdf"), len(with_short_name("cells/" + "x" * 255, ".pdf"))
     ('cells/a.pdf', 190)
     """
     folder, slash, name = path.rpartition("/")

@@ -36,12 +36,12 @@ from stiffcal.identification.weights import (
     Weights,
     estimate_weights,
     huber_whitening,
+    needs_wrench_sensitivity,
     offset_free_residual,
     predict_observations,
     raw_whitening,
     weighed_alike,
     without_offsets,
-    wrench_matters,
 )
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
@@ -181,7 +181,7 @@ def fit_observations(
     first_runs = _some_runs(problem)
     settings = replace(settings, redundant=redundant_gains(robot, first_runs.data, settings.fixed))
     progress("first-order pass", 0.1)
-    settled = _gauss_newton(first_runs, _first_pass(first_runs, robot, settings), settings, None, progress)
+    settled = _gauss_newton(first_runs, _initial_estimate(first_runs, robot, settings), settings, None, progress)
     if first_runs is not problem:
         settled = _gauss_newton(problem, settled.robot, settings, settled.weights, progress)
     return _summarise(problem, settled, settings)
@@ -208,7 +208,9 @@ def _gauss_newton(
             if iterations == 0 or weights is None:
                 weights, blocks = weighed_alike(stated, data, blocks)
         else:
-            blocks = list(evaluate(robot, data, columns, with_sensitivity=renew and wrench_matters(settings.noise)))
+            blocks = list(
+                evaluate(robot, data, columns, with_sensitivity=renew and needs_wrench_sensitivity(settings.noise))
+            )
             if renew or weights is None:
                 weights = estimate_weights(
                     data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights
@@ -243,21 +245,25 @@ def _some_runs(problem: Problem) -> Problem:
     return Problem(data.subset(chosen), groups, problem.stated)
 
 
-def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> CompliantRobot:
-    """Return a start: amplitudes from the rigid chain, shapes from a profile about it."""
+def _initial_estimate(problem: Problem, robot: CompliantRobot, settings: Settings) -> CompliantRobot:
+    """Return where Gauss–Newton starts: amplitudes by least squares on the rigid chain, which is linear in them.
+
+    Nonlinear parameters without a value are then profiled: for each of their values on a grid the amplitudes are
+    solved for, and the value with the least squares is taken (`start_nonlinear`).
+    """
     data = problem.data
     whitening = raw_whitening(data, settings.noise or problem.stated)
     columns = [c for c in free_columns(robot, settings.fixed) if c.role is ParameterRole.AMPLITUDE]
-    unshaped = [placed_effect for placed_effect in robot.placed if lacks_nonlinear_value(placed_effect)]
-    # Laws whose shape is not known yet wait for it: their columns at some typical shape would mislead the others.
-    first_columns = [c for c in columns if robot.placed[c.placed] not in unshaped]
+    without_values = [placed_effect for placed_effect in robot.placed if lacks_nonlinear_value(placed_effect)]
+    # Effects whose nonlinear parameters have no value are left out: columns at a typical value would bias the others.
+    first_columns = [c for c in columns if robot.placed[c.placed] not in without_values]
     reduced = reduce_blocks(evaluate(robot, data, first_columns, rigid=True), data, whitening)
     start = _with_estimates(
         robot, first_columns, _solve(reduced, robot, first_columns, amplitudes(robot, first_columns), settings)[0]
     )
-    if not unshaped:
+    if not without_values:
         return start
-    blocks = list(evaluate(start, data, (), with_sensitivity=wrench_matters(settings.noise)))
+    blocks = list(evaluate(start, data, (), with_sensitivity=needs_wrench_sensitivity(settings.noise)))
     weights = estimate_weights(data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights)
     return start_nonlinear(start, data, weights.whitening, settings.fixed)
 

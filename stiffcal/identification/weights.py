@@ -36,7 +36,7 @@ class Weights:
     """(m, 6, n) by which it was carried, or None."""
 
 
-def wrench_matters(stated: Noise | None) -> bool:
+def needs_wrench_sensitivity(stated: Noise | None) -> bool:
     """Return whether the weights, or the noise to be estimated, depend on how the wrench moves the model."""
     return stated is None or stated.of_wrench
 
@@ -54,13 +54,13 @@ def estimate_weights(
     Parameters
     ----------
     data : the observations.
-    blocks : the present model's prediction of them, with its sensitivity where `wrench_matters`.
+    blocks : the present model's prediction of them, with its sensitivity where `needs_wrench_sensitivity`.
     groups : positions of states that repeat each other.
     stated : the manifest's noise, or None.
     stated_noise : noise to take instead of all that the data give, or None.
     equal : leave the wrench's share out of the weights.
     """
-    if stated_noise is not None and not wrench_matters(stated_noise):
+    if stated_noise is not None and not needs_wrench_sensitivity(stated_noise):
         return Weights(stated_noise, stated_noise, False, whiten(stated_noise, data, None), None)
     predicted = np.concatenate([block.predicted for block in blocks], axis=1)
     sensitivity = np.concatenate([block.sensitivity for block in blocks if block.sensitivity is not None], axis=2)

@@ -57,8 +57,8 @@ class DataQuality:
             )
         self.logs[key].update(rows.number, rows.time, rows.signals)
 
-    def causes(self) -> list[Fault]:
-        """Return channels that stand still or are stuck, as faults: where load and motion contradict, that is why."""
+    def stuck_channel_faults(self) -> list[Fault]:
+        """Return a fault for every channel that does not change: the cause where load and motion contradict."""
         mend = "see to the sensor, or leave the channel out"
         return [
             Fault(FaultCode.READING_IMPLAUSIBLE, remark.file, "", remark.text, mend)

@@ -98,7 +98,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     swept = {run.states.run[0] for run in runs if run.passes}
     states = replace(states, runs=tuple(replace(run, swept=run.name in swept) for run in states.runs))
     faults, warnings = check_load_states(states, campaign, registration is not None)
-    raise_faults(quality.causes() + faults if faults else [])
+    raise_faults(quality.stuck_channel_faults() + faults if faults else [])
     states = reject_outliers(states)
     grown = float(np.abs(grown_lengths(states)).max(initial=0.0))
     result = IngestResult(

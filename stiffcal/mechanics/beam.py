@@ -32,7 +32,7 @@ OTHER_FIELDS = ("even load 2", "even load 3")
 _U1, _U2, _U3, _PHI1, _PHI2, _PHI3, _CHI = range(7)
 
 
-def fibre_fields(shape: BeamProperties, x1: Floats) -> Floats:
+def fibre_fields(beam: BeamProperties, x1: Floats) -> Floats:
     """Return (8, 7, p): the unknowns' fields and `OTHER_FIELDS` along the beam.
 
     Rows are ū1, ū2, ū3, φ1, φ2, φ3 and the warping's amplitude χ (κ where warping is free). Amplitudes: the curvature
@@ -41,15 +41,15 @@ def fibre_fields(shape: BeamProperties, x1: Floats) -> Floats:
 
     Parameters
     ----------
-    shape : the beam.
+    beam : its length, neutral fibre, twist centre and warping.
     x1 : (p,) places along it, m.
     """
-    length = shape.length
+    length = beam.length
     x = np.clip(x1, 0.0, length)
     beyond = np.maximum(x1 - length, 0.0)
     fields = np.zeros((len(UNKNOWNS) + len(OTHER_FIELDS), 7, len(x)))
     fields[TENSION, _U1] = x
-    fields[TORSION, _PHI1], fields[TORSION, _CHI] = _twist(shape, x)
+    fields[TORSION, _PHI1], fields[TORSION, _CHI] = _twist(beam, x)
     bends = (
         (FORCE_2, FORCE_3, x**2 / 2.0 - x**3 / (6.0 * length), x - x**2 / (2.0 * length)),
         (MOMENT_2, MOMENT_3, x**2 / 2.0, x),
@@ -68,24 +68,24 @@ def fibre_fields(shape: BeamProperties, x1: Floats) -> Floats:
     return fields
 
 
-def _twist(shape: BeamProperties, x: Floats) -> tuple[Floats, Floats]:
+def _twist(beam: BeamProperties, x: Floats) -> tuple[Floats, Floats]:
     """Return twist angle and warping amplitude per unit of twist far from the clamp.
 
     With warping held at x = 0 and free at L, EΓ χ″ = (GJ/(1 − GJ/GIp)) (χ − κ) gives χ = 1 − cosh((L−x)/d)/cosh(L/d)
     and φ1′ = 1 − hold (1 − χ) (Vlasov for hold = 1; Benscoter, J. Appl. Mech. 21 (1954) 25, else).
     """
-    if shape.warping_decay is None:
+    if beam.warping_decay is None:
         return x, np.ones_like(x)
-    decay, length = shape.warping_decay, shape.length
+    decay, length = beam.warping_decay, beam.length
     # cosh((L−x)/d)/cosh(L/d) and its integral, by exponentials that cannot overflow
     down, up = np.exp(-x / decay), np.exp(-(2.0 * length - x) / decay)
     denominator = 1.0 + np.exp(-2.0 * length / decay)
     hyperbolic_ratio = (down + up) / denominator
     area = decay * ((1.0 - np.exp(-2.0 * length / decay)) - (down - up)) / denominator
-    return x - shape.warping_hold * area, 1.0 - hyperbolic_ratio
+    return x - beam.warping_hold * area, 1.0 - hyperbolic_ratio
 
 
-def fields_at_points(shape: BeamProperties, points: Floats, warping: Floats) -> Floats:
+def fields_at_points(beam: BeamProperties, points: Floats, warping: Floats) -> Floats:
     """Return (8, p, 3): displacement of material points by the unit fields, beam axes (eq. 4).
 
     Parameters
@@ -93,8 +93,8 @@ def fields_at_points(shape: BeamProperties, points: Floats, warping: Floats) -> 
     points : (p, 3) beam frame, m.
     warping : (p,) the warping function there, m²; NaN counts as zero.
     """
-    fields = fibre_fields(shape, points[:, 0])
-    (n2, n3), (c2, c3) = shape.neutral, shape.twist_centre
+    fields = fibre_fields(beam, points[:, 0])
+    (n2, n3), (c2, c3) = beam.neutral, beam.twist_centre
     x2, x3 = points[:, 1], points[:, 2]
     displacement = np.empty((len(fields), len(points), 3))
     displacement[:, :, 0] = (
@@ -108,36 +108,37 @@ def fields_at_points(shape: BeamProperties, points: Floats, warping: Floats) -> 
     return displacement
 
 
-def end_fields(shape: BeamProperties) -> Floats:
+def end_fields(beam: BeamProperties) -> Floats:
     """Return (6, 8): displacement of the beam axis' outboard end by the unit fields, without warping, m and rad.
 
     Warping is left out: it is no motion of the section as a whole (Ψ has no mean and no tilt).
     """
-    return np.asarray(axis_fields(shape, np.array([shape.length]))[:, :, 0].T)
+    return np.asarray(axis_fields(beam, np.array([beam.length]))[:, :, 0].T)
 
 
-def axis_fields(shape: BeamProperties, x1: Floats) -> Floats:
+def axis_fields(beam: BeamProperties, x1: Floats) -> Floats:
     """Return (8, 6, p): displacements and turns of the beam axis by the unit fields."""
     points = np.column_stack([x1, np.zeros_like(x1), np.zeros_like(x1)])
-    displacement = fields_at_points(shape, points, np.zeros(len(x1)))
-    rotation = fibre_fields(shape, x1)[:, _PHI1 : _PHI3 + 1]
+    displacement = fields_at_points(beam, points, np.zeros(len(x1)))
+    rotation = fibre_fields(beam, x1)[:, _PHI1 : _PHI3 + 1]
     return np.concatenate([np.moveaxis(displacement, 2, 1), rotation], axis=1)
 
 
-def amplitudes_per_end(shape: BeamProperties) -> Floats:
-    """Return (6, 6): the unknowns' amplitudes per unit displacement of the outboard end.
+def amplitudes_from_end_displacement(beam: BeamProperties) -> Floats:
+    """Return (6, 6): the amplitude of each unknown (rows) per unit displacement of the outboard end (columns).
 
-    The inverse of `end_fields` for what a wrench at the end makes: all six follow from the end alone.
+    Columns are displacements per m along x1, x2, x3 and turns per rad about them; units of the amplitudes as in
+    `fibre_fields`: 1/m, without unit (tension), rad/m (torsion). The inverse of `end_fields` for the six unknowns.
     """
-    return np.asarray(np.linalg.inv(end_fields(shape)[:, : len(UNKNOWNS)]))
+    return np.asarray(np.linalg.inv(end_fields(beam)[:, : len(UNKNOWNS)]))
 
 
-def material_displacement(shape: BeamProperties, tip: Floats, points: Floats, warping: Floats | None = None) -> Floats:
+def material_displacement(beam: BeamProperties, tip: Floats, points: Floats, warping: Floats | None = None) -> Floats:
     """Return the displacement of material points when the outboard end has moved by ``tip`` (eq. 4).
 
     Parameters
     ----------
-    shape : the beam.
+    beam : its length, neutral fibre, twist centre and warping.
     tip : (n, 6) displacement of the outboard end, beam axes, m and rad.
     points : (p, 3) beam frame, m.
     warping : (p,) m², zero where left out.
@@ -156,24 +157,24 @@ def material_displacement(shape: BeamProperties, tip: Floats, points: Floats, wa
     [0.0, 0.3125, 0.0]
     """
     added_warping = np.zeros(len(points)) if warping is None else warping
-    unit = fields_at_points(shape, points, added_warping)[: len(UNKNOWNS)]
-    return np.asarray(np.einsum("ni,ui,upc->npc", tip, amplitudes_per_end(shape), unit))
+    unit = fields_at_points(beam, points, added_warping)[: len(UNKNOWNS)]
+    return np.asarray(np.einsum("ni,ui,upc->npc", tip, amplitudes_from_end_displacement(beam), unit))
 
 
-def axis_displacement(shape: BeamProperties, tip: Floats, x1: Floats) -> Floats:
+def axis_displacement(beam: BeamProperties, tip: Floats, x1: Floats) -> Floats:
     """Return (n, p, 6): displacements and turns along the beam axis when the outboard end has moved by ``tip``."""
-    unit = axis_fields(shape, x1)[: len(UNKNOWNS)]
-    return np.asarray(np.einsum("ni,ui,ucp->npc", tip, amplitudes_per_end(shape), unit))
+    unit = axis_fields(beam, x1)[: len(UNKNOWNS)]
+    return np.asarray(np.einsum("ni,ui,ucp->npc", tip, amplitudes_from_end_displacement(beam), unit))
 
 
 def beam_compliance(
-    shape: BeamProperties, bending: tuple[float, float], torsion: float, tension: float, product: float = 0.0
+    beam: BeamProperties, bending: tuple[float, float], torsion: float, tension: float, product: float = 0.0
 ) -> Floats:
     """Return the 6×6 compliance of the end of an Euler–Bernoulli cantilever, beam axes about the beam axis' end.
 
     Parameters
     ----------
-    shape : the beam.
+    beam : its length, neutral fibre, twist centre and warping.
     bending : EI2 = E ∫x3² dA (about x2) and EI3 = E ∫x2² dA (about x3), N·m².
     torsion : GJ, N·m².
     tension : EA, N.
@@ -189,15 +190,15 @@ def beam_compliance(
     flexible[TENSION, TENSION], flexible[TORSION, TORSION] = 1.0 / tension, 1.0 / torsion
     for pair in ((FORCE_2, FORCE_3), (MOMENT_2, MOMENT_3)):
         flexible[np.ix_(pair, pair)] = curved
-    return np.asarray(end_fields(shape)[:, : len(UNKNOWNS)] @ flexible @ amplitudes_per_load(shape))
+    return np.asarray(end_fields(beam)[:, : len(UNKNOWNS)] @ flexible @ amplitudes_per_load(beam))
 
 
-def amplitudes_per_load(shape: BeamProperties) -> Floats:
+def amplitudes_per_load(beam: BeamProperties) -> Floats:
     """Return (6, 6): the unknowns' amplitudes times their rigidity, per unit of the wrench at the axis' end.
 
     A force along x1 off the neutral fibre bends too, one across it off the twist centre twists too.
     """
-    (n2, n3), (c2, c3), length = shape.neutral, shape.twist_centre, shape.length
+    (n2, n3), (c2, c3), length = beam.neutral, beam.twist_centre, beam.length
     rows = np.zeros((6, 6))
     rows[TENSION, 0] = 1.0
     # Moments about the neutral fibre and about the twist centre; columns are F1 F2 F3 M1 M2 M3.
@@ -208,7 +209,7 @@ def amplitudes_per_load(shape: BeamProperties) -> Floats:
     return rows
 
 
-def flexibility_patterns(shape: BeamProperties) -> Floats:
+def flexibility_patterns(beam: BeamProperties) -> Floats:
     """Return (5, 6, 6): the unknowns' amplitudes per wrench at the axis' end, for each flexibility of an even beam.
 
     In order: the elements 33, 22 and 23 of the inverse of the bending rigidities, 1/GJ, 1/EA. With x2 and x3 principal
@@ -225,4 +226,4 @@ def flexibility_patterns(shape: BeamProperties) -> Floats:
     for number, places in enumerate(pairs):
         for row, column in places:
             flexible[number, row, column] = 1.0
-    return np.asarray(flexible @ amplitudes_per_load(shape))
+    return np.asarray(flexible @ amplitudes_per_load(beam))

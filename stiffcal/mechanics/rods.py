@@ -6,18 +6,18 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.rods import BeamProperties, Rods
-from stiffcal.mechanics.beam import UNKNOWNS, amplitudes_per_end, fields_at_points
+from stiffcal.mechanics.beam import UNKNOWNS, amplitudes_from_end_displacement, fields_at_points
 
 
-def rod_fields(rods: Rods, shape: BeamProperties) -> Floats:
+def rod_fields(rods: Rods, beam: BeamProperties) -> Floats:
     """Return (m, 8): what each rod reads of a unit of each field of `stiffcal.mechanics.beam`, m."""
     along = (rods.end - rods.start) / rods.length[:, None]
-    at_end = fields_at_points(shape, rods.end, rods.warping[:, 1])
-    at_start = fields_at_points(shape, rods.start, rods.warping[:, 0])
+    at_end = fields_at_points(beam, rods.end, rods.warping[:, 1])
+    at_start = fields_at_points(beam, rods.start, rods.warping[:, 0])
     return np.asarray(np.einsum("fmc,mc->mf", at_end - at_start, along))
 
 
-def rod_matrix(rods: Rods, shape: BeamProperties) -> Floats:
+def rod_matrix(rods: Rods, beam: BeamProperties) -> Floats:
     """Return (m, 6): what each rod reads per displacement of the link's outboard end, m per m and rad.
 
     Examples
@@ -29,4 +29,4 @@ def rod_matrix(rods: Rods, shape: BeamProperties) -> Floats:
     >>> rod_matrix(rods, BeamProperties(length=1.2)).round(12).tolist()
     [[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]]
     """
-    return np.asarray(rod_fields(rods, shape)[:, : len(UNKNOWNS)] @ amplitudes_per_end(shape))
+    return np.asarray(rod_fields(rods, beam)[:, : len(UNKNOWNS)] @ amplitudes_from_end_displacement(beam))

@@ -12,7 +12,7 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame, place_label
-from stiffcal.report.wording import both, digits, length
+from stiffcal.report.wording import digits, length, measure_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -108,8 +108,8 @@ class FittedModel(CampaignAnswer):
         count = f"{fit.n_states} load states" if fit.has_states else f"{fit.n_readings} readings"
         lines = [f"{self.title}: {count} in {fit.n_runs} runs"]
         lines += [f"  {_parameter_line(name, row)}" for name, row in self.parameters.iterrows()]
-        noise = "not known" if fit.noise is None else both(fit.noise)
-        lines.append(f"fit {both(fit.rms)} rms, noise {noise}")
+        noise = "not known" if fit.noise is None else measure_text(fit.noise)
+        lines.append(f"fit {measure_text(fit.rms)} rms, noise {noise}")
         lines += [fit.expected_error] if fit.expected_error else []
         return "\n".join(lines)
 
@@ -174,8 +174,8 @@ class ModelValidation(CampaignAnswer):
 
     def summary(self) -> str:
         """Return the error in held-out poses, in a line."""
-        noise = "not known" if self.result.noise is None else both(self.result.noise)
-        return f"error in held-out poses {both(self.result.rms)} rms, noise {noise}"
+        noise = "not known" if self.result.noise is None else measure_text(self.result.noise)
+        return f"error in held-out poses {measure_text(self.result.rms)} rms, noise {noise}"
 
     def _repr_html_(self) -> str:
         return self._html(self.summary(), self.by("run"))

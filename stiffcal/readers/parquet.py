@@ -190,7 +190,7 @@ def _batch(records: pa.RecordBatch, wanted: WantedColumns, first_row: int, displ
         elif name in wanted.times:
             numbers[name] = _seconds(column, name, display_name, first_row)
         else:
-            texts[name] = _words(column, name, display_name)
+            texts[name] = _text_cells(column, name, display_name)
     bad = first_not_finite(numbers, wanted, first_row)
     if bad is not None:
         mend = "give the reading, or leave the row out with [[exclude]]"
@@ -235,12 +235,13 @@ def _seconds(column: pa.Array, name: str, display_name: str, first_row: int) -> 
     if pa.types.is_timestamp(column.type):
         counts = values_of(column.cast(pa.int64()))
         return (counts / (1_000_000_000 / NANOSECONDS[column.type.unit])).astype("float64")
-    return seconds_of_times(_words(column, name, display_name), display_name, name, first_row)
+    return seconds_of_times(_text_cells(column, name, display_name), display_name, name, first_row)
 
 
-def _words(column: pa.Array, name: str, display_name: str) -> list[str]:
+def _text_cells(column: pa.Array, name: str, display_name: str) -> list[str]:
+    """Return a column's cells as text without surrounding blanks; raise `InputError` where they are no text."""
     if pa.types.is_dictionary(column.type):
-        entries = _words(column.dictionary, name, display_name)  # each once, however often it stands in the table
+        entries = _text_cells(column.dictionary, name, display_name)  # each once, however often it stands in the table
         return [entries[index] for index in column.indices.to_pylist()]
     if not (pa.types.is_string(column.type) or pa.types.is_large_string(column.type)):
         # Run numbers are words as well.

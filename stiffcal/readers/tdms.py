@@ -87,7 +87,7 @@ class TdmsReader(Reader):
     ) -> Header:
         """Return the channels of the group."""
         display_name = display_name or str(path)
-        with _open(path, options, display_name) as (channels, place):
+        with _open_channels(path, options, display_name) as (channels, place):
             if wanted is not None:
                 check_columns(wanted, tuple(channels), display_name, place)
             lengths = {_length(channel) for channel in channels.values()}
@@ -106,7 +106,7 @@ class TdmsReader(Reader):
             channel that holds no numbers, a number that is not finite.
         """
         display_name = display_name or str(path)
-        with _open(path, options, display_name) as (channels, place):
+        with _open_channels(path, options, display_name) as (channels, place):
             check_columns(wanted, tuple(channels), display_name, place)
             n_rows = common_length({name: _length(channel) for name, channel in channels.items()}, wanted, display_name)
             ROWS.check(n_rows, display_name)
@@ -143,7 +143,8 @@ class _Waveform:
 
 
 @contextmanager
-def _open(path: Path, options: Options, display_name: str) -> Iterator[tuple[Mapping[str, Any], str]]:
+def _open_channels(path: Path, options: Options, display_name: str) -> Iterator[tuple[Mapping[str, Any], str]]:
+    """Open a file; yield the channels of its group by name, and ``group NAME``, the place of faults in them."""
     check_options(options, TdmsOptions, "tdms", display_name)
     check_there(path, display_name)
     try:

@@ -46,7 +46,7 @@ def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
     names = chain.joint_names
     if len(used) == 0 or not used.setup.targets or not np.any(used.wrench):
         return [JointExcitation(name, 0.0, np.nan, False, "no load was applied yet") for name in names]
-    torque, design, measured = _first_order(used, chain)
+    torque, design, measured = _first_order_equations(used, chain)
     largest = np.abs(torque).max(axis=0)
     is_loaded = largest > NO_TORQUE * largest.max()
     if not is_loaded.any():  # every axis runs along or through every force
@@ -59,8 +59,17 @@ def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
     ]
 
 
-def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
-    """Return torque changes (n, J), columns (3n, J) and displacements (3n,), both about their run's mean."""
+def _first_order_equations(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
+    """Return the equations displacement = columns @ compliances of the rigid chain, one per measured component.
+
+    All are taken from their run's mean, as positions have an unknown offset per run; not so where deflections are
+    given, which are counted from the unloaded state already.
+
+    Returns
+    -------
+    (n, J) torques on the drives, N·m; (k, J) columns J Δτ, m per rad/(N·m); (k,) displacements, m. k is the number of
+    components measured in all states together: those that are NaN are left out.
+    """
     angles = chain.model_angles(states.joints)
     _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
     wrench = np.concatenate(
@@ -70,13 +79,13 @@ def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floa
     # a drive that turns several joints (a parallel rod) carries the torque of each: τ_drive = Mᵀ τ, δ = M δ_drive
     drives = chain.drive_axes
     torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench) @ drives
-    motion = motion_of(states, chain, every=True)
+    motion = motion_of(states, chain, all_targets=True)
     columns, measured = (motion.columns(states, chain) @ drives) * torque[:, None, :], motion.measured
     if not states.deflection_given:
-        for own in members_of(states.run):
-            torque[own] -= torque[own].mean(axis=0)
-            columns[own] -= columns[own].mean(axis=0)
-            measured[own] -= mean_measured(measured[own])
+        for of_run in members_of(states.run):
+            torque[of_run] -= torque[of_run].mean(axis=0)
+            columns[of_run] -= columns[of_run].mean(axis=0)
+            measured[of_run] -= mean_measured(measured[of_run])
     rows = np.isfinite(measured).ravel()
     return torque, columns.reshape(-1, columns.shape[2])[rows], measured.ravel()[rows]
 
@@ -102,8 +111,8 @@ def _relative_std(design: Floats, measured: Floats) -> Floats:
         return np.asarray(np.where(value > 0.0, spread / np.maximum(value, 1e-300), np.inf))
 
 
-def _verdict(name: str, torque: float, relative: float, sees: bool) -> JointExcitation:
-    if not sees:
+def _verdict(name: str, torque: float, relative: float, is_loaded: bool) -> JointExcitation:
+    if not is_loaded:
         text = "sees no torque in these poses: load it with a lever arm about its axis"
         return JointExcitation(name, torque, np.nan, False, text)
     if relative > NOT_KNOWN:

@@ -38,17 +38,17 @@ class Motion:
         return np.asarray(np.einsum("nk,nki->ni", change, self.axes))
 
 
-def motion_of(states: LoadStates, chain: Chain, every: bool = False) -> Motion:
+def motion_of(states: LoadStates, chain: Chain, all_targets: bool = False) -> Motion:
     """Return the first target's translation; where only gauges were read, their readings along their directions.
 
     Parameters
     ----------
-    every : True for all targets, False for the first (the outermost) alone.
+    all_targets : True for all targets, False for the first (the outermost) alone.
     """
     n = len(states)
     if states.has_poses or not states.setup.gauges:
         displacement = states.deflection[:, :, :3] if states.deflection_given else states.position
-        count = displacement.shape[1] if every else 1
+        count = displacement.shape[1] if all_targets else 1
         measured = displacement[:, :count].reshape(n, 3 * count).copy()
         axes = np.broadcast_to(np.tile(np.eye(3), (count, 1)), (n, 3 * count, 3))
         return Motion(measured, axes, tuple(np.repeat(np.arange(count), 3).tolist()))

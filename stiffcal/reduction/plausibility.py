@@ -100,11 +100,12 @@ class LogQuality:
             with np.errstate(invalid="ignore"):
                 low, high = np.fmin.reduce(values, axis=1), np.fmax.reduce(values, axis=1)
             self._update_extremes(name, values, low, high)
-            self._update_range(name, number, values, low, high)
+            self._check_bounds(name, number, values, low, high)
             if self.sampled:
                 self._update_frozen(name, number, values)
 
     def _update_time(self, number: NDArray[np.int64], time: Floats) -> None:
+        """Take a batch's times (n,), s, into account; raise `InputError` where time stands still or runs backwards."""
         before = np.concatenate([[self.last_s], time[:-1]])
         step = time - before
         if not np.nanmin(step, initial=np.inf) > 0.0:
@@ -168,6 +169,7 @@ class LogQuality:
             self.frozen.setdefault((name, k), FrozenChannels()).update(number, values[group])
 
     def _update_extremes(self, name: str, values: Floats, low: Floats, high: Floats) -> None:
+        """Widen the channels' extremes by those of a batch (c, n), and count readings in a row at one of them."""
         if name not in self.low:
             self.low[name], self.high[name] = low, high
         else:
@@ -178,28 +180,43 @@ class LogQuality:
                 for k in np.flatnonzero((end == extreme) & (low != high)):
                     counts[k] = max(counts[k], _longest_row(values[k] == end[k]))
 
-    def _update_range(self, name: str, number: NDArray[np.int64], values: Floats, low: Floats, high: Floats) -> None:
+    def _check_bounds(
+        self, name: str, row_numbers: NDArray[np.int64], values: Floats, low: Floats, high: Floats
+    ) -> None:
+        """Refuse a reading that no robot or instrument can give.
+
+        Parameters
+        ----------
+        name : the signal.
+        row_numbers : (n,) the rows' numbers in the log.
+        values : (c, n) the batch, SI.
+        low, high : (c,) least and largest value of each channel in the batch.
+
+        Raises
+        ------
+        InputError : with the line of the first such reading.
+        """
         kind = name.split(".")[0]
         if kind == "quaternion":
             length = np.sqrt(np.einsum("cn,cn->n", values, values))
             off = np.flatnonzero(np.abs(length - 1.0) > QUATERNION_SLACK)
             if off.size:
                 reason = f"quaternion of length {length[off[0]]:.4g}"
-                self._fail(name, number[off[0]], reason, "name its four columns, w first")
+                self._fail(name, row_numbers[off[0]], reason, "name its four columns, w first")
             return
         largest, reason, mend = _BOUNDS.get(kind, (np.inf, "", ""))
         if name in ("joints.velocity", "joints.torque", "joints.current") or not np.isfinite(largest):
             return
         if np.fmax(np.abs(low), np.abs(high)).max() <= largest:
             return
-        wide = np.abs(values) > (_bounds_of_wrench()[: values.shape[0], None] if kind == "wrench" else largest)
-        if wide.any():
-            rows = np.flatnonzero(wide.any(axis=0))
-            channel = int(np.argmax(wide[:, rows[0]]))
+        out_of_bounds = np.abs(values) > (_bounds_of_wrench()[: values.shape[0], None] if kind == "wrench" else largest)
+        if out_of_bounds.any():
+            rows = np.flatnonzero(out_of_bounds.any(axis=0))
+            channel = int(np.argmax(out_of_bounds[:, rows[0]]))
             value = float(values[channel, rows[0]])
             names = self.columns.get(name, ())
             column = names[channel] if channel < len(names) else str(channel + 1)
-            self._fail(name, number[rows[0]], reason.format(value=value, channel=column), mend)
+            self._fail(name, row_numbers[rows[0]], reason.format(value=value, channel=column), mend)
 
     def _fail(self, signal: str, number: int, reason: str, mend: str) -> None:
         file, place_of_row = self.elsewhere.get(signal, (self.file, self.place_of_row))

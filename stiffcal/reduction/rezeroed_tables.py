@@ -30,7 +30,7 @@ def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml"
     if not states.deflection_given or not states.has_poses or n < 2 * LEAST_ROWS:
         return []
     reading, per_reading, columns = _springs(states, chain)
-    measured = motion_of(states, chain, every=True).measured
+    measured = motion_of(states, chain, all_targets=True).measured
     size = float(np.linalg.norm(states.wrench[:, :3], axis=1).max())
     rows = np.isfinite(measured)
     free = int(rows.sum()) - columns.shape[2] - reading.shape[1] - 1
@@ -62,7 +62,7 @@ def _springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
         axis=2,
     )
     n_components = 6 if np.any(states.wrench[:, 3:]) else 3
-    motion = motion_of(states, chain, every=True)
+    motion = motion_of(states, chain, all_targets=True)
     return (
         states.wrench[:, :n_components],
         (drives.T @ torque)[:, :, :n_components],

@@ -47,7 +47,7 @@ def tabled_states(
     InputError
         Tables do not fit together, a file is faulty, time runs backwards.
     """
-    gathered: RawStates | None = None
+    raw_states: RawStates | None = None
     for name, source in manifest.sources.items():
         if not source.is_states:
             continue
@@ -60,8 +60,8 @@ def tabled_states(
             tables.append(_with_labels(manifest, name, run, rows, display_name))
             _check_order(tables[-1], display_name, partial(_place, folder, source, files))
         table = concatenated(tables)
-        gathered = table if gathered is None else joined_side_by_side(gathered, table, name)
-    return None if gathered is None else _without_unreadable(gathered)
+        raw_states = table if raw_states is None else joined_side_by_side(raw_states, table, name)
+    return None if raw_states is None else _without_unreadable(raw_states)
 
 
 def _files(manifest: Manifest, source: str) -> list[tuple[Run | None, dict[str, str]]]:
@@ -113,32 +113,32 @@ def _with_labels(manifest: Manifest, name: str, run: Run | None, rows: Rows, dis
             if int(rows.number[k]) in rows_out and exclusion.run in (None, labels[k]):
                 reasons[k] = SetAside(SetAsideCode.EXCLUDED, f"excluded in the manifest: {exclusion.why}")
     hold = rows.signals["hold"][0] if "hold" in rows.signals else np.full(n, np.nan)
-    gathered = RawStates(
+    raw_states = RawStates(
         labels, rows.number, rows.time, hold,
         {signal: np.ascontiguousarray(values.T) for signal, values in rows.signals.items() if signal != "hold"},
         {}, np.ones(n, dtype=np.int64), reasons,
     )  # fmt: skip
-    return _by_run(gathered)
+    return _by_run(raw_states)
 
 
-def _without_unreadable(gathered: RawStates) -> RawStates:
+def _without_unreadable(raw_states: RawStates) -> RawStates:
     """Drop the rows that the manifest leaves out and that hold no angles or loads: there is no state to set aside."""
-    excluded = np.array([reason.code is SetAsideCode.EXCLUDED for reason in gathered.set_aside], dtype=np.bool_)
+    excluded = np.array([reason.code is SetAsideCode.EXCLUDED for reason in raw_states.set_aside], dtype=np.bool_)
     unreadable = np.zeros_like(excluded)
     for name in ("joints", "wrench", "mass"):
-        if name in gathered.signals:
-            unreadable |= ~np.isfinite(gathered.signals[name]).all(axis=1)
-    return pick(gathered, ~(excluded & unreadable)) if (excluded & unreadable).any() else gathered
+        if name in raw_states.signals:
+            unreadable |= ~np.isfinite(raw_states.signals[name]).all(axis=1)
+    return pick(raw_states, ~(excluded & unreadable)) if (excluded & unreadable).any() else raw_states
 
 
-def _by_run(gathered: RawStates) -> RawStates:
+def _by_run(raw_states: RawStates) -> RawStates:
     """Bring the states of each run together, order within a run kept."""
     first: dict[str, int] = {}
-    for name in gathered.run:
+    for name in raw_states.run:
         first.setdefault(name, len(first))
-    index = np.array([first[name] for name in gathered.run], dtype=np.int64)
+    index = np.array([first[name] for name in raw_states.run], dtype=np.int64)
     order = np.argsort(index, kind="stable")
-    return pick(gathered, order)
+    return pick(raw_states, order)
 
 
 def _check_order(states: RawStates, display_name: str, place: Callable[[int], str]) -> None:
@@ -158,52 +158,52 @@ def _place(folder: Path, source: Source, files: Mapping[str, str], row: int) -> 
     return place_of_row(folder, source, files[""], row) if "" in files else f"data row {row}"
 
 
-def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: MeasurementSetup) -> LoadStates:
-    """Turn gathered states into load states: base axes, wrench on the robot, references marked.
+def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: MeasurementSetup) -> LoadStates:
+    """Turn raw states into load states: base axes, wrench on the robot, references marked.
 
     Raises
     ------
     InputError
         Joint angles or loads are missing, a run is not in the manifest, a reference does not exist.
     """
-    n = len(gathered.run)
-    names = list(dict.fromkeys(gathered.run))
-    written = {run.id: run for run in manifest.runs}
-    unknown = [name for name in names if written and name not in written]
+    n = len(raw_states.run)
+    names = list(dict.fromkeys(raw_states.run))
+    manifest_runs = {run.id: run for run in manifest.runs}
+    unknown = [name for name in names if manifest_runs and name not in manifest_runs]
     if unknown:
         raise InputError.at(
             FaultCode.RUN_UNKNOWN,
             "campaign.toml", "[[runs]]", f"the data holds run {unknown[0]!r}, which is not listed",
             "add it to [[runs]], or leave [[runs]] out where a table names the runs",
         )  # fmt: skip
-    run = np.array([names.index(name) for name in gathered.run], dtype=np.int64)
-    position, rotation, markers_measured = _poses(gathered, manifest, setup)
-    deflection = _deflections(gathered, manifest, setup)
+    run = np.array([names.index(name) for name in raw_states.run], dtype=np.int64)
+    position, rotation, markers_measured = _poses(raw_states, manifest, setup)
+    deflection = _deflections(raw_states, manifest, setup)
     sigma = stated_row_by_row(
-        gathered, setup, np.where(np.isfinite(deflection[:, :, :3]), deflection[:, :, :3], position)
+        raw_states, setup, np.where(np.isfinite(deflection[:, :, :3]), deflection[:, :, :3], position)
     )
     setup = with_typical_sigma(setup, sigma)
-    lengths = _side_by_side(gathered, [f"lengths.{rod}" for rod in setup.rod_names])
-    displacement = _side_by_side(gathered, [f"displacement.{gauge.name}" for gauge in setup.gauges])
+    lengths = _side_by_side(raw_states, [f"lengths.{rod}" for rod in setup.rod_names])
+    displacement = _side_by_side(raw_states, [f"displacement.{gauge.name}" for gauge in setup.gauges])
     measured = _anything_measured(position, rotation, deflection, lengths, displacement)
-    set_aside = _with_not_measured(gathered.set_aside, measured, run)
+    set_aside = _with_not_measured(raw_states.set_aside, measured, run)
     codes, texts = set_aside_columns(set_aside)
     states = LoadStates(
-        runs=tuple(_run_info(name, written.get(name)) for name in names),
+        runs=tuple(_run_info(name, manifest_runs.get(name)) for name in names),
         run=run,
-        time=gathered.time,
-        hold=gathered.hold,
-        joints=_joints(gathered, chain, written),
-        wrench=_wrench(gathered, chain),
+        time=raw_states.time,
+        hold=raw_states.hold,
+        joints=_joint_angles(raw_states, chain, manifest_runs),
+        wrench=_wrench(raw_states, chain),
         position=position,
         rotation=rotation,
         deflection=deflection,
         reference=np.zeros(n, dtype=np.bool_),
-        temperature=gathered.signals.get("temperature", np.zeros((n, 0))),
-        row=gathered.number,
-        n_readings=gathered.n_readings,
-        wrench_scatter=gathered.scatter.get("wrench", np.full((n, 6), np.nan)),
-        position_scatter=_scatter(gathered, setup),
+        temperature=raw_states.signals.get("temperature", np.zeros((n, 0))),
+        row=raw_states.number,
+        n_readings=raw_states.n_readings,
+        wrench_scatter=raw_states.scatter.get("wrench", np.full((n, 6), np.nan)),
+        position_scatter=_scatter(raw_states, setup),
         set_aside=texts,
         setup=setup,
         lengths=lengths,
@@ -214,7 +214,7 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
     )
     if states.deflection_given:
         return states
-    chosen = {name: entry.reference for name, entry in written.items()}
+    chosen = {name: entry.reference for name, entry in manifest_runs.items()}
     return replace(states, reference=reference_states(run, names, chosen, states.used))
 
 
@@ -246,37 +246,37 @@ def _run_info(name: str, run: Run | None) -> RunInfo:
     return RunInfo(name, run.experiment, run.holdout, run.tags, run.compensation == "on", run.fixture_compliance)
 
 
-def _joints(gathered: RawStates, chain: Chain, written: Mapping[str, Run]) -> Floats:
+def _joint_angles(raw_states: RawStates, chain: Chain, manifest_runs: Mapping[str, Run]) -> Floats:
     """Return (n, L) logged angles, rad: from the log, else the run's nominal ones."""
     n_logged = chain.coupling.shape[1]
-    joints = gathered.signals.get("joints", np.full((len(gathered.run), n_logged), np.nan)).copy()
-    for k, name in enumerate(gathered.run):
-        run = written.get(name)
+    joints = raw_states.signals.get("joints", np.full((len(raw_states.run), n_logged), np.nan)).copy()
+    for k, name in enumerate(raw_states.run):
+        run = manifest_runs.get(name)
         if run is not None and run.joints_deg is not None and not np.isfinite(joints[k]).all():
             joints[k] = np.radians(run.joints_deg)
     missing = np.flatnonzero(~np.isfinite(joints).all(axis=1))
     if missing.size:
         raise InputError.at(
-            FaultCode.SIGNAL_MISSING, "campaign.toml", f"run {gathered.run[int(missing[0])]}", "no joint angles",
+            FaultCode.SIGNAL_MISSING, "campaign.toml", f"run {raw_states.run[int(missing[0])]}", "no joint angles",
             "log them, or write joints_deg = […] for the run",
         )  # fmt: skip
     return joints
 
 
-def _wrench(gathered: RawStates, chain: Chain) -> Floats:
+def _wrench(raw_states: RawStates, chain: Chain) -> Floats:
     """Return (n, 6) on the robot: as measured, else the weight of a known mass, else none."""
-    n = len(gathered.run)
-    if "wrench" in gathered.signals:
-        return gathered.signals["wrench"]
-    if "mass" in gathered.signals:
+    n = len(raw_states.run)
+    if "wrench" in raw_states.signals:
+        return raw_states.signals["wrench"]
+    if "mass" in raw_states.signals:
         gravity = chain.gravity if np.any(chain.gravity) else np.array([0.0, 0.0, -STANDARD_GRAVITY])
-        return np.concatenate([gathered.signals["mass"] * gravity, np.zeros((n, 3))], axis=1)
+        return np.concatenate([raw_states.signals["mass"] * gravity, np.zeros((n, 3))], axis=1)
     return np.zeros((n, 6))
 
 
-def _poses(gathered: RawStates, manifest: Manifest, setup: MeasurementSetup) -> tuple[Floats, Floats, Booleans]:
+def _poses(raw_states: RawStates, manifest: Manifest, setup: MeasurementSetup) -> tuple[Floats, Floats, Booleans]:
     """Return positions (n, B, 3) and rotations (n, B, 3, 3) in base axes, and (n, B, K) which points were measured."""
-    n, n_targets = len(gathered.run), len(setup.targets)
+    n, n_targets = len(raw_states.run), len(setup.targets)
     position = np.full((n, n_targets, 3), np.nan)
     rotation = np.full((n, n_targets, 3, 3), np.nan)
     most = max((len(markers.names) for markers in setup.markers if markers is not None), default=0)
@@ -291,49 +291,49 @@ def _poses(gathered: RawStates, manifest: Manifest, setup: MeasurementSetup) -> 
             continue
         markers = setup.markers[b] if b < len(setup.markers) else None
         if markers is not None:
-            marker_places = np.stack([gathered.signals[f"marker.{body}.{name}"] for name in markers.names], axis=1)
+            marker_places = np.stack([raw_states.signals[f"marker.{body}.{name}"] for name in markers.names], axis=1)
             measured, turned, shows = fitted_poses(markers, marker_places)
             markers_measured[:, b, : shows.shape[1]] = shows
         else:
             missing = np.full((n, 3), np.nan)
-            measured = gathered.signals.get(f"position.{body}", missing)
-            quaternion = gathered.signals.get(f"quaternion.{body}")
+            measured = raw_states.signals.get(f"position.{body}", missing)
+            quaternion = raw_states.signals.get(f"quaternion.{body}")
             turned = np.full((n, 3, 3), np.nan) if quaternion is None else rotation_from_quaternion(quaternion)
         position[:, b] = measured @ turn.T + shift
         rotation[:, b] = turn @ turned
     return position, rotation, markers_measured
 
 
-def _deflections(gathered: RawStates, manifest: Manifest, setup: MeasurementSetup) -> Floats:
+def _deflections(raw_states: RawStates, manifest: Manifest, setup: MeasurementSetup) -> Floats:
     """Return (n, B, 6) displacements already taken, base axes; NaN where there are none."""
-    deflection = np.full((len(gathered.run), len(setup.targets), 6), np.nan)
-    if "translation" not in gathered.signals:
+    deflection = np.full((len(raw_states.run), len(setup.targets), 6), np.nan)
+    if "translation" not in raw_states.signals:
         return deflection
     body = next(source.deflection.body for source in manifest.sources.values() if source.deflection is not None)
     b = setup.target_names.index(body)
     turn = setup.base_from_tracker[:3, :3]
-    deflection[:, b, :3] = gathered.signals["translation"] @ turn.T
-    if "rotation" in gathered.signals:
-        deflection[:, b, 3:] = gathered.signals["rotation"] @ turn.T
+    deflection[:, b, :3] = raw_states.signals["translation"] @ turn.T
+    if "rotation" in raw_states.signals:
+        deflection[:, b, 3:] = raw_states.signals["rotation"] @ turn.T
     return deflection
 
 
-def _side_by_side(gathered: RawStates, signals: Sequence[str]) -> Floats:
+def _side_by_side(raw_states: RawStates, signals: Sequence[str]) -> Floats:
     """Return (n, c) of signals of one channel each; NaN where a run does not log one."""
-    nothing = np.full((len(gathered.run), 1), np.nan)
-    columns = [gathered.signals.get(signal, nothing) for signal in signals]
-    return np.concatenate(columns, axis=1) if columns else np.zeros((len(gathered.run), 0))
+    nothing = np.full((len(raw_states.run), 1), np.nan)
+    columns = [raw_states.signals.get(signal, nothing) for signal in signals]
+    return np.concatenate(columns, axis=1) if columns else np.zeros((len(raw_states.run), 0))
 
 
-def _scatter(gathered: RawStates, setup: MeasurementSetup) -> Floats:
+def _scatter(raw_states: RawStates, setup: MeasurementSetup) -> Floats:
     """Return (n, B, 3) standard deviation of single positions within the hold, base axes.
 
     Noise is taken as alike along the instrument's axes as far as turning goes: variances are turned, not covariances.
     """
-    scatter = np.full((len(gathered.run), len(setup.targets), 3), np.nan)
+    scatter = np.full((len(raw_states.run), len(setup.targets), 3), np.nan)
     turn = setup.base_from_tracker[:3, :3]
     for b, body in enumerate(setup.target_names):
         name = f"position.{body}"
-        if name in gathered.scatter:
-            scatter[:, b] = np.sqrt(gathered.scatter[name] ** 2 @ (turn**2).T)
+        if name in raw_states.scatter:
+            scatter[:, b] = np.sqrt(raw_states.scatter[name] ** 2 @ (turn**2).T)
     return scatter

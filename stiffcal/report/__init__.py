@@ -1,4 +1,4 @@
-"""The report room: pages (typst) and figures (matplotlib) that draw what the other rooms found.
+"""The report package: pages (typst) and figures (matplotlib) that draw what the other packages found.
 
 `content.ReportContent` is what goes in, `building.build_report` makes the PDF, `figures` holds one picture per file.
 matplotlib and typst are loaded only when something is drawn.

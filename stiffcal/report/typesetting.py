@@ -32,8 +32,8 @@ def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
     """
     import typst
 
-    moment = _moment(day)
-    stamped = pages | {"day": [moment.year, moment.month, moment.day] if moment else None}
+    date = _parse_date(day)
+    stamped = pages | {"day": [date.year, date.month, date.day] if date else None}
     (folder / "content.json").write_text(document_text(drawable_data(stamped), indent=None), encoding="utf-8")
     template = resources.files("stiffcal.report").joinpath("pages", _TEMPLATE).read_text(encoding="utf-8")
     (folder / _TEMPLATE).write_text(template, encoding="utf-8")
@@ -42,14 +42,14 @@ def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
     for font in (*own_fonts(), *further_fonts(texts_of(pages))):
         shutil.copyfile(font, fonts / font.name)
     only_these = typst.Fonts(include_system_fonts=False, include_embedded_fonts=False, font_paths=[str(fonts)])
-    timestamp = moment or datetime(1970, 1, 1, tzinfo=UTC)
+    timestamp = date or datetime(1970, 1, 1, tzinfo=UTC)
     return typst.compile(str(folder / _TEMPLATE), root=str(folder), font_paths=only_these, timestamp=timestamp)
 
 
-def _moment(day: str) -> datetime | None:
+def _parse_date(day: str) -> datetime | None:
     """Read an ISO date or date and time; None where it is neither (it is then only printed)."""
     try:
-        moment = datetime.fromisoformat(day)
+        date = datetime.fromisoformat(day)
     except ValueError:
         return None
-    return moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+    return date if date.tzinfo else date.replace(tzinfo=UTC)

@@ -18,7 +18,6 @@ __all__ = [
     "DASH",
     "Placed",
     "angle",
-    "both",
     "count",
     "digits",
     "effect_at",
@@ -26,6 +25,7 @@ __all__ = [
     "in_sheets",
     "length",
     "listing",
+    "measure_text",
     "model_change",
     "model_words",
     "part",
@@ -62,14 +62,14 @@ def percent(share: float | None) -> str:
     return wording.share(share, digits)
 
 
-def both(measure: Rms | Mapping[str, Any] | None) -> str:
-    """Return an error ``{translation, rotation, …}`` in one phrase.
+def measure_text(measure: Rms | Mapping[str, Any] | None) -> str:
+    """Return translation and rotation of an error ``{translation, rotation, …}`` in one phrase; a dash for none.
 
     Examples
     --------
-    >>> both({"translation": 4.17e-5, "rotation": 7.79e-5})
+    >>> measure_text({"translation": 4.17e-5, "rotation": 7.79e-5})
     '41.7 µm and 77.9 µrad'
-    >>> both({"translation": 4.17e-5, "rotation": None}), both(None)
+    >>> measure_text({"translation": 4.17e-5, "rotation": None}), measure_text(None)
     ('41.7 µm', '–')
     """
     return " and ".join(wording.measures(measure, digits, " of the motors")) or DASH

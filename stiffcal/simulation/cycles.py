@@ -85,7 +85,7 @@ class LoadProgram:
 
     def wrench_at(self, path: Floats) -> Floats:
         """Return (n, 6) the load at path coordinates, N, N·m, base axes."""
-        return interpolate_path(self.wrench, path)
+        return interpolate_between_holds(self.wrench, path)
 
 
 @dataclass(frozen=True)
@@ -102,19 +102,19 @@ class WavyProgram(LoadProgram):
         return np.asarray(even + self.waviness * np.sin(2.0 * np.pi * self.waves * even))
 
 
-def interpolate_path(per_hold: Floats, path: Floats) -> Floats:
+def interpolate_between_holds(values_per_hold: Floats, path_coordinate: Floats) -> Floats:
     """Return (n, …) a quantity that is constant in each hold and changes in proportion to the load in between.
 
     Parameters
     ----------
-    per_hold : (m, …)
-    path : (n,) path coordinate.
+    values_per_hold : (m, …) the quantity in each hold.
+    path_coordinate : (n,) where to evaluate it: 2k … 2k + 1 is hold k (from 0), 2k + 1 … 2k + 2 the ramp to the next.
     """
-    before = np.clip(np.floor(path / 2.0).astype(np.int64), 0, len(per_hold) - 1)
-    after = np.minimum(before + 1, len(per_hold) - 1)
-    share = np.clip(path - 2.0 * before - 1.0, 0.0, 1.0)
-    share = share.reshape(share.shape + (1,) * (per_hold.ndim - 1))
-    return np.asarray(per_hold[before] * (1.0 - share) + per_hold[after] * share)
+    before = np.clip(np.floor(path_coordinate / 2.0).astype(np.int64), 0, len(values_per_hold) - 1)
+    after = np.minimum(before + 1, len(values_per_hold) - 1)
+    share = np.clip(path_coordinate - 2.0 * before - 1.0, 0.0, 1.0)
+    share = share.reshape(share.shape + (1,) * (values_per_hold.ndim - 1))
+    return np.asarray(values_per_hold[before] * (1.0 - share) + values_per_hold[after] * share)
 
 
 def load_program(loads: Loads, base_from_axes: Floats, rng: np.random.Generator) -> LoadProgram:

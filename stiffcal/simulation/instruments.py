@@ -67,7 +67,7 @@ class SamplingContext:
     @property
     def hours(self) -> Floats:
         """(n,) hours since the campaign's start."""
-        return np.asarray((self.true_run.planned.begins + self.time) / 3600.0)
+        return np.asarray((self.true_run.planned.start_s + self.time) / 3600.0)
 
     def place(self, frame: str) -> tuple[Floats, Floats]:
         """Return (n, 3) position and (n, 3, 3) rotation of a frame in base axes, as it really is."""

@@ -1,6 +1,6 @@
 """What simulates the runs of one kind of experiment, where these are no load cycles.
 
-Why asked for by name: the kinds of experiment lie above this room, and are found by walking their folder.
+Why asked for by name: the kinds of experiment lie above this package, and are found by walking their folder.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class RunSetup:
     """The load cycles that the run would have."""
     frames: Mapping[str, Attachment]
     """Where they really are."""
-    begins: float
+    start_s: float
     """s, on the campaign's clock."""
 
     def driven_joint(self) -> int:

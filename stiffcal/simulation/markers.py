@@ -8,12 +8,20 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats
 
 
-def hidden_in_holds(share: float, n_markers: int, n_holds: int, rng: np.random.Generator) -> NDArray[np.bool_]:
+def draw_hidden_markers(
+    probability: float, n_markers: int, n_holds: int, rng: np.random.Generator
+) -> NDArray[np.bool_]:
     """Draw (n_holds, n_markers) which markers are hidden in which hold.
 
-    The arm stands in the way for as long as it stands so: a marker is lost for a whole hold, not for single readings.
+    A marker is lost for a whole hold, not for single readings: the arm does not move in it.
+
+    Parameters
+    ----------
+    probability : that a marker is hidden in a hold, for all alike.
+    n_markers, n_holds : how many there are.
+    rng : draws them.
     """
-    return np.asarray(rng.uniform(size=(n_holds, n_markers)) < share)
+    return np.asarray(rng.uniform(size=(n_holds, n_markers)) < probability)
 
 
 def without_hidden(value: Floats, hidden: NDArray[np.bool_], hold: NDArray[np.int64]) -> Floats:

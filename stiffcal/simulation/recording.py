@@ -19,7 +19,7 @@ from stiffcal.measurements.load_states import Attachment
 from stiffcal.quantities import unit
 from stiffcal.simulation.instruments import SamplingContext, SignalSamples, as_columns, decimals_of, true_reading
 from stiffcal.simulation.logs import Column
-from stiffcal.simulation.markers import hidden_in_holds, without_hidden
+from stiffcal.simulation.markers import draw_hidden_markers, without_hidden
 from stiffcal.simulation.sensors import (
     Clock,
     clock_of,
@@ -118,12 +118,15 @@ class DeviceLog:
     """Column name to decimals in text logs."""
     units: Mapping[str, str]
     """Column name to unit."""
-    bumped: tuple[int, ...]
+    disturbed_holds: tuple[int, ...]
     """Numbers of the holds spoilt by a knock, from 0."""
 
 
 def devices_of(
-    stage: RecordingContext, sources: Mapping[str, Source], run: int, logs_run: Callable[[str], bool] = lambda _: True
+    recording: RecordingContext,
+    sources: Mapping[str, Source],
+    run: int,
+    logs_run: Callable[[str], bool] = lambda _: True,
 ) -> list[Device]:
     """Switch on the devices for one run, each at its own moment with its own clock.
 
@@ -137,11 +140,11 @@ def devices_of(
         a log over time has no rate.
     """
     devices = []
-    true_run = stage.true_run[run]
+    true_run = recording.true_run[run]
     for number, (name, source) in enumerate(sources.items()):
         if not logs_run(name):
             continue
-        sensor = stage.settings.sensor(name)
+        sensor = recording.settings.sensor(name)
         axis_rate = source.time.rate_hz if source.time is not None else None
         if source.is_states:
             sensor = sensor.model_copy(update={"rate_hz": None})
@@ -152,14 +155,14 @@ def devices_of(
             raise InputError.at(
                 FaultCode.KEY_MISSING, FILE_NAME, place, "a log over time needs a rate", "add it, e.g. rate_hz = 50.0"
             )
-        rng = stream(stage.seed, Stream.CLOCK, run, number)
-        clock = clock_of(sensor, true_run.planned.begins, rng)
+        rng = stream(recording.seed, Stream.CLOCK, run, number)
+        clock = clock_of(sensor, true_run.planned.start_s, rng)
         stops = true_run.planned.program.duration + float(rng.uniform(*STOPS_AFTER))
         devices.append(Device(name, number, source, sensor, run, true_run.planned.name, clock, stops))
     return devices
 
 
-def record(stage: RecordingContext, device: Device) -> DeviceLog:
+def record(recording: RecordingContext, device: Device) -> DeviceLog:
     """Return one device's log of one run.
 
     Raises
@@ -167,7 +170,7 @@ def record(stage: RecordingContext, device: Device) -> DeviceLog:
     InputError
         a signal is of a kind that is not simulated.
     """
-    true_run = stage.true_run[device.run]
+    true_run = recording.true_run[device.run]
     program = true_run.planned.program
     kept_rows = None
     if device.source.is_states:
@@ -177,13 +180,13 @@ def record(stage: RecordingContext, device: Device) -> DeviceLog:
     else:
         time = sample_times(device.sensor, device.clock, device.stops)
     samples = SamplingContext(
-        true_run, time, program.path(time), stage.frames, stage.settings.robot, stage.misplaced(device.run),
-        stage.gear_ratio, stage.rods,
+        true_run, time, program.path(time), recording.frames, recording.settings.robot, recording.misplaced(device.run),
+        recording.gear_ratio, recording.rods,
     )  # fmt: skip
     columns: dict[str, Column] = {}
     decimals: dict[str, int] = {}
     units: dict[str, str] = {}
-    bumped: set[int] = set()
+    disturbed_holds: set[int] = set()
     if device.source.run is not None and device.source.run.column is not None:
         columns[device.source.run.column] = [true_run.planned.name] * time.size
     if device.source.time is not None and device.source.time.column is not None:
@@ -192,18 +195,18 @@ def record(stage: RecordingContext, device: Device) -> DeviceLog:
         units[device.source.time.column] = device.source.time.unit or "s"
     for number, (name, signal) in enumerate(device.source.signals().items()):
         truth = true_reading(signal, samples, f"{device.place}.{name}")
-        reading, knocked = _with_errors(stage, device, number, truth, samples)
+        reading, disturbed_holds_of_signal = _with_errors(recording, device, number, truth, samples)
         if name == "deflection":
             # the unloaded reading, which was taken off, errs like all others
             reading = replace(reading, value=reading.value - (reading.value[:1] - truth.value[:1]))
         columns.update(as_columns(signal, reading))
         decimals.update(decimals_of(signal))
         units.update({key: value.name for key, value in signal.columns_with_units().items()})
-        bumped.update(knocked)
+        disturbed_holds.update(disturbed_holds_of_signal)
     decimals.update(device.sensor.decimals)
     if kept_rows is not None:
         columns = {name: _rows(column, kept_rows) for name, column in columns.items()}
-    return DeviceLog(columns, decimals, units, tuple(sorted(bumped)))
+    return DeviceLog(columns, decimals, units, tuple(sorted(disturbed_holds)))
 
 
 def _rows(column: Column, rows: NDArray[np.int64]) -> Column:
@@ -212,28 +215,28 @@ def _rows(column: Column, rows: NDArray[np.int64]) -> Column:
 
 
 def _with_errors(
-    stage: RecordingContext, device: Device, signal: int, truth: SignalSamples, samples: SamplingContext
+    recording: RecordingContext, device: Device, signal: int, truth: SignalSamples, samples: SamplingContext
 ) -> tuple[SignalSamples, tuple[int, ...]]:
     """Return a signal with its errors, and the holds that a knock has spoilt."""
     program = samples.true_run.planned.program
     place = (device.run, device.number, signal)
-    errors = hold_errors(device.sensor, truth.channels, len(program), stream(stage.seed, Stream.HOLDS, *place))
+    errors = hold_errors(device.sensor, truth.channels, len(program), stream(recording.seed, Stream.HOLDS, *place))
     lasting = hold_errors_at(errors, program, samples.time, samples.path)
     streams = (
-        stream(stage.seed, Stream.NOISE, *place),
-        stream(stage.seed, Stream.DRIFT, device.number, signal),
+        stream(recording.seed, Stream.NOISE, *place),
+        stream(recording.seed, Stream.DRIFT, device.number, signal),
     )
-    zero = stream(stage.seed, Stream.ZERO, *place)
+    zero = stream(recording.seed, Stream.ZERO, *place)
     value = read_out(device.sensor, truth.channels, truth.value, lasting, samples.hours, streams, zero)
     if device.sensor.starts_anew:
         angles = np.array([quantity == "angle_rad" for quantity in truth.channels.quantity])
         value = np.where(angles, (value + np.pi) % (2.0 * np.pi) - np.pi, value)
     quantity = list(device.source.signals().values())[signal]
     if isinstance(quantity, Pose) and quantity.markers and device.sensor.hidden:
-        rng = stream(stage.seed, Stream.HIDDEN, *place)
-        hidden = hidden_in_holds(device.sensor.hidden, len(quantity.markers), len(program), rng)
+        rng = stream(recording.seed, Stream.HIDDEN, *place)
+        hidden = draw_hidden_markers(device.sensor.hidden, len(quantity.markers), len(program), rng)
         value = without_hidden(value, hidden, program.hold_at(samples.time))
-    return replace(truth, value=value), errors.bumped
+    return replace(truth, value=value), errors.disturbed_holds
 
 
 def _time_column(axis: TimeAxis, clock_time: Floats) -> tuple[Column, int]:

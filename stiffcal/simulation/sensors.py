@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.simulation.cycles import LoadProgram, interpolate_path
+from stiffcal.simulation.cycles import LoadProgram, interpolate_between_holds
 from stiffcal.simulation.settings import Amounts, Sensor
 
 # What single components of a signal are, so that the amounts of the settings find their columns.
@@ -86,7 +86,7 @@ class HoldErrors:
 
     between: Floats
     """(m, c) drawn anew for each hold."""
-    bumped: tuple[int, ...]
+    disturbed_holds: tuple[int, ...]
     """Numbers of the holds that a knock has spoilt, from 0."""
     bump: Floats
     """(m, c) the error in those."""
@@ -98,10 +98,12 @@ def hold_errors(sensor: Sensor, channels: Channels, n_holds: int, rng: np.random
     bump = np.zeros_like(between)
     # the reference, hold 0, is not picked: a spoilt reference is another fault than a spoilt reading
     count = min(sensor.bumps.per_run, n_holds - 1)
-    bumped = np.sort(rng.choice(np.arange(1, n_holds), size=count, replace=False)) if count else np.zeros(0, np.int64)
-    for hold in bumped:
+    disturbed_holds = (
+        np.sort(rng.choice(np.arange(1, n_holds), size=count, replace=False)) if count else np.zeros(0, np.int64)
+    )
+    for hold in disturbed_holds:
         bump[hold] = channels.along_random_direction(sensor.bumps.size, rng)
-    return HoldErrors(between, tuple(int(hold) for hold in bumped), bump)
+    return HoldErrors(between, tuple(int(hold) for hold in disturbed_holds), bump)
 
 
 def hold_errors_at(errors: HoldErrors, program: LoadProgram, time: Floats, path: Floats) -> Floats:
@@ -110,7 +112,7 @@ def hold_errors_at(errors: HoldErrors, program: LoadProgram, time: Floats, path:
     A knock lasts from the middle of the ramp before the hold to the middle of the ramp after it.
     """
     hold = np.clip(np.rint((path - 0.5) / 2.0).astype(np.int64), 0, len(program) - 1)
-    return interpolate_path(errors.between, path) + errors.bump[hold]
+    return interpolate_between_holds(errors.between, path) + errors.bump[hold]
 
 
 def read_out(

@@ -63,7 +63,7 @@ def balance_with_side_constraint(
     if not stiffness.any():
         return places, wrench
     runs = [slice(end - size, end) for size, end in zip(sizes, np.cumsum(sizes), strict=True)]
-    along, largest = _directions(wrench, runs)
+    along, largest = _largest_load_directions(wrench, runs)
     enough = np.maximum(SETTLED * largest, SETTLED_M * stiffness)
     gives = _compliances(wrench, places.displacement[:, point, :3], runs)
     steps = SecantSteps(1.0 + stiffness * gives, 3)
@@ -86,8 +86,11 @@ def balance_with_side_constraint(
     raise SideConstraintError(int(np.searchsorted(np.cumsum(sizes), first, side="right")), float(size[first]))
 
 
-def _directions(wrench: Floats, runs: Sequence[slice]) -> tuple[Floats, Floats]:
-    """Return (b, 3) the direction of each run's largest load, and (b,) its size, N."""
+def _largest_load_directions(wrench: Floats, runs: Sequence[slice]) -> tuple[Floats, Floats]:
+    """Return (b, 3) the direction of the largest load of each balance's run, and (b,) its size, N.
+
+    One row per balance: all balances of a run have their run's values.
+    """
     along, size = np.zeros((len(wrench), 3)), np.zeros(len(wrench))
     for run in runs:
         force = wrench[run, :3]

@@ -78,26 +78,28 @@ def simulate_campaign(
         )
     _check_out(out, campaign.folder)
     progress("setting loads", 0.0)
-    robot, stage = simulate_runs(campaign, settings, drawn, settle)
-    switched_on = [
-        devices_of(stage, campaign.manifest.sources, run, partial(_logs_run, campaign.manifest, true_run.planned.name))
-        for run, true_run in enumerate(stage.true_run)
+    robot, recording = simulate_runs(campaign, settings, drawn, settle)
+    devices_by_run = [
+        devices_of(
+            recording, campaign.manifest.sources, run, partial(_logs_run, campaign.manifest, true_run.planned.name)
+        )
+        for run, true_run in enumerate(recording.true_run)
     ]
     logs: list[list[DeviceLog]] = []
-    for number, devices in enumerate(switched_on):
-        progress(f"recording {stage.true_run[number].planned.name}", 0.1 + 0.5 * number / len(switched_on))
-        logs.append([record(stage, device) for device in devices])
+    for number, devices in enumerate(devices_by_run):
+        progress(f"recording {recording.true_run[number].planned.name}", 0.1 + 0.5 * number / len(devices_by_run))
+        logs.append([record(recording, device) for device in devices])
     corrects = any(run.compensation == "on" for run in campaign.manifest.runs)
-    truth = truth_document(robot, stage, switched_on, logs, settings.controller if corrects else None)
+    truth = truth_document(robot, recording, devices_by_run, logs, settings.controller if corrects else None)
     with _only_whole(out):
         # First: it distinguishes a folder that a killed process left half-made from one that holds something else.
         write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")
-        files = [*_write_logs(out, campaign, switched_on, logs, progress), TRUTH_FILE]
+        files = [*_write_logs(out, campaign, devices_by_run, logs, progress), TRUTH_FILE]
         if out.resolve() != campaign.folder.resolve():
             files += _copy_documents(campaign, out)
     progress("simulated", 1.0)
-    states = sum(len(true_run.planned.program) for true_run in stage.true_run)
-    runs = [true_run.planned.name for true_run in stage.true_run]
+    states = sum(len(true_run.planned.program) for true_run in recording.true_run)
+    runs = [true_run.planned.name for true_run in recording.true_run]
     return {"folder": str(out), "files": files, "seed": drawn, "runs": runs, "states": states, "truth": truth}
 
 
@@ -184,7 +186,7 @@ def _only_whole(out: Path) -> Iterator[None]:
 def _write_logs(
     out: Path,
     campaign: Campaign,
-    switched_on: Sequence[Sequence[Device]],
+    devices_by_run: Sequence[Sequence[Device]],
     logs: Sequence[Sequence[DeviceLog]],
     progress: Progress,
 ) -> list[str]:
@@ -197,7 +199,7 @@ def _write_logs(
         by_file: dict[str, list[DeviceLog]] = {}
         members = [
             (device, log)
-            for devices, written in zip(switched_on, logs, strict=True)
+            for devices, written in zip(devices_by_run, logs, strict=True)
             for device, log in zip(devices, written, strict=True)
             if device.name == name
         ]

@@ -47,7 +47,7 @@ class PlannedRun:
     """The settings they were drawn from."""
     load_point: Attachment
     """Where the load acts."""
-    begins: float
+    start_s: float
     """s on the campaign's true clock: the run's first hold."""
 
 
@@ -290,7 +290,7 @@ def _order_of(robot: CompliantRobot, planned_runs: Sequence[PlannedRun], nodes: 
         which = (path / 2.0).astype(np.int64)
         in_hold = path - 2.0 * which <= 1.0
         run.append(np.full(path.size, number, dtype=np.int64))
-        time.append(planned.begins + moment)
+        time.append(planned.start_s + moment)
         hold.append(np.where(in_hold, moment - program.start[which], 0.0))
         since.append(moment - 0.5 * (program.start[0] + program.end[0]))
     size = sum(positions.size for positions in run)

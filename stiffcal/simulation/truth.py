@@ -21,8 +21,8 @@ TRUTH_SCHEMA = "stiffcal/truth/1"
 
 def truth_document(
     robot: CompliantRobot,
-    stage: RecordingContext,
-    switched_on: Sequence[Sequence[Device]],
+    recording: RecordingContext,
+    devices_by_run: Sequence[Sequence[Device]],
     logs: Sequence[Sequence[DeviceLog]],
     controller: Controller | None = None,
 ) -> Document:
@@ -31,8 +31,8 @@ def truth_document(
     Parameters
     ----------
     robot : as simulated.
-    stage : the played runs.
-    switched_on, logs : devices and what they wrote, by run and source.
+    recording : the simulated runs, frames and seed.
+    devices_by_run, logs : for each run, the devices that record it and their logs.
     controller : that corrected in some of the runs; None: none did.
 
     Returns
@@ -53,15 +53,15 @@ def truth_document(
     return {
         "schema": TRUTH_SCHEMA,
         "warnings": [],
-        "seed": stage.seed,
+        "seed": recording.seed,
         "parameters": robot.values(),
         "joint_stiffness": stiffness,
-        "noise": {device.name: _noise(device.sensor) for devices in switched_on for device in devices},
+        "noise": {device.name: _noise(device.sensor) for devices in devices_by_run for device in devices},
         "frames": {
             name: {"body": attached.body, "body_from_frame": np.round(attached.transform, 12).tolist()}
-            for name, attached in stage.frames.items()
+            for name, attached in recording.frames.items()
         },
-        "runs": [_run(stage, devices, written) for devices, written in zip(switched_on, logs, strict=True)],
+        "runs": [_run(recording, devices, written) for devices, written in zip(devices_by_run, logs, strict=True)],
         **corrected,
     }
 
@@ -84,13 +84,13 @@ def _noise(sensor: Sensor) -> dict[str, dict[str, float]]:
     }
 
 
-def _run(stage: RecordingContext, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> Document:
-    """Return the truth of one run."""
-    true_run = stage.true_run[devices[0].run]
+def _run(recording: RecordingContext, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> Document:
+    """Return the truth of one run: its entry in ``runs`` of `truth_document`."""
+    true_run = recording.true_run[devices[0].run]
     program = true_run.planned.program
     middle = np.array([0.5 * program.duration])
     first = devices[0].clock
-    # all devices see the first hold from the last one's start on, and the last until the first one stops
+    # all devices record the first hold from the last one's start on, and the last hold until the first one stops
     over_time = [device for device in devices if not device.source.is_states]
     start, end = program.start.copy(), program.end.copy()
     if over_time:
@@ -105,8 +105,8 @@ def _run(stage: RecordingContext, devices: Sequence[Device], logs: Sequence[Devi
         "holds": np.round(holds, 4).tolist(),
         "load": np.round(program.wrench, 6).tolist(),
         "bumped": {
-            device.name: [hold + 1 for hold in log.bumped]
+            device.name: [hold + 1 for hold in log.disturbed_holds]
             for device, log in zip(devices, logs, strict=True)
-            if log.bumped
+            if log.disturbed_holds
         },
     }

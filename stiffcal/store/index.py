@@ -27,7 +27,9 @@ FIRST_SCHEMA = "stiffcal/store/1"
 """Of stiffcal 0.1, whose index holds no hashes."""
 INDEX = "generation.json"
 OWN, TRUSTED_PLACE, FOREIGN = "own", "trusted place", "foreign"
-"""From whom a result comes: this user's own runs, a place the user has allowed, or anybody."""
+"""Who computed a result: this user; somebody who writes to a place that this user allowed; or anybody else, whose
+results came with the folder and are not verified.
+"""
 ORIGINS = (OWN, TRUSTED_PLACE, FOREIGN)
 REBUILD = "run stiffcal ingest again; the history is kept as far as it can be read"
 UPDATE = "update stiffcal"

@@ -82,7 +82,7 @@ def check_campaign(
         states, registration = placed_states(campaign, gathered)
         more_to_come = bool(missing) or (quick and not any_table)
         load_faults, warnings = check_load_states(states, campaign, registration is not None, more_to_come)
-        faults += quality.causes() + load_faults if load_faults else []
+        faults += quality.stuck_channel_faults() + load_faults if load_faults else []
         if not faults:
             states = states if quick else reject_outliers(states)
             result = replace(

@@ -65,44 +65,51 @@ def _entry(fit: StoredFit) -> HistoryEntry:
 
 
 def restore_model(
-    folder: Path, context: RunContext, identifier: str, agree: Callable[[StoredFit], bool] | None = None
+    folder: Path, context: RunContext, fit_id: str, confirm: Callable[[StoredFit], bool] | None = None
 ) -> str:
-    """Write the model of an earlier fit back to model.toml, with the comments it had; return the changes, in words.
+    """Write the model of an earlier fit back to model.toml, with the comments it had.
 
     Parameters
     ----------
-    identifier : of the fit.
-    agree : asked before a model is written that somebody else has made, with the entry, whose ``model_text`` is to be
-        shown; None: such a model is not written.
+    folder : the campaign folder.
+    context : store, progress and so on.
+    fit_id : the fit's id in the history.
+    confirm : called with the entry of a fit that another user made, before its model is written; its ``model_text`` is
+        to be shown. Returns whether to write it; None: a model of another user is not written.
+
+    Returns
+    -------
+    str
+        One sentence that names the fit.
 
     Raises
     ------
-    InputError : there is no such fit; it is somebody else's and `agree` does not agree; its model is no model file.
+    InputError : there is no such fit; another user made it and `confirm` returns False; its model is no model file.
     """
     campaign = load_campaign(Path(folder), check_files=False)
     fits = {fit.id: fit for fit in reversed(_stored_fits(open_store(campaign.folder, context)))}
-    if identifier not in fits:
+    if fit_id not in fits:
         fit_ids = ", ".join(reversed(fits)) or "none"
         raise InputError.at(
             FaultCode.OPTION_INVALID,
             "command line",
             "--restore",
-            f"no fit has the id {identifier}",
+            f"no fit has the id {fit_id}",
             f"known: {fit_ids}",
         )
-    fit = fits[identifier]
+    fit = fits[fit_id]
     if fit.origin == FOREIGN:
-        _check_foreign(campaign, fit, agree)
+        _check_foreign(campaign, fit, confirm)
     path = campaign.folder / MODEL_FILE
     if fit.model_text:
         write_whole(path, fit.model_text)
     else:
         path.unlink(missing_ok=True)
-    return f"model.toml is that of fit {identifier} again"
+    return f"model.toml is that of fit {fit_id} again"
 
 
-def _check_foreign(campaign: Campaign, fit: StoredFit, agree: Callable[[StoredFit], bool] | None) -> None:
-    """Look at somebody else's model before it becomes this campaign's: that it is one, and that the user wants it.
+def _check_foreign(campaign: Campaign, fit: StoredFit, confirm: Callable[[StoredFit], bool] | None) -> None:
+    """Check the model of a fit that another user made: the user wants it, and it is a valid model file.
 
     Raises
     ------
@@ -113,7 +120,7 @@ def _check_foreign(campaign: Campaign, fit: StoredFit, agree: Callable[[StoredFi
     from stiffcal.campaign.model_file import load_model
 
     place = f"fit {fit.id}"
-    if agree is None or not agree(fit):
+    if confirm is None or not confirm(fit):
         reason = "this fit was not made by you, and its model has not been looked at"
         raise InputError.at(
             FaultCode.CONTENT_UNTRUSTED,

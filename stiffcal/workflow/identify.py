@@ -84,7 +84,7 @@ def identify_campaign(
     if result is None or (dual_quaternions and result.dual_quaternions is None):
         fit = fit_now(data, loss, context)
         result = result or store_fit(data, fit, loss)
-        result = _with_dual_quaternions(data, fit, result) if dual_quaternions else result
+        result = _add_dual_quaternion_form(data, fit, result) if dual_quaternions else result
     if coupling and result.coupling is None:
         from stiffcal.workflow.coupling import with_coupling
 
@@ -97,8 +97,8 @@ def is_loss(loss: str) -> TypeGuard[Loss]:
     return loss in LOSSES
 
 
-def _with_dual_quaternions(data: Ingested, fit: Fit | None, result: IdentifyResult) -> IdentifyResult:
-    """Add paper 003's form to a fit, in the store too.
+def _add_dual_quaternion_form(data: Ingested, fit: Fit | None, result: IdentifyResult) -> IdentifyResult:
+    """Add the joint compliances in dual quaternions (Li et al. 2019, paper 003) to a fit, and commit it to the store.
 
     Raises
     ------

@@ -65,7 +65,7 @@ def improve_campaign(
     """
     context = context or RunContext()
     ladder = _Ladder(folder, context, notify_step)
-    ladder.reached("start", None, Where())
+    ladder.validate_and_add_step("start", None, Where())
     diagnosed = diagnose_campaign(folder, context)
     if dry_run:
         ladder.steps += [_would_add(effect) for effect in diagnosed.missing]
@@ -104,8 +104,14 @@ class _Ladder:
     estimates: list[list[EstimatedParameter]] = field(default_factory=list)
     """The identified values at each rung."""
 
-    def reached(self, action: Action, effect: str | None, where: Where) -> None:
-        """Judge the present model and note what was done to get there."""
+    def validate_and_add_step(self, action: Action, effect: str | None, where: Where) -> None:
+        """Validate the present model and append the step that led to it, with its error in unseen poses.
+
+        Parameters
+        ----------
+        action : what was done to the model file; "start" for the model as it was.
+        effect, where : what was added or removed, and its place; None and an empty place at the start.
+        """
         judged = validate_campaign(self.folder, self.context)
         self.estimates.append(estimated_parameters(self._present_fit().parameters))
         step = ImproveStep(
@@ -129,9 +135,9 @@ class _Ladder:
         return values_before_and_after(self.estimates[0], self.estimates[-1]) if len(self.estimates) > 1 else []
 
     def edit(self, change: Change, effect: ProposedEffect | EffectAt) -> None:
-        """Change the model, and judge it."""
-        edit_model(self.folder, change, effect.effect, where=places_as_words(effect.where))
-        self.reached(change, effect.effect, effect.where)
+        """Add or remove an effect, then validate the changed model."""
+        edit_model(self.folder, change, effect.effect, where=places_as_options(effect.where))
+        self.validate_and_add_step(change, effect.effect, effect.where)
 
 
 def _climb(ladder: _Ladder, diagnosed: DiagnoseResult, ask: Ask) -> DiagnoseResult:
@@ -173,12 +179,12 @@ def _would_add(effect: ProposedEffect) -> ImproveStep:
     return ImproveStep(action="would add", effect=effect.effect, where=effect.where, heldout_rms=None, noise=None)
 
 
-def places_as_words(where: Where) -> dict[str, str | None]:
-    """Return places as the command line takes them.
+def places_as_options(where: Where) -> dict[str, str | None]:
+    """Return places as the options of `add` and `remove`: ``joints``, ``links`` and ``pairs``; None where left out.
 
     Examples
     --------
-    >>> places_as_words(Where(pairs=[[5, 6]]))["pairs"]
+    >>> places_as_options(Where(pairs=[[5, 6]]))["pairs"]
     '5-6'
     """
     return {

@@ -29,13 +29,17 @@ def with_diagnosis(content: ReportContent, data: Ingested, identified: IdentifyR
     diagnosis, reason = current_diagnosis(data, identified)
     if diagnosis is None:
         return replace(content, not_diagnosed=reason)
-    earlier = _earlier(data, diagnosis)
+    earlier = _earlier_diagnoses(data, diagnosis)
     figures = tuple(_evidence(data, diagnosis, identified, earlier))
     return replace(content, diagnose=diagnosis, earlier_diagnoses=earlier, evidence=figures)
 
 
-def _earlier(data: Ingested, diagnosis: DiagnoseResult) -> tuple[EarlierDiagnosis, ...]:
-    """Return the diagnoses of these states that proposed what the model holds now."""
+def _earlier_diagnoses(data: Ingested, diagnosis: DiagnoseResult) -> tuple[EarlierDiagnosis, ...]:
+    """Return the diagnoses of these states that proposed what the model holds now.
+
+    Entries that came with another user's store are left out of a report on the user's own results: nothing here has
+    verified them. In a store that is foreign as a whole, whose results are shown as such, they stay.
+    """
     stored = stored_document(data.store, DIAGNOSES) or {"entries": []}
     states = key_of_table(data.table)
     in_model = [evidence for evidence in diagnosis.evidence if evidence.status == "in the model"]
@@ -70,7 +74,7 @@ def _evidence(
     for number, evidence in enumerate(diagnosis.evidence):
         rows = columns["entry"] == number
         effect = catalogue[evidence.effect]
-        unseen_evidence, alternatives = _as_proposed(evidence, diagnosis, earlier)
+        shown_evidence, alternatives = _as_proposed(evidence, diagnosis, earlier)
         fitted = diagnosis.parameters_with_missing if evidence.status == "missing" else identified.parameters
         figures.append(
             EvidenceFigure(
@@ -84,7 +88,7 @@ def _evidence(
                 summary=effect.summary,
                 fingerprint=effect.fingerprint,
                 check=effect.how_to_check,
-                seen=unseen_evidence,
+                seen=shown_evidence,
                 alternatives=alternatives,
                 parameters=tuple(
                     parameter

@@ -50,7 +50,7 @@ def test_noise_that_lingers_from_reading_to_reading_is_noise() -> None:
     found = search(read_with(states, lingering(states, 0.6)))
     assert found.after is not None
     # 8 runs of 25 readings of three components: 600 numbers tell a correlation to 0.03; lag five is not yet the end.
-    assert found.after.lingers == pytest.approx(0.6, abs=0.1)
+    assert found.after.lag_one_correlation == pytest.approx(0.6, abs=0.1)
     assert found.after.adequate
     assert any("linger" in warning for warning in diagnosis_result(states, found).warnings)
 
@@ -61,7 +61,7 @@ def test_a_target_that_wanders_off_is_not() -> None:
     noise = np.random.default_rng(5).normal(size=(len(states), 3))
     found = search(read_with(states, TRACKER * (noise + 0.4 * walk)))
     assert found.after is not None
-    assert found.after.wanders
+    assert found.after.drifts
     assert found.unexplained
 
 

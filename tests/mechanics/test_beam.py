@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.effects.link_beam import LinkBeam
 from stiffcal.measurements.rods import BeamProperties, rods_between
-from stiffcal.mechanics.beam import amplitudes_per_end, axis_displacement, beam_compliance, end_fields
+from stiffcal.mechanics.beam import amplitudes_from_end_displacement, axis_displacement, beam_compliance, end_fields
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.effect import NodeLoads, Place
 
@@ -62,7 +62,9 @@ def test_the_fields_are_cubics_with_a_clamped_end() -> None:
 
 
 def test_end_and_amplitudes_are_one_to_one() -> None:
-    np.testing.assert_allclose(end_fields(OFF_AXIS)[:, :6] @ amplitudes_per_end(OFF_AXIS), np.eye(6), atol=1e-12)
+    np.testing.assert_allclose(
+        end_fields(OFF_AXIS)[:, :6] @ amplitudes_from_end_displacement(OFF_AXIS), np.eye(6), atol=1e-12
+    )
 
 
 def test_opposite_rods_mirror_each_other_and_shorter_ones_read_less() -> None:

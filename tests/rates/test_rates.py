@@ -85,7 +85,7 @@ def test_a_wandering_target_is_not_noise() -> None:
     assert not search.found
     assert not search.could_be
     assert search.after is not None
-    assert search.after.wanders
+    assert search.after.drifts
 
 
 def test_the_score_counts() -> None:

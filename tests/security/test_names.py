@@ -30,7 +30,7 @@ from stiffcal.cli.app import main
 from stiffcal.cli.endings import report_fault
 from stiffcal.cli.progress import ProgressBar
 from stiffcal.escapes import csv_cell, hidden
-from stiffcal.escapes.file_name import fitting
+from stiffcal.escapes.file_name import with_short_name
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.report import fonts
 from stiffcal.report.typesetting import set_pages
@@ -239,8 +239,8 @@ def test_recordings_of_runs_with_slashes_do_not_meet() -> None:
 
 def test_a_report_s_name_fits_into_a_file_system() -> None:
     long = unicodedata.normalize("NFD", "ü") * 85  # 255 bytes: the longest folder
-    assert len(os.fsencode(fitting(long, ".pdf"))) <= 255
-    assert fitting("cells/a", ".pdf") == "cells/a.pdf"
+    assert len(os.fsencode(with_short_name(long, ".pdf"))) <= 255
+    assert with_short_name("cells/a", ".pdf") == "cells/a.pdf"
 
 
 def test_numbers_of_a_table_stay_numbers(tmp_path: Path) -> None:

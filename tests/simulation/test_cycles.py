@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.simulation.cycles import SETTLED_AFTER, LoadProgram, interpolate_path, load_program
+from stiffcal.simulation.cycles import SETTLED_AFTER, LoadProgram, interpolate_between_holds, load_program
 from stiffcal.simulation.settings import Loads, parse_settings
 
 
@@ -79,7 +79,7 @@ def test_a_ramp_is_a_straight_line_through_a_lag() -> None:
 def test_interpolation_over_the_path() -> None:
     value = np.array([[0.0], [10.0], [20.0]])
     np.testing.assert_allclose(
-        interpolate_path(value, np.array([0.0, 0.9, 1.5, 2.5, 4.7, 5.0]))[:, 0], [0, 0, 5, 10, 20, 20]
+        interpolate_between_holds(value, np.array([0.0, 0.9, 1.5, 2.5, 4.7, 5.0]))[:, 0], [0, 0, 5, 10, 20, 20]
     )
 
 

@@ -74,12 +74,12 @@ def test_a_knock_spoils_its_hold_alone() -> None:
     program = load_program(Loads(), np.eye(3), np.random.default_rng(0))
     sensor = Sensor.model_validate({"bumps": {"per_run": 2, "size": {"force_N": 30.0}}})
     errors = hold_errors(sensor, FORCE, len(program), np.random.default_rng(4))
-    assert len(errors.bumped) == 2
-    assert 0 not in errors.bumped
+    assert len(errors.disturbed_holds) == 2
+    assert 0 not in errors.disturbed_holds
     middle = 0.5 * (program.start + program.end)
     size = np.sqrt(np.sum(hold_errors_at(errors, program, middle, program.path(middle)) ** 2, axis=1))
-    assert np.flatnonzero(size > 0).tolist() == list(errors.bumped)
-    assert size[list(errors.bumped)] == pytest.approx([30.0, 30.0])
+    assert np.flatnonzero(size > 0).tolist() == list(errors.disturbed_holds)
+    assert size[list(errors.disturbed_holds)] == pytest.approx([30.0, 30.0])
     assert isinstance(errors, HoldErrors)
 
 

@@ -36,8 +36,8 @@ def sides_of(folder: Path, stiffness: float, model: str = MODEL) -> list[float]:
     manifest = FRAMES + TABLE + TWICE.format(off="", on="")
     once = SETTINGS.replace("[0.5, 1.0]", "[1.0]") + "ramp_points = 0\n"
     campaign, settings = write_folder(folder, manifest, once + SAME + DRILL.format(stiffness) + POSES, model)
-    _, stage = simulate_runs(campaign, settings, 1)
-    off, on = stage.true_run
+    _, recording = simulate_runs(campaign, settings, 1)
+    off, on = recording.true_run
     sides = []
     for true_run in (off, on):
         assert true_run.wrench is not None

@@ -28,7 +28,7 @@ class Offset:
     dof: int
     """How many components it has."""
     penalty: float
-    """How much less likely it is than a mistake without a free size, as a difference of squared misfits."""
+    """What its free size and place cost against a mistake that has none, as a difference of squared misfits."""
 
 
 def best_offset(whitened: WhitenedRuns, run: int, left_out: Sequence[int]) -> Offset | None:
@@ -41,12 +41,13 @@ def best_offset(whitened: WhitenedRuns, run: int, left_out: Sequence[int]) -> Of
     run_states = whitened.members[run]
     if not len(run_states):
         return None
-    total, x = whitened.blocks.without(sorted({*left_out, run}))
+    normal_matrix, parameters = whitened.blocks.without(sorted({*left_out, run}))
+    # the last of the whitened rows is the residual, those before it are the parameters' columns
     columns = np.einsum("pq,pmn->qmn", whitened.basis.combination, whitened.rows[:-1][:, :, run_states])
     m, k = whitened.rows.shape[1], len(run_states)
-    residual = (whitened.rows[-1][:, run_states] - np.einsum("q,qmn->mn", x, columns)).ravel()
+    residual = (whitened.rows[-1][:, run_states] - np.einsum("q,qmn->mn", parameters, columns)).ravel()
     flat = columns.reshape(len(columns), -1)
-    inverse = np.linalg.inv(total + whitened.blocks.gram[run])
+    inverse = np.linalg.inv(normal_matrix + whitened.blocks.gram[run])
     observations = whitened.data.subset(run_states)
     projection = Projection.of(observations, whitened.projection.whitening.subset(run_states))
     best: Offset | None = None
@@ -54,14 +55,16 @@ def best_offset(whitened: WhitenedRuns, run: int, left_out: Sequence[int]) -> Of
     for state, step in tried:
         later = np.arange(k) >= state if step else np.arange(k) == state
         unit = projection.rows(np.where(later, np.eye(m)[:, :, None], 0.0))
-        # weighed with the inverse covariance of the deleted residual, what the others leave open of x included
-        weighed = unit - (unit @ flat.T) @ inverse @ flat
-        toward, gram = weighed @ residual, weighed @ unit.T
-        size, _, rank, _ = np.linalg.lstsq(gram, toward, rcond=1e-9)
-        gain = float(toward @ size)
+        # weighted with the inverse covariance of the deleted residual, the parameters' uncertainty included (Woodbury)
+        weighted = unit - (unit @ flat.T) @ inverse @ flat
+        right_side, normal_of_offset = weighted @ residual, weighted @ unit.T
+        offset, _, rank, _ = np.linalg.lstsq(normal_of_offset, right_side, rcond=1e-9)
+        gain = float(right_side @ offset)
         if rank and (best is None or gain > best.gain):
             translation = whitened.data.kind == TRANSLATION
-            length = float(np.linalg.norm(size[translation])) if translation.any() else np.nan
+            length = float(np.linalg.norm(offset[translation])) if translation.any() else np.nan
+            # The offset's free components: log-determinant of a normal prior with g = gain / rank times the estimate's
+            # covariance (a g-prior, Zellner 1986, its g from the data); its place: −2 log of one among those tried.
             penalty = rank * log(1.0 + gain / rank) + 2.0 * log(len(tried))
             best = Offset(int(run_states[state]), step, length, gain, int(rank), penalty)
     return best

@@ -42,16 +42,20 @@ class TimeOrder:
         rank[order] = np.arange(len(members))
         return cls(rank, first)
 
-    def penalty(self, run: int, other: int, n_choices: int) -> float:
-        """Return how much less likely it is that a run has what belongs to another one, as squared misfits.
+    def mix_up_penalty(self, run: int, other: int, n_choices: int) -> float:
+        """Return −2 log of the prior probability that a run has what belongs to another one.
+
+        It is added to the squared misfit, which is −2 log of the likelihood.
 
         Parameters
         ----------
-        n_choices : how many runs it could be.
+        run, other : the two runs, from 0.
+        n_choices : how many runs it could be, the two neighbours in time included.
         """
-        neighbours = abs(int(self.rank[run]) - int(self.rank[other])) == 1
-        share = SHARE_OF_NEIGHBOURS / 2.0 if neighbours else (1.0 - SHARE_OF_NEIGHBOURS) / max(n_choices - 2, 1)
-        return 2.0 * log(THINGS_MIXED_UP / share)
+        are_neighbours = abs(int(self.rank[run]) - int(self.rank[other])) == 1
+        n_not_neighbours = max(n_choices - 2, 1)
+        prior = SHARE_OF_NEIGHBOURS / 2.0 if are_neighbours else (1.0 - SHARE_OF_NEIGHBOURS) / n_not_neighbours
+        return 2.0 * log(THINGS_MIXED_UP / prior)
 
     def out_of_order(self, most: int) -> dict[int, tuple[int | None, int | None]]:
         """Return the few runs that stand elsewhere in the campaign than in time, with those before and after in time.

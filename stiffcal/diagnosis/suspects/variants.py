@@ -223,7 +223,7 @@ def _of_others(states: LoadStates, members: Sequence[Integers], run: int, left_o
     comparable_runs = [k for k in sorted({*neighbours, *distant}) if k != run and len(members[k]) == len(run_states)]
     order = TimeOrder.of(states, members)
     for other_run in comparable_runs:
-        penalty = order.penalty(run, other_run, len(comparable_runs))
+        penalty = order.mix_up_penalty(run, other_run, len(comparable_runs))
         other_states, name = members[other_run], states.runs[int(states.run[members[other_run][0]])].name
         if not _alike(states.joints[run_states], states.joints[other_states]):
             yield Variant(

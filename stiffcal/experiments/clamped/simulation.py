@@ -112,8 +112,8 @@ def simulate_clamped(
     torque = -(balance.joint_torque @ drives)[index_of_node] + _friction(robot, moving)
     solved_program = replace(program, wrench_at_node=wrench[index_of_node], torque=torque)
     setup = replace(clamped.setup, targets=tuple(frames.values()), target_names=tuple(frames))
-    model = robot.chain.model_angles(program.joints[distinct])
-    solved = solve_balance(robot, model, wrench, setup, clamped.order)
+    model_angles = robot.chain.model_angles(program.joints[distinct])
+    solved = solve_balance(robot, model_angles, wrench, setup, clamped.order)
     position, turn, unloaded = {}, {}, {}
     for body, name in enumerate(frames):
         places, rotations = solved.target_position[index_of_node, body], solved.target_rotation[index_of_node, body]
@@ -193,15 +193,15 @@ class _ClampedRobot:
         and what is solved, δ + J⁺ C J⁺ᵀ τ(δ) + J⁺ (motion) = 0, is the identity and something positive.
         """
         chain, setup, order = self.robot.chain, self.setup, self.order
-        model = chain.model_angles(self.program.joints)
-        jacobian = jacobians(chain, model[self.start][None], self.clamp)[0] @ chain.drive_axes
+        model_angles = chain.model_angles(self.program.joints)
+        jacobian = jacobians(chain, model_angles[self.start][None], self.clamp)[0] @ chain.drive_axes
         inverse = self._inverse(jacobian, name)
-        drives = _Drives(self.robot, model[self.start])
-        none = np.zeros((len(model), 6))
-        rest = self._balance(model, none, setup, order, name)
+        drives = _Drives(self.robot, model_angles[self.start])
+        none = np.zeros((len(model_angles), 6))
+        rest = self._solve_equilibrium(model_angles, none, setup, order, name)
         weight = rest.joint_torque @ chain.drive_axes
         position, rotation = rest.target_position[self.start, 0], rest.target_rotation[self.start, 0]
-        coupling = inverse @ (self._other_compliance(model[self.start], drives) + self.fixture) @ inverse.T
+        coupling = inverse @ (self._other_compliance(model_angles[self.start], drives) + self.fixture) @ inverse.T
         sagged = drives.angle_of(weight)
 
         def left_of(load: Floats, balance: Balance) -> Floats:
@@ -217,7 +217,7 @@ class _ClampedRobot:
 
         def at(angle: Floats) -> tuple[Floats, Balance, Floats]:
             wrench = (drives.torque_of(angle) - weight - geometric_torque) @ inverse
-            balance = self._balance(model, wrench, setup, order, name)
+            balance = self._solve_equilibrium(model_angles, wrench, setup, order, name)
             return wrench, balance, left_of(wrench, balance)
 
         for turn in range(MOST_STEPS):
@@ -257,16 +257,19 @@ class _ClampedRobot:
             )  # fmt: skip
         return np.asarray(np.linalg.pinv(scaled) * scale)
 
-    def _balance(self, model: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder, name: str) -> Balance:
+    def _solve_equilibrium(
+        self, model_angles: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder, name: str
+    ) -> Balance:
+        """Return the finite balance at motor angles (s, J), rad, under a wrench (s, 6); raise where there is none."""
         try:
-            return solve_balance(self.robot, model, wrench, setup, order)
+            return solve_balance(self.robot, model_angles, wrench, setup, order)
         except NoBalanceError as error:
             raise error.of_load(FILE_NAME, f'runs "{name}"', "lower clamped.amplitude_deg") from None
 
-    def _other_compliance(self, model: Floats, drives: _Drives) -> Floats:
+    def _other_compliance(self, model_angles: Floats, drives: _Drives) -> Floats:
         """Return (6, 6) the compliance that is not the drives', by unit wrenches."""
         unit = np.concatenate([np.zeros((1, 6)), np.eye(6)])
-        poses = np.repeat(model[None], 7, axis=0)
+        poses = np.repeat(model_angles[None], 7, axis=0)
         rigid = replace(
             self.robot,
             placed=tuple(placed_effect for placed_effect in self.robot.placed if not drives.turns(placed_effect)),
@@ -367,7 +370,7 @@ class ClampedSimulation(RunSimulation[Clamping]):
         joints = np.deg2rad(np.array(setup.run.joints_deg))
         loads = setup.loads.model_copy(update={"point": motion.point})
         program = sweep_program(motion, joints, setup.driven_joint())
-        return PlannedRun(setup.run.id, joints, program, loads, setup.frames[motion.point], setup.begins)
+        return PlannedRun(setup.run.id, joints, program, loads, setup.frames[motion.point], setup.start_s)
 
     def true_run(
         self,

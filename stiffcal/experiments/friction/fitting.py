@@ -175,8 +175,8 @@ def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]]) -> Fricti
 
 def _joint_fit(fit: PartFit, law: FrictionLaw) -> JointFrictionFit:
     free, covariance = fit.covariance(law)
-    speed = np.abs(fit.rows.velocity[fit.own[law.joint]])
-    of_joint = fit.own[law.joint]
+    speed = np.abs(fit.rows.velocity[fit.rows_of_joint[law.joint]])
+    of_joint = fit.rows_of_joint[law.joint]
     parameters = tuple(_parameter(fit, law, spec, free, covariance) for spec in law.placed.effect.parameters)
     return JointFrictionFit(
         joint=law.joint,

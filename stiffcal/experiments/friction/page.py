@@ -52,7 +52,7 @@ def friction_overview(section: FrictionSection, identified: IdentifiedModel) -> 
     for joint in section.joints:
         number, name = joint.joint, f"joint {joint.joint} ({joint.name})"
         speeds: Words = (Digits(joint.lowest_speed), " … ", Digits(joint.highest_speed))
-        cells = {symbol: _cell(by_name.get((number, symbol))) for symbol in _SYMBOLS}
+        cells = {symbol: _value_cell(by_name.get((number, symbol))) for symbol in _SYMBOLS}
         rows.append(((name,), cells["coulomb"], cells["viscous"], speeds, (Digits(joint.rms),)))
         for symbol, term in joint.optional.items():
             if term.seen:
@@ -89,11 +89,12 @@ def _joint_of(parameter: IdentifiedParameter) -> int:
     return (parameter.where.joints or [0])[0]
 
 
-def _cell(parameter: IdentifiedParameter | None) -> Words:
+def _value_cell(parameter: IdentifiedParameter | None) -> Words:
+    """Return a value with its 95 % interval, or "(fixed)" where the model file fixes it; a dash where there is none."""
     if parameter is None or parameter.value is None:
         return (Digits(None),)
     if parameter.interval is None:
-        return (Digits(parameter.value), " (held)")
+        return (Digits(parameter.value), " (fixed)")
     low, high = parameter.interval
     if low is None or high is None:
         return (Digits(parameter.value),)
@@ -216,6 +217,6 @@ def _table(curves: tuple[FrictionCurve, ...]) -> Table:
             if value is None:
                 cells.append((Digits(None),))
             else:
-                cells.append((Digits(value), " (held)") if half is None else (Digits(value), " ± ", Digits(half, 2)))
+                cells.append((Digits(value), " (fixed)") if half is None else (Digits(value), " ± ", Digits(half, 2)))
         rows.append(((curve.joint,), *cells, (Digits(curve.rms),), (Digits(curve.noise),)))
     return Table(columns, tuple(rows), "Friction of the drives, with 95 % uncertainty. A dash: not seen.")

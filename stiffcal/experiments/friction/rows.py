@@ -66,9 +66,11 @@ class FrictionRows:
     steady: Booleans
     """(k,) True for a pass at constant velocity, False for a sample of other motion."""
     repeat: Integers
-    """(k,) rows with one number here are repeats of each other."""
+    """(k,) rows with one number here are repeats of each other: one stretch in one direction, or a single sample."""
     piece: Integers
-    """(k,) what stays together when a part is left out: a speed, or a second of motion."""
+    """(k,) number of what is left out together in cross-validation: a stretch, that is all passes at one speed, or a
+    second (`PIECE_S`) of other motion.
+    """
     source: Integers
     """(k,) index into the readings or samples that the rows come from."""
     run: NDArray[np.str_]
@@ -103,20 +105,24 @@ def _felt(rows: FrictionRows) -> FrictionRows:
 
 
 def steady_rows(readings: SteadyReadings) -> FrictionRows:
-    """Return an equation for every pass that is used."""
+    """Return an equation for every pass that is used.
+
+    A pass is one motion of one joint at constant velocity, a stretch the range of angle that passes share
+    (`SteadyReadings.stretch`). Repeats are passes of one stretch in one direction.
+    """
     index = np.flatnonzero(readings.used)
     picked = readings.select(index)
-    stretches, number = np.unique(picked.stretch, return_inverse=True)
+    stretches, stretch_index = np.unique(picked.stretch, return_inverse=True)
     forward = (picked.velocity > 0.0).astype(np.int64)
     names = np.array([readings.runs[k].name for k in picked.run], dtype=np.str_)
     return FrictionRows(
         joint=picked.joint,
         velocity=picked.velocity,
         torque=picked.torque,
-        nuisance=np.eye(stretches.size)[number],
+        nuisance=np.eye(stretches.size)[stretch_index],
         steady=np.ones(index.size, dtype=np.bool_),
-        repeat=2 * number + forward,
-        piece=number,
+        repeat=2 * stretch_index + forward,  # one number for each stretch and direction
+        piece=stretch_index,
         source=index,
         run=names,
         unknown=tuple(Unknown(UnknownKind.STRETCH, int(number)) for number in stretches),

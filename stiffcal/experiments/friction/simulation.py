@@ -178,7 +178,9 @@ class FrictionSimulation(RunSimulation[FrictionMotion]):
         """Return strokes about the pose."""
         joints = np.deg2rad(np.array(setup.run.joints_deg))
         program = strokes_program(motion, joints, setup.driven_joint())
-        return PlannedRun(setup.run.id, joints, program, setup.loads, Attachment(0, np.eye(4)), setup.begins)
+        # In free motion no load acts: the load point is not used, and any frame does.
+        unused_load_point = Attachment(0, np.eye(4))
+        return PlannedRun(setup.run.id, joints, program, setup.loads, unused_load_point, setup.start_s)
 
     def true_run(
         self,

@@ -64,12 +64,12 @@ class PartFit:
 
     def __init__(self, rows: FrictionRows, laws: list[FrictionLaw]) -> None:
         self.rows, self.laws = rows, laws
-        self.own = {law.joint: rows.joint == law.joint for law in laws}
+        self.rows_of_joint = {law.joint: rows.joint == law.joint for law in laws}
         self.noise = {law.joint: _repeat_noise(rows, rows.joint == law.joint) for law in laws}
         self.sigma = np.ones(len(rows))
         for law in laws:
-            spread = float(rows.torque[self.own[law.joint]].std()) or 1.0
-            self.sigma[self.own[law.joint]] = self.noise[law.joint] or spread
+            spread = float(rows.torque[self.rows_of_joint[law.joint]].std()) or 1.0
+            self.sigma[self.rows_of_joint[law.joint]] = self.noise[law.joint] or spread
         self._whiten()
 
     def run(self) -> PartFit:
@@ -103,7 +103,7 @@ class PartFit:
             self.solve()
             before = self.sigma.copy()
             for law in self.laws:
-                of_joint = self.own[law.joint]
+                of_joint = self.rows_of_joint[law.joint]
                 for steady in (True, False):
                     chosen = of_joint & (self.rows.steady == steady)
                     if chosen.any() and not (steady and self.noise[law.joint]):
@@ -129,7 +129,7 @@ class PartFit:
 
     def whitened(self, law: FrictionLaw, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
         """Return the columns of one joint, whitened and projected, for all rows."""
-        of_joint = self.own[law.joint]
+        of_joint = self.rows_of_joint[law.joint]
         whitened_columns = {}
         for symbol, column in law.columns(self.rows.velocity[of_joint], shape).items():
             wide = np.zeros(len(self.rows))
@@ -170,7 +170,7 @@ class PartFit:
 
     def _try(self, law: FrictionLaw, symbol: str) -> None:
         """Put an optional part in where some shape of it explains more than chance would."""
-        of_joint = self.own[law.joint]
+        of_joint = self.rows_of_joint[law.joint]
         if not (of_joint & self.rows.steady).any():
             law.detected[symbol] = False
             law.verdict[symbol] = "not looked for, as no steady velocity was measured"
@@ -202,11 +202,14 @@ class PartFit:
                 if not law.held(symbol_of_shape)
             ]
 
-    def _effective(self, own: Booleans) -> float:
-        """Return how many readings these rows are worth; samples of motion overlap by half."""
-        steady = own & self.rows.steady
-        stretches = np.unique(self.rows.repeat[steady] // 2).size
-        return float(steady.sum() - stretches + 0.5 * (own & ~self.rows.steady).sum())
+    def _effective(self, of_joint: Booleans) -> float:
+        """Return how many independent readings a joint's rows are worth.
+
+        Each stretch costs one, its mean weight; samples of other motion overlap by half.
+        """
+        steady = of_joint & self.rows.steady
+        n_stretches = np.unique(self.rows.piece[steady]).size
+        return float(steady.sum() - n_stretches + 0.5 * (of_joint & ~self.rows.steady).sum())
 
     def _refine(self, laws: list[FrictionLaw]) -> None:
         """Find the shapes of all that have some, from where they are."""
@@ -215,7 +218,7 @@ class PartFit:
         where = [(law, symbol) for law in laws for symbol in law.free_nonlinear]
         if not where:
             return
-        bounds = [np.log(_shape_bounds(law, symbol, np.abs(self.rows.velocity[self.own[law.joint]])))
+        bounds = [np.log(_shape_bounds(law, symbol, np.abs(self.rows.velocity[self.rows_of_joint[law.joint]])))
                   for law, symbol in where]  # fmt: skip
         lower, upper = np.array(bounds).T
 
@@ -280,7 +283,7 @@ class PartFit:
         """Return (k,) N·m, the friction of every row as fitted."""
         torque = np.zeros(len(self.rows))
         for law in self.laws:
-            of_joint = self.own[law.joint]
+            of_joint = self.rows_of_joint[law.joint]
             columns = law.columns(self.rows.velocity[of_joint])
             torque[of_joint] = sum(self.amplitude[law.joint, symbol] * columns[symbol] for symbol in law.amplitudes)
         return torque
@@ -357,9 +360,9 @@ def _shape_bounds(law: FrictionLaw, symbol: str, speed: Floats) -> tuple[float, 
     return low, max(min(spec.upper, 0.5 * float(speed.max())), 1.01 * low)
 
 
-def _repeat_noise(rows: FrictionRows, own: Booleans) -> float | None:
-    """Return the pooled standard deviation of repeats, N·m; None where there are too few."""
-    chosen = own & rows.steady
+def _repeat_noise(rows: FrictionRows, of_joint: Booleans) -> float | None:
+    """Return the pooled standard deviation of a joint's repeats, N·m; None where there are too few."""
+    chosen = of_joint & rows.steady
     squares, dof = 0.0, 0
     for number in np.unique(rows.repeat[chosen]):
         same = rows.torque[chosen & (rows.repeat == number)]

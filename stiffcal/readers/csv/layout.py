@@ -198,7 +198,7 @@ def _read_scope(text: LogText, names: tuple[str, ...], delimiter: str, decimal: 
     units: list[str] = []
     columns: tuple[str, ...] = ()
     while line is not None and len(line) <= LONGEST_HEADER:
-        cells = plain.split(line.decode(text.encoding if text.as_it_is else "utf-8", "replace"))
+        cells = plain.split(line.decode(text.encoding if text.not_yet_decoded else "utf-8", "replace"))
         if not columns:
             if not is_scope_header(names, cells):
                 break
@@ -220,8 +220,11 @@ def _read_scope(text: LogText, names: tuple[str, ...], delimiter: str, decimal: 
 
 
 def decode_line(text: LogText, line: bytes, display_name: str) -> str:
-    """Return a line as text; raises `InputError` where its bytes are of another encoding."""
-    encoding = text.encoding if text.as_it_is else "utf-8"
+    """Return a line as text; raises `InputError` where its bytes are of another encoding.
+
+    Lines come undecoded where the encoding agrees with ASCII (`LogText.not_yet_decoded`), else as UTF-8.
+    """
+    encoding = text.encoding if text.not_yet_decoded else "utf-8"
     place = f"line {text.line_number}"
     if line.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in line:
         mend = 'set csv.encoding = "utf-16" if it is, else copy the file again from its origin'
@@ -305,7 +308,7 @@ def _read_units(text: LogText, layout: LogLayout, asked: object, wanted: WantedC
     if len(line) > LONGEST_HEADER:
         text.give_back(line)
         return None
-    cells = layout.split(line.decode(text.encoding if text.as_it_is else "utf-8", "replace"))
+    cells = layout.split(line.decode(text.encoding if text.not_yet_decoded else "utf-8", "replace"))
     units = {name: cell.strip("[]() ") for name, cell in zip(layout.columns, cells, strict=False) if cell}
     if asked is True or (
         _all_units(list(units.values()))

@@ -61,7 +61,7 @@ class LogText(io.RawIOBase):
     ----------
     line_number : number of the last line taken, from 1.
     n_lines : data lines that `read` has handed out.
-    as_it_is : True where bytes are handed out undecoded.
+    not_yet_decoded : True where bytes are handed out undecoded.
     unfinished : True once the end was reached and the last line had no line end.
     tail : the last bytes that `read` has handed out.
     stray_quote : what a quotation mark inside a cell looks like; the parser drops it without a word.
@@ -82,8 +82,8 @@ class LogText(io.RawIOBase):
         self.tail = b""
         self.stray_quote: re.Pattern[bytes] | None = None
         self.suspect = False
-        self.as_it_is = self.encoding == "utf-8" or (self.encoding in PLAIN and not decode)
-        self._decoder = None if self.as_it_is else codecs.getincrementaldecoder(encoding)("strict")
+        self.not_yet_decoded = self.encoding == "utf-8" or (self.encoding in PLAIN and not decode)
+        self._decoder = None if self.not_yet_decoded else codecs.getincrementaldecoder(encoding)("strict")
         self._file, self._bytes = _open_bytes(path, display_name)
         self._packed = self._file is not self._bytes
         self._size = os.fstat(self._bytes.fileno()).st_size

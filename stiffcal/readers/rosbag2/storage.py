@@ -85,12 +85,12 @@ def _check_metadata(path: Path, display_name: str) -> None:
         content = file.read(MOST_METADATA + 1)
     if len(content) > MOST_METADATA:
         raise InputError.at(FaultCode.SIZE_EXCEEDED, display_name, "", f"more than {MOST_METADATA >> 20} MiB", COPY)
-    if _nests(content.decode("utf-8", "replace")):
+    if _too_deeply_nested(content.decode("utf-8", "replace")):
         raise InputError.at(FaultCode.SIZE_EXCEEDED, display_name, "", "lists lie in one another too deeply", COPY)
 
 
-def _nests(text: str) -> bool:
-    """Return True where YAML holds lists or tables in one another beyond all use."""
+def _too_deeply_nested(text: str) -> bool:
+    """Return True where lists or tables of a YAML text are nested deeper than `MOST_NESTED`, roughly counted."""
     level = deepest = 0
     for mark in re.findall(r"[\[\]{}]", text):
         level += 1 if mark in "[{" else -1
@@ -172,7 +172,7 @@ def fence_rosbags() -> None:
     parse = metadata.parse_qos
 
     def parse_qos(settings: Any) -> Any:
-        if isinstance(settings, str) and (len(settings) > MOST_SETTINGS or _nests(settings)):
+        if isinstance(settings, str) and (len(settings) > MOST_SETTINGS or _too_deeply_nested(settings)):
             raise ValueError("a topic's settings are no plain list")
         return parse(settings)
 

@@ -29,9 +29,9 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     validation = content.validate
     if validation is not None:
         left = validation.relative.translation
-        caption += f" Off the diagonal by {wording.both(validation.rms)} rms"
+        caption += f" Off the diagonal by {wording.measure_text(validation.rms)} rms"
         caption += f", {wording.percent(left)} of the deflection" if left is not None else ""
-        caption += f"; at most {wording.both(validation.max)}."
+        caption += f"; at most {wording.measure_text(validation.max)}."
     n_used = int(states.used.sum())
     if n_used > MOST_POINTS:
         drawn = f"{wording.digits(MOST_POINTS)} of {wording.count(n_used, 'state')}"

@@ -85,11 +85,11 @@ def _missing_words(effect: ProposedEffect) -> str:
 
 
 def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
-    facts = [("present model", f"{wording.both(diagnosis.rms)} rms in unseen poses")]
+    facts = [("present model", f"{wording.measure_text(diagnosis.rms)} rms in unseen poses")]
     if diagnosis.missing:
         after = diagnosis.heldout_rms_with_missing
-        facts.append(("with what is missing", f"{wording.both(after)} rms in unseen poses"))
-    noise = wording.both(diagnosis.noise) + " rms" if diagnosis.noise else "not known"
+        facts.append(("with what is missing", f"{wording.measure_text(after)} rms in unseen poses"))
+    noise = wording.measure_text(diagnosis.noise) + " rms" if diagnosis.noise else "not known"
     facts.append(("noise", noise))
     lack = diagnosis.lack_of_fit
     if lack is not None:
@@ -130,7 +130,10 @@ def _pattern(pattern: CompliancePattern) -> list[Block]:
         others = wording.listing(map(pattern_in_words, pattern.alternatives))
         text += f" These runs do not distinguish it from: {others}."
     text += " “stiffcal effects new NAME --from DIR” writes an effect that tests it."
-    before, after = wording.both(pattern.heldout_rms_before), wording.both(pattern.heldout_rms_after)
+    before, after = (
+        wording.measure_text(pattern.heldout_rms_before),
+        wording.measure_text(pattern.heldout_rms_after),
+    )
     caption = (
         f"Each run’s apparent change of the compliance of joint {pattern.joint} against the "
         f"{what_is_followed(pattern)}, with 95 % bars, and the fitted law (line). In unseen poses the law takes the "

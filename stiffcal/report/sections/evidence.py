@@ -66,7 +66,10 @@ def _of_effect(diagnosis: DiagnoseResult, figure: EvidenceFigure) -> list[Block]
 
 
 def _rms_reduction_words(evidence: EffectEvidenceSummary) -> str:
-    before, after = wording.both(evidence.heldout_rms_before), wording.both(evidence.heldout_rms_after)
+    before, after = (
+        wording.measure_text(evidence.heldout_rms_before),
+        wording.measure_text(evidence.heldout_rms_after),
+    )
     if evidence.status == "missing":
         return f"In unseen poses {before} rms is left without it, {after} with it."
     return f"The present model leaves {after} rms in unseen poses; without {evidence.effect} it would leave {before}."

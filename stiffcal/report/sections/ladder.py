@@ -70,4 +70,10 @@ def _row(fit: HistoryEntry) -> tuple[str, ...]:
     model = wording.model_words(fit.model)
     if fit.origin == "foreign":
         model += " (not computed by you)"
-    return fit.id, time, model, wording.both(fit.heldout_rms), wording.both(fit.fit_rms)
+    return (
+        fit.id,
+        time,
+        model,
+        wording.measure_text(fit.heldout_rms),
+        wording.measure_text(fit.fit_rms),
+    )

@@ -71,8 +71,8 @@ def _of_link(picture: LinkPicture, link_result: LinkResult | None) -> list[Block
     if picture.sentences:
         blocks.append(Items(picture.sentences))
     blocks.append(PictureBlock(partial(drawing.draw_rods, picture), _rods_caption(picture)))
-    lead = next(k for k, run in enumerate(picture.runs) if run.name == picture.bent_link.run)
-    blocks.append(PictureBlock(partial(drawing.draw_end, picture, lead), _end_caption(picture, lead)))
+    run_index = next(k for k, run in enumerate(picture.runs) if run.name == picture.bent_link.run)
+    blocks.append(PictureBlock(partial(drawing.draw_end, picture, run_index), _end_caption(picture, run_index)))
     if any(picture.runs[number].tool is not None for number in picture.large_runs):
         blocks.append(PictureBlock(partial(drawing.draw_tool, picture), _tool_caption(picture)))
     blocks.append(PictureBlock(partial(drawing.draw_bent, picture), _bent_caption(picture)))
@@ -136,8 +136,8 @@ def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
             TableColumn("unit", align="left"),
         ),
         tuple(rows),
-        f"Compliance of the end of {picture.link}, from rods and load alone: with it the link is foretold without rods."
-        f"{of_tool}",
+        f"Compliance of the end of {picture.link}, from rods and load alone: with it the link’s motion is predicted "
+        f"without rods.{of_tool}",
     )
 
 
@@ -155,12 +155,12 @@ def _rods_caption(picture: LinkPicture) -> str:
     return text
 
 
-def _end_caption(picture: LinkPicture, lead: int) -> str:
-    run = picture.runs[lead]
+def _end_caption(picture: LinkPicture, run_index: int) -> str:
+    run = picture.runs[run_index]
     unknown = [name for k, name in enumerate(drawing.COMPONENTS) if not np.isfinite(run.end[:, k]).any()]
     text = (
         f"Displacement of the outboard end of {picture.link} in run {run.name}, from the rods (marks, with the 95 % "
-        "half-width of one state) and by the compliance of the table times the wrench that the link carries (lines)."
+        "half-width of one state) and by the tabulated compliance times the wrench that the link carries (lines)."
     )
     return text + (f" {wording.listing(unknown)}: not identifiable from these rods." if unknown else "")
 

@@ -61,12 +61,12 @@ def _missing_in_words(diagnosis: EarlierDiagnosis) -> str:
 
 
 def _table(diagnosis: DiagnoseResult | EarlierDiagnosis, most: int) -> TableBlock:
-    rows: list[tuple[str, ...]] = [("present model", "", "", wording.both(diagnosis.rms), "", "", "", "", "")]
+    rows: list[tuple[str, ...]] = [("present model", "", "", wording.measure_text(diagnosis.rms), "", "", "", "", "")]
     findings = diagnosis.findings
     if not any(finding.verdict != "rejected" for finding in findings):
         most = min(most, _FEW_ROWS)
     rows += [_row(finding) for finding in findings[:most]]
-    noise = wording.both(diagnosis.noise) if diagnosis.noise else "not known"
+    noise = wording.measure_text(diagnosis.noise) if diagnosis.noise else "not known"
     rows.append(("noise", "", "", noise, "", "", "", "", ""))
     caption = "Ranking for the next single step, best first."
     if len(findings) > most:
@@ -84,7 +84,7 @@ def _row(finding: Finding) -> tuple[str, ...]:
         finding.effect,
         wording.place(finding.where),
         finding.verdict,
-        wording.both(finding.heldout_rms_after),
+        wording.measure_text(finding.heldout_rms_after),
         wording.percent(min(max(finding.explains, 0.0), 1.0)) if finding.explains is not None else wording.DASH,
         wording.percent(finding.confidence),
         wording.length(finding.size_m),
@@ -108,6 +108,6 @@ def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
     if chosen is not None:
         text += (
             f" With the choice itself repeated without each pose the error is "
-            f"{wording.both(chosen)} rms: picking the best of many flatters no more."
+            f"{wording.measure_text(chosen)} rms: picking the best of many flatters no more."
         )
     return text

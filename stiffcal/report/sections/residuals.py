@@ -60,7 +60,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 def _lead(validation: ValidateResult) -> str:
     return (
         f"Residual: measured minus predicted, in poses the fit had not seen ({validation.scheme}); rms of its length. "
-        f"Over all states: {wording.both(validation.rms)} rms, {wording.both(validation.max)} at most. "
+        f"Over all states: {wording.measure_text(validation.rms)} rms, {wording.measure_text(validation.max)} at most. "
         f"{noise_sentence(validation)}"
     )
 
@@ -74,7 +74,7 @@ def _extremes(parts: Sequence[ErrorSlice], kind: str = "") -> str:
     low, high = min(parts, key=_translation), max(parts, key=_translation)
     least, most = _translation(low), _translation(high)
     if len(parts) < 2 or least <= 0:
-        return f"{high.label} {wording.both(high.rms)} rms."
+        return f"{high.label} {wording.measure_text(high.rms)} rms."
     if most < 1.15 * least:
         return f"much the same everywhere, {wording.length(least)} to {wording.length(most)} rms."
     return (
@@ -86,7 +86,7 @@ def _extremes(parts: Sequence[ErrorSlice], kind: str = "") -> str:
 def _noise_words(validation: ValidateResult) -> str:
     if validation.noise is None:
         return " No noise line: noise cannot be judged."
-    return f" The dashed line is the noise, {wording.both(validation.noise)}."
+    return f" The dashed line is the noise, {wording.measure_text(validation.noise)}."
 
 
 def _by_run(validation: ValidateResult) -> list[Block]:

@@ -43,7 +43,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 def _registration_sentence(registration: RegistrationSummary) -> str:
     """Return how well the kinematics meets the places by which frames were estimated."""
-    missed = wording.both({"translation": registration.rms_m, "rotation": registration.rms_rad})
+    missed = wording.measure_text({"translation": registration.rms_m, "rotation": registration.rms_rad})
     return (
         f"Registration of {wording.listing(registration.frames)} in {wording.count(registration.n_poses, 'pose')}: the "
         f"kinematics misses the measured places by {missed} rms."
@@ -61,7 +61,7 @@ def _fit_sentences(content: ReportContent) -> list[str]:
         f"{wording.count(fit.n_states, 'load state')} in {wording.count(fit.n_runs, 'run')} of the "
         f"{content.provenance.robot}"
     )
-    return [f"{text}; on these data it leaves {wording.both(fit.rms)} rms."]
+    return [f"{text}; on these data it leaves {wording.measure_text(fit.rms)} rms."]
 
 
 def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
@@ -70,7 +70,7 @@ def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
     readings = wording.count(fit.n_readings or 0, "reading")
     return (
         f"{fitted_model} of the {content.provenance.robot} was fitted to {readings} in "
-        f"{wording.count(fit.n_runs, 'run')}; on these data it leaves {wording.both(fit.rms)} rms."
+        f"{wording.count(fit.n_runs, 'run')}; on these data it leaves {wording.measure_text(fit.rms)} rms."
     )
 
 
@@ -78,11 +78,13 @@ def _heldout_readings(validation: ValidateResult) -> list[str]:
     left = wording.part(validation.relative, "torque")
     if wording.part(validation.rms, "torque") is None:
         return ["There is nothing unseen to judge it by: each joint was driven in one usable pose alone."]
-    sentences = [f"In what the fit had not seen ({validation.scheme}) it leaves {wording.both(validation.rms)} rms"]
-    sentences[0] += f", without a model {wording.both(validation.zero_model)}"
+    sentences = [
+        f"In what the fit had not seen ({validation.scheme}) it leaves {wording.measure_text(validation.rms)} rms"
+    ]
+    sentences[0] += f", without a model {wording.measure_text(validation.zero_model)}"
     sentences[0] += f": {wording.percent(1.0 - left)} of the torque is predicted." if left is not None else "."
     if validation.noise is not None:
-        sentences.append(f"Repeats alone scatter {wording.both(validation.noise)} rms.")
+        sentences.append(f"Repeats alone scatter {wording.measure_text(validation.noise)} rms.")
     else:
         sentences.append("How much of this is noise cannot be judged: too little was repeated.")
     return sentences
@@ -93,8 +95,8 @@ def _heldout_sentences(validation: ValidateResult | None) -> list[str]:
     if validation is None:
         return ["What error to expect in new poses has not been tested yet (no validation)."]
     error = (
-        f"In poses that the fit had not seen it leaves {wording.both(validation.rms)} rms of a deflection of "
-        f"{wording.both(validation.zero_model)}"
+        f"In poses that the fit had not seen it leaves {wording.measure_text(validation.rms)} rms of a deflection of "
+        f"{wording.measure_text(validation.zero_model)}"
     )
     left = validation.relative.translation
     if left is not None:
@@ -108,7 +110,7 @@ def _heldout_sentences(validation: ValidateResult | None) -> list[str]:
 def noise_sentence(validation: ValidateResult) -> str:
     """Return what the instruments scatter, or that this cannot be judged."""
     if wording.part(validation.noise, "translation") is not None:
-        return f"The instruments and the setting of loads alone scatter {wording.both(validation.noise)} rms."
+        return f"The instruments and the setting of loads alone scatter {wording.measure_text(validation.noise)} rms."
     return (
         "How much of this is noise cannot be judged: no load was repeated, and the manifest states no uncertainty of "
         "the instruments."

@@ -47,5 +47,5 @@ def _facts(suspect: Suspect) -> list[tuple[str, str]]:
         facts.append(("explained as well by", effects))
     without = suspect.without
     if without is not None:
-        facts.append(("without it", f"the fit leaves {wording.both(without.rms)} rms"))
+        facts.append(("without it", f"the fit leaves {wording.measure_text(without.rms)} rms"))
     return facts
