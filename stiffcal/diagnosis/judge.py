@@ -290,7 +290,7 @@ def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
 
 
 def predicted_without_pose(scan: Scan, trial: Trial) -> Floats:
-    """Return whitened rows (m · n) that a candidate foretells for every pose, fitted with that pose left out."""
+    """Return whitened rows (m · n) that a candidate predicts for every pose, fitted with that pose left out."""
     rows = scan.space.rows(np.concatenate([scan.columns, trial.regressor.columns, trial.regressor.fixed[None]]))
     result = np.zeros(rows.shape[1])
     for number, fold in enumerate(scan.folds):

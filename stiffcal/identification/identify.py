@@ -298,8 +298,8 @@ def _solve(
 ) -> tuple[Floats, Identifiability]:
     """Solve for the new amplitudes; those that cannot be distinguished stay neutral: at zero, shapes where they are.
 
-    Where sets overlap, the others can carry what is known only if the right ones stand back, because compliances
-    cannot be negative: those are determined by the solution with all of them free.
+    Where sets of indistinguishable parameters overlap, it matters which of them are held, because compliances cannot be
+    negative: the solution with all of them free decides.
     """
     checked = _check_identifiability(reduced, robot, columns, settings)
     lower, upper = bounds_of(robot, columns)
@@ -316,9 +316,9 @@ def _solve(
     if not checked.left_at_neutral.any():
         return result, checked
     every, at_bound = system.solve_bounded(lower, upper)
-    # Who is pressed against a bound stands back: of all free at once, else of what was left free.
-    pressed = ~checked.left_at_neutral & ((result <= lower) | (result >= upper))
-    for useless in (at_bound, pressed):
+    # Parameters at a bound are held: those at one with all free, else those at one with the others held.
+    at_bound_of_free = ~checked.left_at_neutral & ((result <= lower) | (result >= upper))
+    for useless in (at_bound, at_bound_of_free):
         if system.cost(result) <= WORSE_WITHOUT * system.cost(every):
             break
         without_useless = _check_identifiability(reduced, robot, columns, settings, ~useless)
@@ -331,7 +331,7 @@ def _solve(
 def _solve_free(
     system: Reduced, checked: Identifiability, keeps: Booleans, start: Floats, lower: Floats, upper: Floats
 ) -> Floats:
-    """Return the best amplitudes with those held that stand back, at zero or (``keeps``) where they are."""
+    """Return the best amplitudes with the others held, at zero or (``keeps``) where they are."""
     free = ~checked.left_at_neutral
     result = np.where(free | keeps, start, 0.0)
     if free.any():

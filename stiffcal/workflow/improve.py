@@ -1,4 +1,4 @@
-"""The loop: diagnose, add, identify, until nothing is missing; every rung of the ladder in the history."""
+"""The loop: diagnose, add, identify, until nothing is missing; each step's fit goes into the history."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from stiffcal.workflow.improve_results import Action, ImproveResult, ImproveStep
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
 
-# More rungs than effects that a diagnosis looks for: the loop ends by itself long before.
+# More steps than effects that a diagnosis looks for: the loop ends by itself long before.
 MOST_STEPS = 12
 
 Change = Literal["add", "remove"]
@@ -52,30 +52,30 @@ def improve_campaign(
     context : store, progress and so on.
     ask : asked before each step; the loop stops where it returns no.
     dry_run : only report what would be added.
-    notify_step : called with each rung of the ladder as it is reached.
+    notify_step : called with each step once it is validated.
 
     Returns
     -------
     ImproveResult
-        Each rung of the ladder, and what the last diagnosis found.
+        Each step, and what the last diagnosis found.
 
     Raises
     ------
     InputError : the input is wrong.
     """
     context = context or RunContext()
-    ladder = _Ladder(folder, context, notify_step)
-    ladder.validate_and_add_step("start", None, Where())
+    recorder = _StepRecorder(folder, context, notify_step)
+    recorder.validate_and_add_step("start", None, Where())
     diagnosed = diagnose_campaign(folder, context)
     if dry_run:
-        ladder.steps += [_would_add(effect) for effect in diagnosed.missing]
+        recorder.steps += [_would_add(effect) for effect in diagnosed.missing]
     else:
-        diagnosed = _climb(ladder, diagnosed, ask)
+        diagnosed = _add_and_remove(recorder, diagnosed, ask)
     judged = validate_campaign(folder, context)
     return ImproveResult(
         warnings=list(diagnosed.warnings),
         registration=diagnosed.registration,
-        steps=ladder.steps,
+        steps=recorder.steps,
         model=_present_model(folder),
         adequate=diagnosed.adequate,
         unexplained=diagnosed.unexplained,
@@ -86,23 +86,23 @@ def improve_campaign(
         summary=diagnosed.summary,
         heldout_rms=judged.rms,
         noise=judged.noise,
-        before_after=diagnosed.before_after if dry_run else ladder.before_after(),
+        before_after=diagnosed.before_after if dry_run else recorder.before_after(),
     )
 
 
 @dataclass
-class _Ladder:
-    """The rungs reached so far, each a change of the model with the error in unseen poses after it."""
+class _StepRecorder:
+    """The steps so far, each a change of the model with the error in unseen poses after it."""
 
     folder: Path
     """The campaign's."""
     context: RunContext
     notify_step: Callable[[ImproveStep], None] | None
-    """Called with each rung as it is reached."""
+    """Called with each step once it is validated."""
     steps: list[ImproveStep] = field(default_factory=list)
-    """The rungs, first the model as it was."""
+    """The steps, first the model as it was."""
     estimates: list[list[EstimatedParameter]] = field(default_factory=list)
-    """The identified values at each rung."""
+    """The identified values at each step."""
 
     def validate_and_add_step(self, action: Action, effect: str | None, where: Where) -> None:
         """Validate the present model and append the step that led to it, with its error in unseen poses.
@@ -140,7 +140,7 @@ class _Ladder:
         self.validate_and_add_step(change, effect.effect, effect.where)
 
 
-def _climb(ladder: _Ladder, diagnosed: DiagnoseResult, ask: Ask) -> DiagnoseResult:
+def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask) -> DiagnoseResult:
     """Add what is missing and remove what is not needed until the model stays, or the answer is no.
 
     What is missing comes first: with it, other effects may turn out to be needed, or not. What is not needed is removed
@@ -159,10 +159,10 @@ def _climb(ladder: _Ladder, diagnosed: DiagnoseResult, ask: Ask) -> DiagnoseResu
             return diagnosed
         for change, effect in changes:
             if not ask(change, effect):
-                return diagnose_campaign(ladder.folder, ladder.context)
-            ladder.edit(change, effect)
+                return diagnose_campaign(recorder.folder, recorder.context)
+            recorder.edit(change, effect)
             removed = change == "remove"
-        diagnosed = diagnose_campaign(ladder.folder, ladder.context)
+        diagnosed = diagnose_campaign(recorder.folder, recorder.context)
     text = f"stopped after {MOST_STEPS} steps: the model still changes; look at the history"
     return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if _next_changes(diagnosed) else diagnosed
 
@@ -175,7 +175,7 @@ def _next_changes(diagnosed: DiagnoseResult) -> list[tuple[Change, ProposedEffec
 
 
 def _would_add(effect: ProposedEffect) -> ImproveStep:
-    """Return the rung of a dry run: nothing is changed, so nothing is known of the error."""
+    """Return the step of a dry run: nothing is changed, so nothing is known of the error."""
     return ImproveStep(action="would add", effect=effect.effect, where=effect.where, heldout_rms=None, noise=None)
 
 

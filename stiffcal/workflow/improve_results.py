@@ -1,4 +1,4 @@
-"""What `improve` answers: the ladder of models, each with its error in poses left out of the fit."""
+"""What `improve` answers: the models step by step, each with its error in poses left out of the fit."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Action: TypeAlias = Literal["start", "add", "remove", "would add"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImproveStep:
-    """A rung of the ladder."""
+    """A step of `improve`: a change of the model, and the error after it."""
 
     action: Action
     """Start: the model as it was."""
@@ -44,7 +44,7 @@ class ImproveResult(CommandResult):
     registration: OrAbsent[RegistrationSummary] = None
     """What is left between the kinematics and the places of the frames that were estimated; None where none was."""
     steps: list[ImproveStep]
-    """The rungs in the order in which they were reached."""
+    """The steps in the order in which they were taken."""
     model: ModelSummary
     """What the model holds now."""
     adequate: bool | None
