@@ -329,10 +329,7 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     names = " and ".join(_missing_effect_in_words(missing_effect) for missing_effect in search.found)
     if search.undecided:
         between = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided)
-        decided = [
-            _missing_effect_in_words(missing_effect) for missing_effect in search.tried if not missing_effect.rivals
-        ]
-        more = f" {' and '.join(decided)} is missing with either of them." if decided else ""
+        more = f" With either of them, this is missing: {names}." if names else ""
         reason = "without a single pose another of them explains the error better"
         if not any(rival.deciding for rival in search.undecided):
             reason = "these and more look alike in these poses and loads"

@@ -42,6 +42,7 @@ from stiffcal.identification.identify import Problem, Settings, fit_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole
+from stiffcal.model.no_balance import NoBalanceError
 
 
 @dataclass(frozen=True)
@@ -65,8 +66,8 @@ class Search:
     first: Scan
     """The scan of the present model."""
     found: tuple[MissingEffect, ...]
-    """Effects to add, in order; empty where nothing is missing, where what was found explains too little, or where
-    leaving out one pose changes the name.
+    """Effects to add, in order; empty where nothing is missing, where what was found explains too little, or where the
+    one that matters most is undecided. Lesser ones that are undecided are not among them.
     """
     tried: tuple[MissingEffect, ...]
     """The set that was reached, also where it explains too little."""
@@ -121,6 +122,8 @@ class SearchContext:
     catalogue: Mapping[str, Effect]
     settings: Settings
     looks: dict[frozenset[str], Scan] = field(default_factory=dict)
+    without_balance: set[str] = field(default_factory=set)
+    """Names of candidates with whose fitted values the robot finds no balance: they are no explanation."""
     seconds: list[float] = field(default_factory=list)
 
     def fit(self, robot: CompliantRobot) -> Fit:
@@ -133,11 +136,26 @@ class SearchContext:
         if key not in self.looks:
             self.release()
             fit = self.fit(robot)
-            candidates, _ = list_candidates(fit.robot, self.states, self.catalogue)
+            listed, _ = list_candidates(fit.robot, self.states, self.catalogue)
+            candidates = [candidate for candidate in listed if candidate.name not in self.without_balance]
             start = time.perf_counter()
             self.looks[key] = scan_candidates(fit, candidates)
             self.seconds.append(time.perf_counter() - start)
         return self.looks[key]
+
+    def look_with(self, robot: CompliantRobot, *trials: Trial) -> Scan:
+        """Add candidates to a model, and look at it.
+
+        Raises
+        ------
+        _NoBalanceWithError : the robot finds no balance with the last of them.
+        """
+        for trial in trials:
+            robot = with_trial(robot, trial)
+        try:
+            return self.look(robot)
+        except NoBalanceError:
+            raise _NoBalanceWithError(trials[-1].candidate.name) from None
 
     def release(self) -> None:
         """Let go of the models at rest of all looks so far."""
@@ -206,6 +224,25 @@ def search_missing(
     InputError : the data hold no more readings than the model has values.
     """
     bench = SearchContext(states, problem or fit_problem(states, robot), catalogue, settings or Settings())
+    # Each time one candidate fewer takes part.
+    while True:
+        try:
+            return _search(bench, robot, progress)
+        except _NoBalanceWithError as error:
+            bench.without_balance.add(error.name)
+            bench.looks.clear()
+
+
+class _NoBalanceWithError(Exception):
+    """The robot finds no balance with a candidate as fitted."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.name = name
+
+
+def _search(bench: SearchContext, robot: CompliantRobot, progress: Progress) -> Search:
+    """Add what is supported, reconsider each effect, simplify, and conclude."""
     progress("trying every effect at every place", 0.05)
     first = scan = bench.look(robot)
     _check_something_is_left(first)
@@ -223,7 +260,7 @@ def search_missing(
                 break
         progress(f"adding {best.candidate.name}", 0.2 + 0.1 * len(chosen))
         chosen.append(best.candidate)
-        scan = bench.look(with_trial(scan.fit.robot, best))
+        scan = bench.look_with(scan.fit.robot, best)
     scan, tried = _reconsider(bench, first, scan, chosen, progress)
     # Of a set that is no explanation there is nothing to be made simpler.
     now = lack_of_fit(scan.fit, scan)
@@ -280,7 +317,7 @@ def _pair(
     pair = best_pair(scan)
     if pair is None:
         return None
-    look = bench.look(with_trial(with_trial(scan.fit.robot, pair[0]), pair[1]))
+    look = bench.look_with(scan.fit.robot, *pair)
     then = lack_of_fit(look.fit, look)
     as_good = general is not None and _error(look) <= _error(scan, general) + LEAST_FALL
     if not as_good and (then is None or not then.adequate):
@@ -321,7 +358,7 @@ def _reconsider(
             scan = look
             if missing_effect is not None:
                 trial = next(t for t in look.trials if t.candidate.name == missing_effect.candidate.name)
-                scan = bench.look(with_trial(look.fit.robot, trial))
+                scan = bench.look_with(look.fit.robot, trial)
                 chosen.insert(number, missing_effect.candidate)
                 tried[missing_effect.candidate.name] = missing_effect
         if not changed:
@@ -349,7 +386,7 @@ def one_for_two(
                 break
             if trial.candidate.name in (pair[0].name, pair[1].name) or not possible_values(look, trial):
                 continue
-            better = bench.look(with_trial(look.fit.robot, trial))
+            better = bench.look_with(look.fit.robot, trial)
             if _error(better) <= _error(scan) + LEAST_FALL and _supported(better) is None:
                 return better, [*(candidate for candidate in chosen if candidate not in pair), trial.candidate]
     return None
@@ -382,11 +419,19 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
     unexplained = unexplained or mimicked
     withheld = mimicked or (unexplained and explained.too_little)
     supported = () if withheld else tried
-    undecided = next((missing_effect.rivals for missing_effect in supported if missing_effect.rivals), ())
+    # Which of many look-alikes a small further effect is may stay open; what matters most may not.
+    open_effects = [
+        missing_effect
+        for number, missing_effect in enumerate(supported)
+        if missing_effect.rivals and (number == 0 or any(rival.deciding for rival in missing_effect.rivals))
+    ]
+    undecided = open_effects[0].rivals if open_effects else ()
+    leading_open = bool(open_effects) and open_effects[0] is supported[0]
+    named = () if leading_open else tuple(effect for effect in supported if effect not in open_effects)
     could_be = sufficient_alone(first) if unexplained and not supported and not mimicked else ()
     return Search(
         first,
-        () if undecided else supported,
+        named,
         tried,
         fit,
         scan,

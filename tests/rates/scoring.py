@@ -119,7 +119,7 @@ def _outcome_of(campaign: Hidden, search: Search) -> tuple[str, bool]:
         if search.unexplained:
             return ("unexplained, named too" if named else "unexplained"), True
         return ("wrong name alone" if named else "nothing"), False
-    if search.undecided:
+    if search.undecided and not search.found:
         among = truth[0] in (rival.candidate.name for rival in search.undecided)
         return f"undecided, truth {'' if among else 'not '}among them", False
     if len(truth) > 1:
