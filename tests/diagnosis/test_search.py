@@ -16,12 +16,14 @@ from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.search import Search, SearchContext, one_for_two, search_missing, with_trial
 from stiffcal.documents import document_of
 from stiffcal.errors import no_progress
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import BeamFrame
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
+from stiffcal.model.no_balance import NoBalanceError
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
@@ -176,3 +178,22 @@ def test_a_pair_that_shows_only_together() -> None:
     search = search_missing(states, model, find_effects())
     assert {one.candidate.name for one in search.found} == {"axis-coupling j2-j6", "axis-coupling j3-j6"}
     assert not search.unexplained
+
+
+def test_a_candidate_without_balance_takes_no_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Values fitted to a remainder may be so soft that the robot falls: that is no explanation, and no fault."""
+    tilting = with_hidden("bearing-tilt", Place("joints", (3,)), x=6e-7, y=3e-7)
+    states = played(tilting, runs=8, noise=NOISE, seed=2)
+    catalogue = {"bearing-tilt": find_effects()["bearing-tilt"]}
+    model = joint_springs(six_axes())
+    assert [found.candidate.name for found in search_missing(states, model, catalogue).found] == ["bearing-tilt j3"]
+    fit = SearchContext.fit
+
+    def falling(bench: SearchContext, robot: CompliantRobot) -> Fit:
+        if any(placed.effect.name == "bearing-tilt" and placed.place.joints == (3,) for placed in robot.placed):
+            raise NoBalanceError("the robot finds no balance")
+        return fit(bench, robot)
+
+    monkeypatch.setattr(SearchContext, "fit", falling)
+    search = search_missing(states, model, catalogue)
+    assert all(found.candidate.name != "bearing-tilt j3" for found in search.tried)
