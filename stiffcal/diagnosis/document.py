@@ -21,7 +21,7 @@ from stiffcal.diagnosis.results import (
     UndecidedEffect,
 )
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
-from stiffcal.diagnosis.search import MissingEffect, Search
+from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, explain, pattern_in_words

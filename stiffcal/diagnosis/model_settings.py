@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.diagnosis.judge import f_tail, reduction_between
-from stiffcal.diagnosis.results import ContradictedSetting, SettingKind
 from stiffcal.diagnosis.scan import Scan, scan_candidates, weights_of
-from stiffcal.diagnosis.search import Search
+from stiffcal.diagnosis.search_results import Search
+from stiffcal.diagnosis.setting_results import ContradictedSetting, SettingKind
 from stiffcal.diagnosis.thresholds import FAMILY_P, LEAST_FALL, STANDARD_ERRORS
 from stiffcal.identification.identify import Problem, Settings, fit_observations
 from stiffcal.model.composite import CompliantRobot

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Annotated, Literal
 
+from stiffcal.diagnosis.setting_results import ContradictedSetting, WrongGeometry
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
 from stiffcal.identification.before_after import BeforeAfter
@@ -127,34 +128,6 @@ class ResidualDependence:
     """Of the avoidable squares."""
     seen: str
     """How it follows, in words."""
-
-
-class SettingKind(Enum):
-    """What a model file sets."""
-
-    FIXED = "fixed parameter"
-    BALANCE = "first-order balance"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContradictedSetting:
-    """What model.toml sets and the data contradict."""
-
-    setting: SettingKind
-    parameter: str | None
-    """Full name of the fixed parameter; null for the balance."""
-    fixed_at: Number
-    """The value in model.toml, as a compliance where it is one."""
-    free_value: Number
-    """Its estimate where it is free, in the same unit."""
-    free_std: Number
-    """Standard uncertainty of that."""
-    standard_errors: float
-    """By how many standard errors over poses the error in poses left out falls."""
-    heldout_rms_before: Rms
-    """In poses left out of the fit, with the setting."""
-    heldout_rms_after: Rms
-    """The same without it."""
 
 
 class FollowedBy(Enum):
@@ -297,16 +270,6 @@ class WithSuspects:
     """Effects to add, in order."""
     unexplained: bool | None
     """Whether something is left that nothing accounts for; null where the noise is not known."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WrongGeometry:
-    """A robot file that absolute places contradict."""
-
-    misfit: float
-    """How many times the geometry's tolerance (0.5 mm per length, 0.02° per angle, or as stated) the places miss by."""
-    explains: float
-    """Share of the avoidable error that errors of the geometry of that size explain, 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

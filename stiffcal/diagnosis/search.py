@@ -16,10 +16,9 @@ from itertools import combinations
 import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
-from stiffcal.diagnosis.deletions import Rival, rivals_without_a_pose, too_many_alike
-from stiffcal.diagnosis.explained import Explained, explained_share
+from stiffcal.diagnosis.deletions import rivals_without_a_pose, too_many_alike
+from stiffcal.diagnosis.explained import explained_share
 from stiffcal.diagnosis.judge import (
-    Judgement,
     LackOfFit,
     fitted_values,
     judge,
@@ -29,8 +28,8 @@ from stiffcal.diagnosis.judge import (
 )
 from stiffcal.diagnosis.naming import near_best, ties_with_named
 from stiffcal.diagnosis.pairs import best_pair
-from stiffcal.diagnosis.results import ContradictedSetting, UntestableEffect, WrongGeometry
 from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
+from stiffcal.diagnosis.search_results import MissingEffect, Pace, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.sufficient import sufficient_alone
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_ALTERNATIVES, MOST_EFFECTS
@@ -43,74 +42,6 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole
 from stiffcal.model.no_balance import NoBalanceError
-
-
-@dataclass(frozen=True)
-class MissingEffect:
-    """An effect that is missing."""
-
-    candidate: Candidate
-    """Which, and where."""
-    alternatives: tuple[Candidate, ...]
-    """Candidates that these data cannot distinguish from it."""
-    judgement: Judgement
-    """How sure."""
-    rivals: tuple[Rival, ...] = ()
-    """Candidates, itself among them, between which single poses decide; empty where none does."""
-
-
-@dataclass(frozen=True)
-class Search:
-    """What was found."""
-
-    first: Scan
-    """The scan of the present model."""
-    found: tuple[MissingEffect, ...]
-    """Effects to add, in order; empty where nothing is missing, where what was found explains too little, or where the
-    one that matters most is undecided. Lesser ones that are undecided are not among them.
-    """
-    tried: tuple[MissingEffect, ...]
-    """The set that was reached, also where it explains too little."""
-    final: Fit
-    """The fit with ``tried`` added."""
-    final_scan: Scan
-    """The last scan, of ``final``."""
-    before: LackOfFit | None
-    """Residuals against noise without ``tried``; None where the noise is not known."""
-    after: LackOfFit | None
-    """Residuals against noise with ``tried``; None where the noise is not known."""
-    explained: Explained
-    """Share of the avoidable error that goes with ``tried``, with its 95 % interval over poses."""
-    unexplained: bool
-    """Something is left that nothing accounts for."""
-    not_tried: tuple[UntestableEffect, ...]
-    """Effects that these data cannot test."""
-    pace: Pace
-    """How much was tried, and how fast."""
-    undecided: tuple[Rival, ...] = ()
-    """Candidates between which single poses decide, where they do."""
-    contradicted: tuple[ContradictedSetting, ...] = ()
-    """What the model file sets and the data contradict; the search is without these settings."""
-    could_be: tuple[Candidate, ...] = ()
-    """Where nothing is named and something is left: effects of which each alone fits all poses down to noise, while the
-    poses are too few to judge any of them in one left out.
-    """
-    wrong_geometry: WrongGeometry | None = None
-    """How wrong the robot file is, where absolute places contradict it."""
-
-
-@dataclass(frozen=True)
-class Pace:
-    """How much a search tried."""
-
-    models: int
-    """Number of models to which the catalogue was tried as an addition."""
-    candidates: int
-    """Effects at places, all models together."""
-    regressors: int
-    """The same with every shape."""
-    seconds: float
-    """Spent on them, the models' own fits not counted."""
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.diagnosis.results import WrongGeometry
 from stiffcal.diagnosis.scan import Scan
+from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.identification.geometry import geometry_columns, geometry_prior
 from stiffcal.identification.least_squares import triangular
 from stiffcal.measurements.load_states import LoadStates

@@ -19,7 +19,7 @@ from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_documen
 from stiffcal.workflow.suspects import described, suspicion_of
 
 if TYPE_CHECKING:
-    from stiffcal.diagnosis.search import Search
+    from stiffcal.diagnosis.search_results import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.results.identify_result import IdentifyResult

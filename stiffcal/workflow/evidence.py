@@ -18,7 +18,7 @@ from stiffcal.workflow.steps import Ingested, key_of_table
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.evidence import EffectEvidence
-    from stiffcal.diagnosis.search import Search
+    from stiffcal.diagnosis.search_results import Search
     from stiffcal.measurements.columns import Values
     from stiffcal.measurements.load_states import LoadStates
 

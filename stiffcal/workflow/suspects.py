@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.diagnosis.search import Search
+    from stiffcal.diagnosis.search_results import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
     from stiffcal.identification.fit import Fit

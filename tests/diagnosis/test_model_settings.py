@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.model_settings import search_with_settings
-from stiffcal.diagnosis.results import SettingKind
-from stiffcal.diagnosis.search import Search, search_missing
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.diagnosis.search_results import Search
+from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.identification.identify import Settings, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import find_effects

@@ -9,7 +9,8 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.document import diagnosis_result
-from stiffcal.diagnosis.search import Search, search_missing
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.diagnosis.search_results import Search
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.reduction.outliers import reject_outliers
 from tests.laboratory.robots import six_axes

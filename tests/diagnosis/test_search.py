@@ -13,7 +13,8 @@ from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.heldout_error import left_out_rms, rms_after_choosing
 from stiffcal.diagnosis.pairs import best_pair
-from stiffcal.diagnosis.search import Search, SearchContext, one_for_two, search_missing, with_trial
+from stiffcal.diagnosis.search import SearchContext, one_for_two, search_missing, with_trial
+from stiffcal.diagnosis.search_results import Search
 from stiffcal.documents import document_of
 from stiffcal.errors import no_progress
 from stiffcal.identification.fit import Fit

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.diagnosis.search import MissingEffect, Search, search_missing
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.errors import no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.model.assembly import compliant_robot

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.diagnosis.search import MissingEffect, Search, search_missing
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.diagnosis.thresholds import MOST_ALTERNATIVES
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect

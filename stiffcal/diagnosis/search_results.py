@@ -1,0 +1,82 @@
+"""What a search for missing effects found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.deletions import Rival
+from stiffcal.diagnosis.explained import Explained
+from stiffcal.diagnosis.judge import Judgement, LackOfFit
+from stiffcal.diagnosis.results import UntestableEffect
+from stiffcal.diagnosis.scan import Scan
+from stiffcal.diagnosis.setting_results import ContradictedSetting, WrongGeometry
+from stiffcal.identification.fit import Fit
+
+
+@dataclass(frozen=True)
+class MissingEffect:
+    """An effect that is missing."""
+
+    candidate: Candidate
+    """Which, and where."""
+    alternatives: tuple[Candidate, ...]
+    """Candidates that these data cannot distinguish from it."""
+    judgement: Judgement
+    """How sure."""
+    rivals: tuple[Rival, ...] = ()
+    """Candidates, itself among them, between which single poses decide; empty where none does."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """What was found."""
+
+    first: Scan
+    """The scan of the present model."""
+    found: tuple[MissingEffect, ...]
+    """Effects to add, in order; empty where nothing is missing, where what was found explains too little, or where the
+    one that matters most is undecided. Lesser ones that are undecided are not among them.
+    """
+    tried: tuple[MissingEffect, ...]
+    """The set that was reached, also where it explains too little."""
+    final: Fit
+    """The fit with ``tried`` added."""
+    final_scan: Scan
+    """The last scan, of ``final``."""
+    before: LackOfFit | None
+    """Residuals against noise without ``tried``; None where the noise is not known."""
+    after: LackOfFit | None
+    """Residuals against noise with ``tried``; None where the noise is not known."""
+    explained: Explained
+    """Share of the avoidable error that goes with ``tried``, with its 95 % interval over poses."""
+    unexplained: bool
+    """Something is left that nothing accounts for."""
+    not_tried: tuple[UntestableEffect, ...]
+    """Effects that these data cannot test."""
+    pace: Pace
+    """How much was tried, and how fast."""
+    undecided: tuple[Rival, ...] = ()
+    """Candidates between which single poses decide, where they do."""
+    contradicted: tuple[ContradictedSetting, ...] = ()
+    """What the model file sets and the data contradict; the search is without these settings."""
+    could_be: tuple[Candidate, ...] = ()
+    """Where nothing is named and something is left: effects of which each alone fits all poses down to noise, while the
+    poses are too few to judge any of them in one left out.
+    """
+    wrong_geometry: WrongGeometry | None = None
+    """How wrong the robot file is, where absolute places contradict it."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How much a search tried."""
+
+    models: int
+    """Number of models to which the catalogue was tried as an addition."""
+    candidates: int
+    """Effects at places, all models together."""
+    regressors: int
+    """The same with every shape."""
+    seconds: float
+    """Spent on them, the models' own fits not counted."""

@@ -1,0 +1,47 @@
+"""What `diagnose` answers on settings of the model file, and on a robot file, that the data contradict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from stiffcal.documents import Number
+from stiffcal.measurements.rms import Rms
+
+
+class SettingKind(Enum):
+    """What a model file sets."""
+
+    FIXED = "fixed parameter"
+    BALANCE = "first-order balance"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContradictedSetting:
+    """What model.toml sets and the data contradict."""
+
+    setting: SettingKind
+    parameter: str | None
+    """Full name of the fixed parameter; null for the balance."""
+    fixed_at: Number
+    """The value in model.toml, as a compliance where it is one."""
+    free_value: Number
+    """Its estimate where it is free, in the same unit."""
+    free_std: Number
+    """Standard uncertainty of that."""
+    standard_errors: float
+    """By how many standard errors over poses the error in poses left out falls."""
+    heldout_rms_before: Rms
+    """In poses left out of the fit, with the setting."""
+    heldout_rms_after: Rms
+    """The same without it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WrongGeometry:
+    """A robot file that absolute places contradict."""
+
+    misfit: float
+    """How many times the geometry's tolerance (0.5 mm per length, 0.02° per angle, or as stated) the places miss by."""
+    explains: float
+    """Share of the avoidable error that errors of the geometry of that size explain, 0 to 1."""
