@@ -42,7 +42,7 @@ def _row_filters(manifest: Manifest) -> Iterator[AuthorChoice]:
 def _holdouts(manifest: Manifest) -> Iterator[AuthorChoice]:
     runs = [run.id for run in manifest.runs if run.holdout]
     if runs:
-        text = f"the unseen poses are those of {len(runs)} of {len(manifest.runs)} runs: {', '.join(runs)}"
+        text = f"the held-out poses are those of {len(runs)} of {len(manifest.runs)} runs: {', '.join(runs)}"
         yield AuthorChoice(kind="holdout", place="runs", text=text)
 
 

@@ -107,7 +107,7 @@ class CampaignOutcome:
     n_runs: int | None = None
     """Runs that were used."""
     rms: Rms | None = None
-    """The error in unseen poses."""
+    """The error in held-out poses."""
     noise: Rms | None = None
     """What the instruments scatter; None where it is not known."""
     relative: Rms | None = None

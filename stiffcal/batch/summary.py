@@ -182,7 +182,7 @@ def markdown_text(result: BatchResult) -> str:
     lines += [f"- {markdown.escaped(warning)}" for warning in result.warnings]
     lines += [""] if lines[-1] else []
     lines += [
-        "| campaign | verdict | error in unseen poses, mm rms | of the deflection | noise, mm | states | s |",
+        "| campaign | verdict | error in held-out poses, mm rms | of the deflection | noise, mm | states | s |",
         "|---|---|---:|---:|---:|---:|---:|",
     ]
     for outcome in result.campaigns:

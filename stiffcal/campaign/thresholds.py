@@ -32,9 +32,9 @@ class Thresholds(TomlTable):
 
     Attributes
     ----------
-    max_rms_m : m, of the translation residual in unseen poses. max_rms_rad : rad, of the rotation residual.
+    max_rms_m : m, of the translation residual in held-out poses. max_rms_rad : rad, of the rotation residual.
     max_relative : rms error over rms deflection.
-    max_over_noise : rms error in unseen poses over the noise; a perfect model has 1.
+    max_over_noise : rms error in held-out poses over the noise; a perfect model has 1.
     min_stiffness : N·m/rad, one number for all joints, or a table by joint name.
     baseline : the earlier fit of this robot that the stiffness must not have drifted from: a campaign folder, or a
         model written by `stiffcal export DIR -o baseline.json`.

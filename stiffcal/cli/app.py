@@ -42,7 +42,7 @@ COMMANDS = {
     "diagnose": "Learn which physical effect the model lacks.",
     "improve": "Add what is missing, step by step, then remove what is not needed.",
     "compare": "Compare two campaigns of one robot.",
-    "history": "List every fit: model, error in unseen poses, noise.",
+    "history": "List every fit: model, error in held-out poses, noise.",
     "plot": "Draw load against deformation, or the residual.",
     "report": "Write the report as a PDF (DIR/report.pdf).",
     "run": "Check, ingest, identify, validate, diagnose and report in one go.",

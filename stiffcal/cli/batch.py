@@ -106,7 +106,7 @@ def show_batch(console: Console, result: BatchResult) -> None:
     """Draw the summary: a row per campaign, then what does not hold, then the totals."""
     from stiffcal.batch.summary import choice_text, complaints_of, totals_of, verdict_of
 
-    table = plain_table("campaign", "verdict", "rms in unseen poses>", "of the deflection>", "noise>", "computed")
+    table = plain_table("campaign", "verdict", "rms in held-out poses>", "of the deflection>", "noise>", "computed")
     for number, column in enumerate(table.columns):
         column.no_wrap = number not in (2, 4)  # errors of several measures wrap, names do not
     for outcome in result.campaigns:

@@ -165,7 +165,7 @@ def _show_ranking(console: Console, result: DiagnoseResult) -> None:
     """Show the ranking for the next single step."""
     if not result.findings:
         return
-    table = plain_table("effect", "place", "verdict", "unseen, rms>", "explains>", "first in>", "at the tool>")
+    table = plain_table("effect", "place", "verdict", "held-out, rms>", "explains>", "first in>", "at the tool>")
     table.add_row("present model", "", "", deviation(result.rms), "", "", "")
     for finding in result.findings[:MOST_ROWS]:
         table.add_row(

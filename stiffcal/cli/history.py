@@ -35,7 +35,7 @@ def history(
     as_json: AsJson = False,
     store: StoreAt = None,
 ) -> int:
-    """List every fit: model, error in unseen poses, noise.
+    """List every fit: model, error in held-out poses, noise.
 
     Example: stiffcal history demo --restore 1
     """
@@ -73,7 +73,7 @@ def show_history(console: Console, result: HistoryResult) -> None:
     if not result.fits:
         console.print("no fit yet")
         return
-    table = plain_table("id", "time", "model", "unseen poses, rms>", "fit, rms>", "noise>")
+    table = plain_table("id", "time", "model", "held-out poses, rms>", "fit, rms>", "noise>")
     for fit in result.fits:
         table.add_row(
             fit.id + ("" if fit.origin in (None, "own") else f" ({NOT_YOURS[fit.origin]})"),

@@ -32,7 +32,7 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
 
 
 def show_run(console: Console, result: RunResult) -> None:
-    """Draw the stiffness table, the error in unseen poses, what is missing, and where the PDF is."""
+    """Draw the stiffness table, the error in held-out poses, what is missing, and where the PDF is."""
     show_fit(console, result.identify)
     validation = result.validate
     relative = dict(validation.relative.items())
@@ -40,11 +40,11 @@ def show_run(console: Console, result: RunResult) -> None:
     if error_share is None:
         error_share, of = relative.get("torque"), "the torque"
     if any(value is not None for _, value in validation.rms.items()):
-        sentence = f"unseen poses: {deviation(validation.rms)} rms"
+        sentence = f"held-out poses: {deviation(validation.rms)} rms"
         sentence += f", {share(error_share)} of {of} is left" if error_share is not None else ""
         console.print(f"{sentence} (no model: {deviation(validation.zero_model)})")
     else:
-        console.print("unseen poses: none, so nothing is judged there")
+        console.print("held-out poses: none, so nothing is judged there")
     if not validation.passed:
         console.print("thresholds NOT held")
     console.print(result.diagnose.summary, soft_wrap=True)

@@ -57,7 +57,7 @@ def choice_without_each_group(scan: Scan) -> Integers:
 
 
 def chosen_in_every_fold(scan: Scan) -> Floats:
-    """Return (G,) unseen squares with the choice of the candidate repeated in every group of poses."""
+    """Return (G,) held-out squares with the choice of the candidate repeated in every group of poses."""
     scores = [scan.base, *(trial.score for trial in scan.trials)]
     chosen = choice_without_each_group(scan)
     return np.array([scores[number].nested[group, group] for group, number in enumerate(chosen)])

@@ -121,7 +121,14 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
             seconds=search.pace.seconds,
             candidates_per_second=search.pace.candidates / search.pace.seconds,
         ),
-        summary="".join((_contradicted_words(search), summary(search, before, noise), _pattern_sentence(pattern))),
+        summary="".join(
+            (
+                _contradicted_words(search),
+                summary(search, before, noise),
+                _next_sentence(search),
+                _pattern_sentence(pattern),
+            )
+        ),
         superfluous=[],
         evidence=[],
         fit_id="",
@@ -166,7 +173,7 @@ def _warnings(search: Search) -> list[str]:
     if search.before is None:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if len(search.first.folds) < 6:
-        texts.append(f"only {len(search.first.folds)} poses: what holds in unseen poses is known poorly")
+        texts.append(f"only {len(search.first.folds)} poses: what holds in held-out poses is known poorly")
     if search.wrong_geometry is not None:
         texts.append(wrong_geometry_in_words(search.wrong_geometry.misfit))
     now = search.after
@@ -266,9 +273,9 @@ def _why_rejected(scan: Scan, trial: Trial) -> str:
     if not judgement.possible:
         return "its values would have to be impossible (negative, or nothing)"
     if judgement.fall <= 0.0:
-        return "the error in unseen poses does not fall"
+        return "the error in held-out poses does not fall"
     if not alike(scan, trial, scan.trials[0]):
-        return "the error in unseen poses falls too little, or others explain more"
+        return "the error in held-out poses falls too little, or others explain more"
     return f"too little to be sure: {judgement.errors:.2g} standard errors over poses, p {judgement.p_value:.2g}"
 
 
@@ -301,6 +308,12 @@ def _contradicted_words(search: Search) -> str:
     return f"The data contradict what model.toml sets: {', '.join(words)}. Without that: " if words else ""
 
 
+def _next_sentence(search: Search) -> str:
+    """Return between which effects a lesser one is undecided; "" where none is."""
+    between = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided_next)
+    return f" One more is undecided between {between}: add this first, and diagnose again." if between else ""
+
+
 def _pattern_sentence(pattern: CompliancePattern | None) -> str:
     return "" if pattern is None else f" Where to look: {pattern_in_words(pattern)}."
 
@@ -317,7 +330,7 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     """Return the answer in one or two sentences."""
     error = before.translation or 0.0
     floor = noise.translation if noise is not None else None
-    against = f"{1e3 * error:.3g} mm in unseen poses" + (f", noise {1e3 * floor:.3g} mm" if floor else "")
+    against = f"{1e3 * error:.3g} mm in held-out poses" + (f", noise {1e3 * floor:.3g} mm" if floor else "")
     if not search.tried and search.before is None and not search.unexplained:
         return f"Nothing is supported; without a known noise nobody can say whether that is good enough ({against})."
     if not search.tried and not search.unexplained and search.before is not None and not search.before.adequate:
@@ -329,11 +342,10 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     names = " and ".join(_missing_effect_in_words(missing_effect) for missing_effect in search.found)
     if search.undecided:
         between = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided)
-        more = f" With either of them, this is missing: {names}." if names else ""
         reason = "without a single pose another of them explains the error better"
         if not any(rival.deciding for rival in search.undecided):
             reason = "these and more look alike in these poses and loads"
-        return f"Undecided between {between}: {reason} ({against}).{more}"
+        return f"Undecided between {between}: {reason} ({against})."
     share = _share_in_words(search)
     if search.found and search.before is None and not search.unexplained:
         return f"Missing: {names}, which {share} ({against}); without a known noise nobody can say whether that is all."

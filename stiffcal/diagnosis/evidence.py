@@ -58,15 +58,15 @@ class EffectEvidence:
     value: Floats
     """(n,) the covariate."""
     before: Floats
-    """(n,) m or rad, residual in unseen poses without the effect; NaN where nothing can be read."""
+    """(n,) m or rad, residual in held-out poses without the effect; NaN where nothing can be read."""
     after: Floats
-    """(n,) m or rad, residual in unseen poses with the effect; NaN where nothing can be read."""
+    """(n,) m or rad, residual in held-out poses with the effect; NaN where nothing can be read."""
     law: Floats
     """(n,) m or rad, what the effect adds in the same direction, counted from the weight-only state."""
     rms_before: Rms
-    """Rms of the residual vector in unseen poses without the effect."""
+    """Rms of the residual vector in held-out poses without the effect."""
     rms_after: Rms
-    """Rms of the residual vector in unseen poses with the effect."""
+    """Rms of the residual vector in held-out poses with the effect."""
     by_run: tuple[tuple[int, float, float], ...]
     """(run number, rms before, rms after) of the same kind as ``before``, m or rad."""
 
@@ -173,7 +173,7 @@ def _rows_with_largest_signal(scan: Scan, contribution: Floats, residual_after: 
     ----------
     scan : of the model that holds the effect.
     contribution : (m, n) m and rad, what the effect adds to each reading.
-    residual_after : (m, n) m and rad, the residual in unseen poses with the effect.
+    residual_after : (m, n) m and rad, the residual in held-out poses with the effect.
     """
     data = scan.fit.data
     best, best_rows = -1.0, np.flatnonzero((data.kind == data.kind[0]) & (data.body == data.body[0]))

@@ -1,4 +1,4 @@
-"""The error in unseen poses, in metres and radians, of the present model and of it with each candidate."""
+"""The error in held-out poses, in metres and radians, of the present model and of it with each candidate."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
 
 
 def left_out_rms(scan: Scan, trial: Trial | None) -> Rms:
-    """Return the rms in unseen poses."""
+    """Return the rms in held-out poses."""
     return Rms.of(rms_of(left_out_residual(scan, trial), scan.fit.data))
 
 
 def rms_after_choosing(scan: Scan) -> Rms:
-    """Return the rms in unseen poses where the choice of the candidate is repeated without each group of poses.
+    """Return the rms in held-out poses where the choice of the candidate is repeated without each group of poses.
 
     Each pose is predicted by the candidate that the other groups choose, fitted without that pose; translation and
     rotation are taken from the residuals themselves, as a candidate may lower one of them alone.
@@ -58,7 +58,7 @@ def rms_after_choosing(scan: Scan) -> Rms:
 
 
 def fitted_rms(states: LoadStates, fit: Fit) -> Rms:
-    """Return a fit's rms in unseen poses."""
+    """Return a fit's rms in held-out poses."""
     heldout = heldout_residuals(states, fit)
     return Rms.of(rms_of(heldout.residual, heldout.data))
 
@@ -77,7 +77,7 @@ def size_at_tool(scan: Scan, trial: Trial) -> float:
 
 
 def poses_helped(scan: Scan, trial: Trial) -> int:
-    """Return in how many poses the unseen error falls."""
+    """Return in how many poses the held-out error falls."""
     return int(np.count_nonzero(trial.score.heldout < scan.base.heldout))
 
 

@@ -53,7 +53,7 @@ class LackOfFit:
 
     @property
     def adequate(self) -> bool:
-        """True where the unseen error is the noise, to within five per cent or to within what the noise is known."""
+        """True where the held-out error is the noise, to within five per cent or to within what the noise is known."""
         return (self.ratio <= ADEQUATE_RATIO or self.p_value > LACK_OF_FIT_P) and not self.drifts
 
 
@@ -119,10 +119,10 @@ def _half_square(
 
 @dataclass(frozen=True)
 class Judgement:
-    """The change of the unseen error by one candidate."""
+    """The change of the held-out error by one candidate."""
 
     fall: float
-    """By how much the unseen error falls, in units of the noise."""
+    """By how much the held-out error falls, in units of the noise."""
     errors: float
     """The same in standard errors over poses."""
     p_value: float
@@ -141,7 +141,7 @@ def rms_reduction(before: Floats, after: Floats, squared_change: Floats, dof: in
 
     Parameters
     ----------
-    before, after : (F,) unseen squares of each pose.
+    before, after : (F,) held-out squares of each pose.
     squared_change : (F,) whitened squares by which the candidate moves the pose's prediction.
 
     Notes
@@ -242,7 +242,7 @@ def fitted_values(trial: Trial) -> dict[str, float]:
 
 
 def judge(scan: Scan, trial: Trial) -> Judgement:
-    """Judge a candidate by its own unseen errors."""
+    """Judge a candidate by its own held-out errors."""
     fall, errors = rms_reduction(scan.base.heldout, trial.score.heldout, trial.score.prediction_change, scan.dof)
     return Judgement(fall, errors, family_p(scan, trial), possible_values(scan, trial))
 

@@ -19,9 +19,9 @@ from stiffcal.model.effect import ParameterRole
 
 
 def best_pair(scan: Scan) -> tuple[Trial, Trial] | None:
-    """Return the two candidates that together lower the unseen error most, None where no two are supported.
+    """Return the two candidates that together lower the held-out error most, None where no two are supported.
 
-    Every pair is weighed by how far it lowers the fit's squares, the best of them then in unseen poses, within bounds.
+    Every pair is weighed by how far it lowers the fit's squares, the best of them in held-out poses, within bounds.
     """
     trials = [
         trial

@@ -13,7 +13,7 @@ from stiffcal.identification.fit import Fit
 
 
 def redundant_effects(bench: SearchContext, fit: Fit, basic: Sequence[str]) -> list[Candidate]:
-    """Return effects without which, taken together, the error in unseen poses is no worse.
+    """Return effects without which, taken together, the error in held-out poses is no worse.
 
     Of two effects that stand in for each other one is kept: each is judged in the model without those before it.
     Several that are needed only together are kept, too: what all removals cost is held against the present model.

@@ -288,7 +288,7 @@ class DiagnoseResult(CommandResult):
     lack_of_fit: VarianceRatio | None
     """What is left against what repeats scatter."""
     missing: list[ProposedEffect]
-    """Effects to add, in order; empty where the one that matters most is undecided."""
+    """Effects to add, in order; empty where ``undecided`` is not."""
     contradicted: Annotated[list[ContradictedSetting], NOT_PROMISED] = field(default_factory=list)
     """What model.toml sets and the data contradict; ``missing`` is the answer without these settings."""
     undecided: Annotated[list[UndecidedEffect], NOT_PROMISED] = field(default_factory=list)

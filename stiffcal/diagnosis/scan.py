@@ -1,4 +1,4 @@
-"""One look at the whole catalogue: every candidate refitted with everything else, judged on unseen poses."""
+"""One look at the whole catalogue: every candidate refitted with everything else, judged on held-out poses."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Scan:
     base: Score
     """The model's own errors, as a candidate without columns."""
     trials: tuple[Trial, ...]
-    """Best unseen error first."""
+    """Best held-out error first."""
     folds: tuple[Integers, ...]
     """(F,) lists of row positions, one pose each."""
     fold_of_state: Integers

@@ -324,7 +324,7 @@ def one_for_two(
 
 
 def _error(scan: Scan, trial: Trial | None = None) -> float:
-    """Return the unseen error over the noise, of the scan's model or of that model with a candidate."""
+    """Return the held-out error over the noise, of the scan's model or of that model with a candidate."""
     score = scan.base if trial is None else trial.score
     return float(np.sqrt(np.sum(score.heldout) / scan.dof))
 
@@ -350,13 +350,12 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
     unexplained = unexplained or mimicked
     withheld = mimicked or (unexplained and explained.too_little)
     supported = () if withheld else tried
-    # Which of many look-alikes a small further effect is may stay open; what matters most may not.
+    # A single pose may decide on any of them; of too many look-alikes only the effect that matters most may not be one.
     open_effects = [
         missing_effect
         for number, missing_effect in enumerate(supported)
         if missing_effect.rivals and (number == 0 or any(rival.deciding for rival in missing_effect.rivals))
     ]
-    undecided = open_effects[0].rivals if open_effects else ()
     leading_open = bool(open_effects) and open_effects[0] is supported[0]
     named = () if leading_open else tuple(effect for effect in supported if effect not in open_effects)
     could_be = sufficient_alone(first) if unexplained and not supported and not mimicked else ()
@@ -372,7 +371,8 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
         unexplained,
         tuple(not_tried),
         bench.pace(),
-        undecided,
+        open_effects[0].rivals if leading_open else (),
+        open_effects[0].rivals if open_effects and not leading_open else (),
         could_be=could_be,
         wrong_geometry=geometry,
     )

@@ -57,7 +57,9 @@ class Search:
     pace: Pace
     """How much was tried, and how fast."""
     undecided: tuple[Rival, ...] = ()
-    """Candidates between which single poses decide, where they do."""
+    """Candidates for the effect that matters most, where single poses decide between them or too many look alike."""
+    undecided_next: tuple[Rival, ...] = ()
+    """The same for a lesser effect: it stays open until those that are named are in the model."""
     contradicted: tuple[ContradictedSetting, ...] = ()
     """What the model file sets and the data contradict; the search is without these settings."""
     could_be: tuple[Candidate, ...] = ()

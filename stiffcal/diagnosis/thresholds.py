@@ -7,15 +7,15 @@ ADEQUATE_RATIO = 1.05
 # The lack of fit must be as sure as this before something is called missing on its ground alone: with one campaign in
 # a hundred judged wrongly the rest of the two per cent allowed for false alarms is left to the candidates.
 LACK_OF_FIT_P = 0.005
-# A candidate is supported where the unseen error falls by more than this share of the noise … (section 5.3)
+# A candidate is supported where the held-out error falls by more than this share of the noise … (section 5.3)
 LEAST_FALL = 0.01
 # … and by more than this many standard errors over poses …
 STANDARD_ERRORS = 2.0
 # … and the family-wise p is below this.
 FAMILY_P = 0.01
-# Candidates whose unseen error lies within this many standard errors of the best look alike (section 5.4).
+# Candidates whose held-out error lies within this many standard errors of the best look alike (section 5.4).
 LOOK_ALIKE_ERRORS = 2.0
-# Below this share of the noise a difference in unseen error is nothing that anyone can measure: candidates closer than
+# Below this share of the noise nobody can measure a difference in held-out error: candidates closer than
 # this look alike, however small the standard error is.
 LOOK_ALIKE_SHARE = 0.005
 # Candidates that come first at least half as often as the one that comes first most often tie with it: odds of two to
@@ -52,7 +52,7 @@ LEAST_EXPLAINED_LIMIT = 0.6
 SHARE_DECIDES = 1.0
 # How many effects are looked for, one after another: three are asked for, one more shows that nothing is left.
 MOST_EFFECTS = 5
-# Of all pairs of candidates, those that lower the fit's squares most are judged in unseen poses; effects with more
+# Of all pairs of candidates, those that lower the fit's squares most are judged in held-out poses; effects with more
 # amplitudes than this take no part: with so many numbers a pair can mimic anything.
 PAIRS_SCORED = 12
 WIDEST_PAIR = 6

@@ -71,7 +71,7 @@ def explain(
     Parameters
     ----------
     scan, trial : the scan and the candidate.
-    before, after : rms in unseen poses without and with it, m.
+    before, after : rms in held-out poses without and with it, m.
     alike : look-alikes.
     """
     effect, place = trial.candidate.effect, trial.candidate.place
@@ -79,7 +79,7 @@ def explain(
     effect_text = f"At {place_in_words(place)}: {effect.fingerprint or effect.summary}"
     effect_text += f", by {1e3 * size_at_tool(scan, trial):.2g} mm rms at the tool"
     if before is not None and after is not None:
-        effect_text += f"; with it the error in unseen poses goes from {1e3 * before:.3g} to {1e3 * after:.3g} mm"
+        effect_text += f"; with it the error in held-out poses goes from {1e3 * before:.3g} to {1e3 * after:.3g} mm"
     effect_text += f" and falls in {helped} of {poses} poses."
     means = f"That is {effect.name}: {effect.summary}{_values_in_words(trial)}."
     look_alike_text = ""

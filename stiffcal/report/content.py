@@ -172,7 +172,7 @@ class ReportStates:
 
     @property
     def best_prediction(self) -> Floats:
-        """The prediction for unseen poses where there is one, else the fit's."""
+        """The prediction for held-out poses where there is one, else the fit's."""
         return self.predicted if self.predicted_heldout is None else self.predicted_heldout
 
     @property
@@ -217,7 +217,7 @@ class EffectPicture:
 
 @dataclass(frozen=True)
 class EvidenceFigure:
-    """The residual in unseen poses against what drives an effect, without and with it (n load states)."""
+    """The residual in held-out poses against what drives an effect, without and with it (n load states)."""
 
     evidence: EffectEvidenceSummary
     """Which effect, what the residual is drawn against, and the errors."""

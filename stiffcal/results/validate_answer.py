@@ -20,7 +20,7 @@ def validate_result(states: LoadStates, validation: Validation) -> ValidateResul
     cycles, heldout = find_load_cycles(states), validation.heldout
     warnings = []
     if heldout.scheme == "none":
-        warnings.append("a single pose: the error in unseen poses cannot be estimated, this is the error of the fit")
+        warnings.append("a single pose: the error in held-out poses cannot be estimated, this is the error of the fit")
     if validation.noise.translation is None:
         warnings.append("the noise is not known: whether the model is good enough cannot be judged")
     return ValidateResult(

@@ -144,7 +144,7 @@ HELDOUT: Mapping[str, ColumnDescription] = {
     "tau_<k>_Nm": ColumnDescription("torque about the axis of joint k, weight included, as the fit has it", "N·m"),
 }
 
-_READ = "in unseen poses, read in the direction in which the effect acts; m, or rad where the entry says rotation"
+_READ = "in held-out poses, read in the direction in which the effect acts; m, or rad where the entry says rotation"
 
 EVIDENCE: Mapping[str, ColumnDescription] = {
     "effect": ColumnDescription("the effect's name"),

@@ -55,7 +55,7 @@ _TEXTS = {
     "states": "The table `states`: one row per load state.",
     "recording": "A table `recordings/RUN/SOURCE`: one row per reading, in SI and in the instrument's own axes.",
     "fit": "The table `fit`: one row per load state that was fitted, with what the fitted model says of it.",
-    "unseen": "The table `unseen`: one row per load state, with what a fit says of it that has not seen its pose.",
+    "unseen": "The table `unseen`: one row per load state, with the residual of a fit made without its pose.",
     "evidence": "The table `evidence`: one row per effect and load state, the residual against what drives the effect.",
 }
 

@@ -2,7 +2,7 @@
 
 Held out are *poses*: all runs whose joints agree within 1° fall into one fold, and a fold is left out whole.
 Around the full fit the problem is linear to within a fraction of a standard uncertainty, so that leaving a fold out is
-a matter of the folds' triangular factors and not of new fits. An unseen run's constant offset (the error of its
+a matter of the folds' triangular factors and not of new fits. An held-out run's constant offset (the error of its
 reference) is the weighted mean of its own residuals, and the lost degree of freedom is counted by √(n/(n − 1)).
 """
 
@@ -30,7 +30,7 @@ SAME_POSE = np.radians(1.0)
 
 @dataclass(frozen=True)
 class HeldoutResiduals:
-    """Residuals in unseen poses."""
+    """Residuals in held-out poses."""
 
     scheme: str
     """"leave-one-pose-out", "holdout" (the manifest's runs), or "none" where there is a single pose."""

@@ -23,7 +23,7 @@ _COMPLIANCE_UNIT = "rad/(N·m)"
 
 
 class HeldoutErrors(Protocol):
-    """Errors in unseen poses, as the result of `validate` has them."""
+    """Errors in held-out poses, as the result of `validate` has them."""
 
     @property
     def rms(self) -> Rms:
@@ -64,7 +64,7 @@ def judge(
     Parameters
     ----------
     limits : what is asked.
-    parameters : of the fit. validation : its errors in unseen poses.
+    parameters : of the fit. validation : its errors in held-out poses.
     joint_names : of the robot, J of them.
     baseline : the earlier fit, where `limits` name one.
     asked : those of `limits` that somebody else than the campaign's author asks for, None where there are none.
@@ -90,8 +90,8 @@ def _errors(limits: Thresholds, validation: HeldoutErrors) -> list[ThresholdChec
     scatter = None if validation.noise is None else validation.noise.translation
     over = error / scatter if scatter and error is not None else None
     asked = (
-        ("max_rms_m", limits.max_rms_m, error, "m", "rms in unseen poses", 1e3, " mm"),
-        ("max_rms_rad", limits.max_rms_rad, rms.rotation, "rad", "rms rotation in unseen poses", 1e3, " mrad"),
+        ("max_rms_m", limits.max_rms_m, error, "m", "rms in held-out poses", 1e3, " mm"),
+        ("max_rms_rad", limits.max_rms_rad, rms.rotation, "rad", "rms rotation in held-out poses", 1e3, " mrad"),
         ("max_relative", limits.max_relative, validation.relative.translation, "", "relative error", 1.0, ""),
         ("max_over_noise", limits.max_over_noise, over, "", "error over noise", 1.0, ""),
     )

@@ -1,4 +1,4 @@
-"""How large the error in unseen poses is, and where it sits."""
+"""How large the error in held-out poses is, and where it sits."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ANGLE_BINS = 4
 
 @dataclass(frozen=True)
 class Validation:
-    """The model in unseen poses."""
+    """The model in held-out poses."""
 
     heldout: HeldoutResiduals
     """Residuals state by state."""
@@ -96,7 +96,7 @@ def _slice(
 
 
 def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None = None) -> Validation:
-    """Judge a fit in unseen poses and find where it fails.
+    """Judge a fit in held-out poses and find where it fails.
 
     Parameters
     ----------

@@ -124,7 +124,7 @@ def _with_suspects(
 def without_states(data: Ingested, identified: IdentifyResult, context: RunContext) -> DiagnoseResult:
     """Return the diagnosis of a campaign without load states: nothing to search, but whether each law fits its data.
 
-    A law is adequate where the error in unseen poses or at unseen speeds stays within 1.05 times the scatter of
+    A law is adequate where the error in held-out poses or at held-out speeds stays within 1.05 times the scatter of
     repeats, or above it by no more than chance (p above 0.01), or, as an angle, within the encoder's step.
     """
     from stiffcal.experiments import all_kinds
@@ -166,7 +166,7 @@ def without_states(data: Ingested, identified: IdentifyResult, context: RunConte
 
 
 def _law_fits(judged: HeldoutSection, lack: VarianceRatio | None) -> bool | None:
-    """Return whether what a law leaves unseen is no more than noise; None where that cannot be judged.
+    """Return whether what a law leaves held-out is no more than noise; None where that cannot be judged.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def _law_fits(judged: HeldoutSection, lack: VarianceRatio | None) -> bool | None
 
 
 def _within_step(judged: HeldoutSection, step: float) -> float:
-    """Return the encoder's step, rad, where what is left unseen is no more than it makes; else 0.
+    """Return the encoder's step, rad, where what is left held-out is no more than it makes; else 0.
 
     A step's error is even over the step and repeats alike in every cycle, so that repeats do not show it.
     """

@@ -42,7 +42,7 @@ def check_thresholds(
 
     Parameters
     ----------
-    parameters : of the fit. validation : its errors in unseen poses.
+    parameters : of the fit. validation : its errors in held-out poses.
     file : thresholds that the manifest may only tighten.
 
     Returns

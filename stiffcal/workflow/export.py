@@ -64,7 +64,7 @@ def export_campaign(
         write_table(table, output, raw_text=raw_text)
         holds = f"{table.num_rows} readings with measured, predicted and residual"
         if len(data.states):
-            holds = f"{table.num_rows} load states with measured, predicted and residual (unseen poses)"
+            holds = f"{table.num_rows} load states with measured, predicted and residual (held-out poses)"
     elif ending == ".json":
         write_whole(output, json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n")
         holds = f"the model of fit {identified.fit_id} with uncertainty"

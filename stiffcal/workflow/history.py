@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def read_history(folder: Path, context: RunContext | None = None) -> HistoryResult:
-    """Return every fit, its model, its error in unseen poses and the noise floor.
+    """Return every fit, its model, its error in held-out poses and the noise floor.
 
     Returns
     -------

@@ -42,7 +42,7 @@ def improve_campaign(
     dry_run: bool = False,
     notify_step: Callable[[ImproveStep], None] | None = None,
 ) -> ImproveResult:
-    """Add what is missing, one effect after another, each followed by a fit and its error in unseen poses.
+    """Add what is missing, one effect after another, each followed by a fit and its error in held-out poses.
 
     Once nothing is missing, effects that the model does not need are removed, one after another.
 
@@ -92,7 +92,7 @@ def improve_campaign(
 
 @dataclass
 class _StepRecorder:
-    """The steps so far, each a change of the model with the error in unseen poses after it."""
+    """The steps so far, each a change of the model with the error in held-out poses after it."""
 
     folder: Path
     """The campaign's."""
@@ -105,7 +105,7 @@ class _StepRecorder:
     """The identified values at each step."""
 
     def validate_and_add_step(self, action: Action, effect: str | None, where: Where) -> None:
-        """Validate the present model and append the step that led to it, with its error in unseen poses.
+        """Validate the present model and append the step that led to it, with its error in held-out poses.
 
         Parameters
         ----------

@@ -42,7 +42,7 @@ def plot_campaign(
     context : store, progress and so on.
     output : ``*.svg``, ``*.png`` or ``*.pdf``; default plot.svg in the present folder.
     run : only this run.
-    against : draw the residual in unseen poses against this: ``torque:4``, ``angle:2`` (joint by number or name),
+    against : draw the residual in held-out poses against this: ``torque:4``, ``angle:2`` (joint by number or name),
         ``force:x``, ``load``, ``time``, ``hold``, ``temperature``, ``state``; ``velocity`` or ``velocity:2``: friction
         over speed; None: load against deformation, or friction where there are no load states.
 

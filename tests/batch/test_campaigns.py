@@ -210,7 +210,7 @@ def test_the_summary_names_what_does_not_hold(copied: Path, tmp_path: Path, caps
         main(["batch", str(copied), "--no-report", "--junit", str(junit), "--markdown", str(markdown)])
     assert end.value.code == 1
     told = capsys.readouterr()
-    assert "cells/b: NOT held: rms in unseen poses" in told.out
+    assert "cells/b: NOT held: rms in held-out poses" in told.out
     assert "cells/broken: broken: " in told.out
     assert told.out.rstrip().splitlines()[-1] == f"next: stiffcal check {copied / 'broken'}"
     assert "3 campaigns: 1 held, 1 not held, 1 broken" in told.out

@@ -116,7 +116,7 @@ def test_validate_with_a_broken_threshold_ends_with_1(campaign: Path, capsys: py
     document, code = document_of(capsys, "validate", campaign)
     assert (document["passed"], code) == (False, 1)
     assert run("validate", campaign) == 1
-    assert "NOT held: rms in unseen poses" in capsys.readouterr().out
+    assert "NOT held: rms in held-out poses" in capsys.readouterr().out
 
 
 def test_add_without_a_place_lists_the_places(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:

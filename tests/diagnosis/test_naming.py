@@ -86,7 +86,7 @@ def lack(ratio: float) -> LackOfFit:
 
 
 def scan_with(heldout: list[float]) -> Scan:
-    """Return as much of a scan as the share needs: unseen squares of each pose, in units of the noise."""
+    """Return as much of a scan as the share needs: held-out squares of each pose, in units of the noise."""
     squares = np.array(heldout)
     base = SimpleNamespace(heldout=squares)
     return cast("Scan", SimpleNamespace(base=base, dof=10 * len(squares), folds=tuple(range(len(squares)))))

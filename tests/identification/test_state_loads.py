@@ -1,4 +1,4 @@
-"""What each state carries stands in the table of unseen poses: branch, load, torque of every joint."""
+"""What each state carries stands in the table of held-out poses: branch, load, torque of every joint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The link's compliance from its rods: the beam's, within its interval, and as good as the rods in unseen poses."""
+"""The link's compliance from its rods: the beam's, within its interval, and as good as the rods in held-out poses."""
 
 from __future__ import annotations
 

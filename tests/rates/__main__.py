@@ -57,7 +57,7 @@ def table_of(verdicts: Sequence[Verdict]) -> str:
     outside = [v for v in verdicts if v.kind.startswith("outside")]
     lines += [
         _share("a firm wrong name (asked: at most 1 %)", [v.firm_wrong for v in verdicts]),
-        _share("after adding, unseen error within 5 % of the noise", [v.within for v in named]),
+        _share("after adding, held-out error within 5 % of the noise", [v.within for v in named]),
         _share("hidden parameters jointly with χ² p > 0.001", [p > 0.001 for p in judged]),
         _share("outside: a wrong name alone (asked: at most 2 %)", [v.outcome == "wrong name alone" for v in outside]),
     ]

@@ -1,6 +1,6 @@
 """`make practice`: the campaigns whose truth is told, through the library as ingest and diagnose use it.
 
-A table of what was hidden, what is named first and whether that is right, with the error in unseen poses before and
+A table of what was hidden, what is named first and whether that is right, with the error in held-out poses before and
 after, over the noise. ``campaigns/hidden`` holds them; the folder given on the command line may be another.
 """
 
@@ -38,7 +38,7 @@ class Answer:
     outside : none of the catalogue's effects explains it.
     named : what is missing by the tool, with look-alikes in brackets.
     right : see `is_right`.
-    before, after : error in unseen poses over the noise.
+    before, after : error in held-out poses over the noise.
     noise : mm, as the tool tells it.
     seconds : of reading and searching.
     """
@@ -134,7 +134,7 @@ def table_of(answers: Sequence[Answer]) -> str:
             f"{one.before:>7.2f}{one.after:>7.2f}  {one.noise:>8.4f}{one.seconds:>6.1f}"
         )
     right = sum(one.right for one in answers)
-    lines.append(f"{right} of {len(answers)} right; errors in unseen poses, over the noise")
+    lines.append(f"{right} of {len(answers)} right; errors in held-out poses, over the noise")
     return "\n".join(lines)
 
 

@@ -27,7 +27,7 @@ class Verdict:
     hidden, found : names; found with alternatives in brackets.
     outcome : "right", "look-alike", "wrong", "nothing", "exact", "incomplete" …; see `verdict_of`.
     good : counts towards the rate.
-    before, after : unseen error over noise.
+    before, after : held-out error over noise.
     within : after adding, within five per cent of the noise.
     p_parameters : χ² p of the hidden parameters, None where the found set is not the hidden one.
     unexplained : the tool says that something is left.
@@ -120,7 +120,7 @@ def _outcome_of(campaign: Hidden, search: Search) -> tuple[str, bool]:
         if search.unexplained:
             return ("unexplained, named too" if named else "unexplained"), True
         return ("wrong name alone" if named else "nothing"), False
-    if search.undecided and not search.found:
+    if search.undecided:
         among = truth[0] in (rival.candidate.name for rival in search.undecided)
         return f"undecided, truth {'' if among else 'not '}among them", False
     if len(truth) > 1:

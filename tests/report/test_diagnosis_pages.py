@@ -52,7 +52,7 @@ def finding() -> Finding:
 def diagnosed(**changes: Any) -> DiagnoseResult:
     return replace(
         DiagnoseResult(
-            summary="Missing: backlash of joint 4 (0.116 mm in unseen poses, noise 0.0286 mm).", adequate=False,
+            summary="Missing: backlash of joint 4 (0.116 mm in held-out poses, noise 0.0286 mm).", adequate=False,
             noise=Rms(2.86e-5, None), rms=Rms(1.16e-4, None),
             lack_of_fit=VarianceRatio(statistic=16.0, dof=[3456.0, 1386.0], p_value=1e-40),
             missing=[proposed(HYSTERESIS)], could_be=[], findings=[finding()],

@@ -271,4 +271,4 @@ def test_row_filters_holdouts_and_names_are_choices(cell: Path) -> None:
     assert "only rows with Fz < 0" in texts
     assert any(text.startswith('name = "soft": ') for text in texts)
     if runs:
-        assert f"the unseen poses are those of 1 of {len(runs)} runs: {runs[0].id}" in texts
+        assert f"the held-out poses are those of 1 of {len(runs)} runs: {runs[0].id}" in texts

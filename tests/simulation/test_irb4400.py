@@ -122,7 +122,7 @@ def test_its_logs_are_made_on_the_spot_and_small(tmp_path: Path) -> None:
 def test_the_six_stiffnesses_come_back_from_the_raw_logs(tmp_path: Path) -> None:
     """χ² of (estimate − truth) under the stated covariance; six degrees of freedom exceed 22.46 once in 1000.
 
-    And in unseen poses 95 % of the deflection goes.
+    And in held-out poses 95 % of the deflection goes.
     """
     campaign, settings = load_campaign(IRB4400, check_files=False), load_settings(IRB4400)
     truth = simulate_campaign(campaign, settings, tmp_path / "demo")["truth"]

@@ -1,4 +1,4 @@
-"""Errors in unseen poses, against fits that were really made without them."""
+"""Errors in held-out poses, against fits that were really made without them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_leaving_a_pose_out_equals_a_fit_without_it() -> None:
 
 
 def test_noise_alone_leaves_the_noise() -> None:
-    """Nothing missing: the unseen error is the noise, within three standard uncertainties and the fit's own share."""
+    """Nothing missing: the held-out error is the noise, within three standard uncertainties and the fit's own share."""
     states = played(medium_robot(), runs=12, noise=NOISE)
     states = replace(states, setup=replace(states.setup, sigma=NOISE))
     validation = validate_fit(states, identify_parameters(states, joint_springs(six_axes())))

@@ -61,7 +61,7 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> TrueRun:
 
 
 def tool(fit: Fit, states: LoadStates) -> ErrorSlice:
-    """Return the error of the outermost body in unseen poses."""
+    """Return the error of the outermost body in held-out poses."""
     found = validate_fit(states, fit).by["body"][0]
     assert found.label == "leds6"
     return found

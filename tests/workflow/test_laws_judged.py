@@ -26,7 +26,7 @@ def test_what_chance_leaves_over_is_no_lack() -> None:
 
 def test_nothing_is_judged_without_noise() -> None:
     assert _law_fits(judged(1.0, None), None) is None
-    assert "too few repeats" in _fit_sentence("Friction", "at unseen speeds", None, judged(1.0, None))
+    assert "too few repeats" in _fit_sentence("Friction", "at held-out speeds", None, judged(1.0, None))
 
 
 def test_a_law_that_does_not_hold_is_told_with_its_size() -> None:

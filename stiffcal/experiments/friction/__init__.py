@@ -64,7 +64,7 @@ class FrictionKind(ExperimentKind):
         from stiffcal.experiments.results import FittedLaw
 
         section = _section(identified)
-        return None if section is None else FittedLaw("Friction", "at unseen speeds", section.lack_of_fit)
+        return None if section is None else FittedLaw("Friction", "at held-out speeds", section.lack_of_fit)
 
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return coulomb, viscous and Stribeck terms joint by joint."""

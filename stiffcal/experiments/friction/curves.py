@@ -91,7 +91,7 @@ def friction_curves(
                     if parameter.value is not None
                 ),
                 remarks=tuple(
-                    f"{symbol} friction is not seen: {term.why}"
+                    f"{symbol} friction is not detected: {term.why}"
                     for symbol, term in joint.optional.items()
                     if not term.seen
                 ),

@@ -117,8 +117,9 @@ def _why_not_fitted(steady: SteadyReadings, joint: int) -> str:
 def heldout_gap(joint: JointFrictionFit) -> UnidentifiedParameters:
     """Return the optional part of the law that a joint does not show, and why."""
     names = [parameter.name for parameter in joint.parameters if parameter.value is None]
-    unseen = [symbol for symbol, is_measured in joint.detected.items() if not is_measured]
-    reason = f"{' and '.join(unseen)} friction is not seen: " + "; ".join(joint.verdict[symbol] for symbol in unseen)
+    undetected = [symbol for symbol, is_measured in joint.detected.items() if not is_measured]
+    verdicts = "; ".join(joint.verdict[symbol] for symbol in undetected)
+    reason = f"{' and '.join(undetected)} friction is not detected: {verdicts}"
     return UnidentifiedParameters(parameters=names, known=None, reason=reason)
 
 

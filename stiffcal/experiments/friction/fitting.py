@@ -201,7 +201,7 @@ def _parameter(
     unmeasured = [symbol for symbol, shapes in law.placed.effect.optional.items()
               if spec.symbol in (symbol, *shapes) and symbol not in law.amplitudes]  # fmt: skip
     if unmeasured:
-        why = f"{unmeasured[0]} friction is not seen: {law.verdict.get(unmeasured[0], '')}"
+        why = f"{unmeasured[0]} friction is not detected: {law.verdict.get(unmeasured[0], '')}"
         return FrictionParameter(name, effect, law.joint, spec, None, None, None, False, False, why)
     shape = spec.role is ParameterRole.NONLINEAR
     value = law.shape[spec.symbol] if shape else fit.amplitude[law.joint, spec.symbol]

@@ -58,7 +58,7 @@ def friction_overview(section: FrictionSection, identified: IdentifiedModel) -> 
             if term.seen:
                 stribeck_rows.append(((name,), cells["stribeck"], cells["velocity"], cells["exponent"]))
             else:
-                without.setdefault(f"{symbol} friction is not seen: {term.why}", []).append(number)
+                without.setdefault(f"{symbol} friction is not detected: {term.why}", []).append(number)
     parameters = frozenset(parameter.name for parameter in friction_parameters)
     if not rows:
         return Overview((), parameters)

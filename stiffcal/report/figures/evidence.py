@@ -22,7 +22,7 @@ _HEIGHT_MM = 62.0
 
 @canvas.styled
 def draw_evidence(drawn: EvidenceFigure) -> Figure:
-    """Draw the residual in unseen poses without and with the effect on one scale, and the effect's own picture.
+    """Draw the residual in held-out poses without and with the effect on one scale, and the effect's own picture.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def _draw_points(axes: Axes, value: Floats, residual: Floats, drawn: EvidenceFig
 
 @canvas.styled
 def draw_errors_by_run(drawn: EvidenceFigure, noise: float | None) -> Figure:
-    """Draw each run's error in unseen poses without and with the effect.
+    """Draw each run's error in held-out poses without and with the effect.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def draw_errors_by_run(drawn: EvidenceFigure, noise: float | None) -> Figure:
     axes.set_ylim(0.0, float(max(before.max(), after.max())) * 1.12)
     axes.set_xlim(-0.7, len(at) - 0.3)
     axes.grid(visible=False, axis="x")
-    axes.set_ylabel(f"{'rotation ' if drawn.rotational else ''}error, unseen poses [{unit}]")
+    axes.set_ylabel(f"{'rotation ' if drawn.rotational else ''}error, held-out poses [{unit}]")
     name_runs(axes, [run.label for run in runs])
     canvas.share_legend(figure, axes.get_legend_handles_labels()[0])
     return figure

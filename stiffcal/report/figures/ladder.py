@@ -43,7 +43,7 @@ def draw_ladder(
     noise: Rms | None,
     component: str = "translation",
 ) -> Figure:
-    """Draw the error of each fit in unseen poses (filled) and on its own data (hollow), on a logarithmic scale.
+    """Draw the error of each fit in held-out poses (filled) and on its own data (hollow), on a logarithmic scale.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def ladder_rungs(fits: Sequence[HistoryEntry], zero_model: Rms | None, component
 
 
 def _draw_steps(axes: Axes, rungs: Sequence[Rung]) -> None:
-    """Join the errors in unseen poses by stairs."""
+    """Join the errors in held-out poses by stairs."""
     known = [(row, rung.heldout * 1e3) for row, rung in enumerate(rungs) if rung.heldout]
     for (row, error), (below, lower) in itertools.pairwise(known):
         axes.plot([error, lower, lower], [row, row, below], color=canvas.COLOURS[0], linewidth=0.9, zorder=2, alpha=0.7)
@@ -143,7 +143,9 @@ def _legend(axes: Axes, noise: float | None) -> list[Any]:
     from matplotlib.lines import Line2D
 
     handles: list[Any] = [
-        Line2D([], [], linestyle="none", marker="o", markersize=4.5, color=canvas.COLOURS[0], label="in unseen poses"),
+        Line2D(
+            [], [], linestyle="none", marker="o", markersize=4.5, color=canvas.COLOURS[0], label="in held-out poses"
+        ),
         Line2D(
             [], [], linestyle="none", marker="D", markersize=7.5, color=canvas.INK, markerfacecolor="none",
             label="on the fitted data",

@@ -44,7 +44,7 @@ def draw_measured_against_predicted(states: ReportStates) -> Figure:
 
     Parameters
     ----------
-    states : the load states; predictions for unseen poses are used where there are any.
+    states : the load states; predictions for held-out poses are used where there are any.
 
     Returns
     -------

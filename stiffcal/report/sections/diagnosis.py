@@ -45,7 +45,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.extend(_pattern(diagnosis.pattern))
     if diagnosis.superfluous:
         names = wording.listing(map(wording.effect_at, diagnosis.superfluous))
-        blocks.append(Paragraph(f"Not needed: {names}. Without it the error in unseen poses is no larger."))
+        blocks.append(Paragraph(f"Not needed: {names}. Without it the error in held-out poses is no larger."))
     blocks.extend(_way_here(content))
     return ReportSection(_TITLE, tuple(blocks))
 
@@ -85,10 +85,10 @@ def _missing_words(effect: ProposedEffect) -> str:
 
 
 def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
-    facts = [("present model", f"{wording.measure_text(diagnosis.rms)} rms in unseen poses")]
+    facts = [("present model", f"{wording.measure_text(diagnosis.rms)} rms in held-out poses")]
     if diagnosis.missing:
         after = diagnosis.heldout_rms_with_missing
-        facts.append(("with what is missing", f"{wording.measure_text(after)} rms in unseen poses"))
+        facts.append(("with what is missing", f"{wording.measure_text(after)} rms in held-out poses"))
     noise = wording.measure_text(diagnosis.noise) + " rms" if diagnosis.noise else "not known"
     facts.append(("noise", noise))
     lack = diagnosis.lack_of_fit
@@ -136,7 +136,7 @@ def _pattern(pattern: CompliancePattern) -> list[Block]:
     )
     caption = (
         f"Each run’s apparent change of the compliance of joint {pattern.joint} against the "
-        f"{what_is_followed(pattern)}, with 95 % bars, and the fitted law (line). In unseen poses the law takes the "
+        f"{what_is_followed(pattern)}, with 95 % bars, and the fitted law (line). In held-out poses the law takes the "
         f"error from {before} to {after} rms."
     )
     return [

@@ -71,14 +71,14 @@ def _rms_reduction_words(evidence: EffectEvidenceSummary) -> str:
         wording.measure_text(evidence.heldout_rms_after),
     )
     if evidence.status == "missing":
-        return f"In unseen poses {before} rms is left without it, {after} with it."
-    return f"The present model leaves {after} rms in unseen poses; without {evidence.effect} it would leave {before}."
+        return f"In held-out poses {before} rms is left without it, {after} with it."
+    return f"The present model leaves {after} rms in held-out poses; without {evidence.effect} it would leave {before}."
 
 
 def _caption(figure: EvidenceFigure) -> str:
     evidence = figure.evidence
     text = (
-        f"Residual in unseen poses against {evidence.driver}, without {evidence.effect} (left) and with it (middle), "
+        f"Residual in held-out poses against {evidence.driver}, without {evidence.effect} (left) and with it (middle), "
         "one scale."
     )
     if evidence.lever is not None:

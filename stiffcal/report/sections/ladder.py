@@ -18,7 +18,7 @@ _MOST_STEPS = 25
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
-    """Lay out every fit with its error in unseen poses, next to the noise."""
+    """Lay out every fit with its error in held-out poses, next to the noise."""
     fits = [] if content.history is None else content.history.fits
     if not fits:
         return LeftOut(_TITLE, "the history holds no fit yet")
@@ -41,7 +41,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 
 def _caption(fits: Sequence[HistoryEntry], zero: Rms | None, noise: Rms | None) -> str:
-    text = "Error in unseen poses, fit by fit, each rung with what the model gained"
+    text = "Error in held-out poses, fit by fit, each rung with what the model gained"
     last = next((fit for fit in reversed(fits) if wording.part(fit.heldout_rms, "translation") is not None), None)
     floor, start = wording.part(noise, "translation"), wording.part(zero, "translation")
     if last is not None:
@@ -58,7 +58,7 @@ def _table(fits: Sequence[HistoryEntry]) -> TableBlock:
         TableColumn("fit", align="left"),
         TableColumn("time", align="left"),
         TableColumn("model", align="left", width=1.0),
-        TableColumn("unseen, rms", align="right"),
+        TableColumn("held-out, rms", align="right"),
         TableColumn("fit, rms", align="right"),
     )
     rows = tuple(_row(fit) for fit in fits)

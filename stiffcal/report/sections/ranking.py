@@ -26,7 +26,7 @@ _COLUMNS = (
     TableColumn("effect", align="left"),
     TableColumn("place", align="left"),
     TableColumn("verdict", align="left"),
-    TableColumn("unseen, rms"),
+    TableColumn("held-out, rms"),
     TableColumn("explains"),
     TableColumn("first in"),
     TableColumn("at the tool"),
@@ -96,10 +96,10 @@ def _row(finding: Finding) -> tuple[str, ...]:
 def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
     """Return the text that explains the columns of the ranking."""
     text = (
-        "Unseen: error in poses left out, with the effect added. Explains: share of the avoidable error (above the "
+        "Held-out: error in poses left out, with the effect added. Explains: share of the avoidable error (above the "
         "noise) that goes. First in: share of resamplings of the poses in which the effect ranks first. At the tool: "
         "rms of what the effect adds there. p: chance of so large a fall, all candidates counted. Supported: the error "
-        "falls clearly in unseen poses, the choice repeated in every pose left out."
+        "falls clearly in held-out poses, the choice repeated in every pose left out."
     )
     chosen = next(
         (finding.heldout_rms_after_choosing for finding in diagnosis.findings if finding.heldout_rms_after_choosing),

@@ -77,7 +77,7 @@ def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
 def _heldout_readings(validation: ValidateResult) -> list[str]:
     left = wording.part(validation.relative, "torque")
     if wording.part(validation.rms, "torque") is None:
-        return ["There is nothing unseen to judge it by: each joint was driven in one usable pose alone."]
+        return ["There is nothing held-out to judge it by: each joint was driven in one usable pose alone."]
     sentences = [
         f"In what the fit had not seen ({validation.scheme}) it leaves {wording.measure_text(validation.rms)} rms"
     ]
