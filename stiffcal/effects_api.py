@@ -8,6 +8,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     BASE_NODE,
@@ -50,6 +51,7 @@ __all__ = [
     "Chain",
     "Covariate",
     "DocumentedEffect",
+    "DriveMotion",
     "Effect",
     "Evidence",
     "Floats",

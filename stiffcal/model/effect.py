@@ -27,6 +27,7 @@ from stiffcal.arrays import Floats
 from stiffcal.deprecated_names import old_names, take_old_methods, with_old_field, with_old_methods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drive_motion import DriveMotion
 
 Values = Mapping[str, float]
 PlaceKind = Literal["joints", "links", "pairs", "setup"]
@@ -82,6 +83,10 @@ class ParameterSpec:
     discrete: bool = False
     """True where only some values make sense (an order, the number of a state): such a parameter is tried value by
     value (`Effect.nonlinear_grid`), never by a derivative.
+    """
+    distinct_by: float = 0.0
+    """Δχ² by which the best value of a discrete parameter must be better than the values next to it in the grid, in
+    addition to the correction for the number of values tried; 0: no such demand.
     """
     neutral: float = 0.0
     """The value that changes nothing: 0, of a gain 1. The amplitude is counted from there."""
@@ -265,7 +270,7 @@ class Effect(ABC):
     fingerprint: ClassVar[str] = ""
     has_memory: ClassVar[bool] = False
     in_motion: ClassVar[bool] = False
-    """True where the effect shows in the torque of a moving drive (`torque_columns`), and never at rest."""
+    """True where the effect shows in the torque of a moving drive (`motion_columns`), and never at rest."""
     general: ClassVar[bool] = False
     """True where the law holds whatever its place can do: it is no rival of what it holds as a special case."""
     curve: ClassVar[tuple[str, ...]] = ()
@@ -328,6 +333,21 @@ class Effect(ABC):
         """Return amplitude symbol to (n,) torque of the drive per unit of it, in motion at velocities (n,), rad/s."""
         return {}
 
+    def motion_columns(self, place: Place, chain: Chain, motion: DriveMotion, shape: Values) -> dict[str, Floats]:
+        """Return amplitude symbol to (n,) torque of the place's drive per unit of it, in n samples of free motion.
+
+        Laws of velocity alone need `torque_columns` only.
+        """
+        return self.torque_columns(motion.velocity, shape)
+
+    def motion_grid(self, place: Place, chain: Chain, motion: DriveMotion) -> dict[str, Floats]:
+        """Return values of the shape parameters to start or profile from, as `nonlinear_grid`, for free motion."""
+        return self._usual_grid()
+
+    def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
+        """Return the data missing to determine this effect from one drive's free motion, or None."""
+        return None
+
     def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
         """Return the inputs as changed by the set-up parameters; zero values change nothing."""
         return inputs
@@ -356,6 +376,10 @@ class Effect(ABC):
         -------
         Symbol to increasing values within the bounds; a law that no load in these data brings out gives an empty array.
         """
+        return self._usual_grid()
+
+    def _usual_grid(self) -> dict[str, Floats]:
+        """Return a tenth to ten times the typical value of each shape parameter, within its bounds."""
         return {
             spec.symbol: np.clip(spec.typical * np.array([0.1, 0.3, 1.0, 3.0, 10.0]), spec.lower, spec.upper)
             for spec in self.parameters

@@ -110,6 +110,8 @@ def _wrong_parameters(declared: Any) -> str:
             return f"the parameter {spec.symbol} has no lower < upper with a typical size: {_shown(sizes)}"
         if not _is_real(spec.neutral):
             return f"the neutral value of the parameter {spec.symbol} is no number: {_shown(spec.neutral)}"
+        if not (_is_real(spec.distinct_by) and spec.distinct_by >= 0.0):
+            return f"distinct_by of the parameter {spec.symbol} is no number from 0: {_shown(spec.distinct_by)}"
         if not isinstance(spec.role, ParameterRole) or not all(
             isinstance(flag, bool) for flag in (spec.inverse, spec.compliance, spec.discrete, spec.scales_load)
         ):
@@ -169,6 +171,14 @@ def _torque_columns(effect: Effect, answer: Any, velocity: Any, shape: Any) -> s
     return _columns(effect, answer, velocity.shape)
 
 
+def _motion_columns(effect: Effect, answer: Any, place: Place, chain: Any, motion: Any, shape: Any) -> str:
+    return _columns(effect, answer, motion.velocity.shape)
+
+
+def _motion_grid(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
+    return _grid(effect, answer)
+
+
 def _observation_columns(effect: Effect, answer: Any, place: Place, observed: Any, shape: Any) -> str:
     return _columns(effect, answer, observed.displacement.shape)
 
@@ -199,7 +209,11 @@ def _inputs(effect: Effect, answer: Any, place: Place, inputs: Inputs, values: A
     return "" if isinstance(answer.setup, type(inputs.setup)) else "inputs without a setup"
 
 
-def _nonlinear_grid(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any) -> str:
+def _nonlinear_grid(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
+    return _grid(effect, answer)
+
+
+def _grid(effect: Effect, answer: Any) -> str:
     symbols = [spec.symbol for spec in effect.parameters]
     if not isinstance(answer, Mapping) or not all(symbol in symbols for symbol in answer):
         return f"no mapping of the parameters' symbols to arrays: {_shown(answer)}"
@@ -261,6 +275,9 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "terms": _terms,
     "joint_torque": _joint_torque,
     "torque_columns": _torque_columns,
+    "motion_columns": _motion_columns,
+    "motion_grid": _motion_grid,
+    "lacking_motion": _text_or_none,
     "observation_columns": _observation_columns,
     "observation_shift": _observation_shift,
     "adjusted": _inputs,

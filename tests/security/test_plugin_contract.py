@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stiffcal.batch.results import BatchTask
@@ -13,6 +15,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.model.campaign_effects import model_effects
+from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.trust.record import open_record
 from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.plugin_campaigns import NAME, effect_of_the_readme, stranger, write_plugin
@@ -74,6 +77,31 @@ def test_other_answers_that_are_none_are_a_fault_of_the_file(
     error = json.loads(capsys.readouterr().out)["error"]
     assert error["file"] == NAME
     assert error["reason"].startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("motion_columns = lambda *a: {'c': np.zeros(2)}", "returns a column of c that has the shape (2,), not (3,)"),
+        ("motion_grid = lambda *a: {'d': np.zeros(2)}", "returns no mapping of the parameters' symbols to arrays"),
+        ("lacking_motion = lambda *a: 5", "returns neither a text nor None: 5"),
+    ],
+)
+def test_answers_on_free_motion_that_are_none_are_a_fault_of_the_file(folder: Path, statement: str, words: str) -> None:
+    write_plugin(folder, f"\nCrossStiffness.{statement}\n")
+    campaign = load_campaign(folder)
+    (effect,) = (effect for effect in model_effects(campaign).values() if type(effect).__name__ == "CrossStiffness")
+    place, motion = effect.places(campaign.chain)[0], DriveMotion.at_velocity(np.ones(3))
+    answers: dict[str, Callable[[], object]] = {
+        "motion_columns": lambda: effect.motion_columns(place, campaign.chain, motion, {}),
+        "motion_grid": lambda: effect.motion_grid(place, campaign.chain, motion),
+        "lacking_motion": lambda: effect.lacking_motion(campaign.chain, motion),
+    }
+    with pytest.raises(InputError) as error:
+        answers[statement.partition(" ")[0]]()
+    (fault,) = error.value.faults
+    assert fault.file == NAME
+    assert words in fault.reason
 
 
 @pytest.mark.parametrize(
