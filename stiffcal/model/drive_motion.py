@@ -8,6 +8,9 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 
+# Speeds that differ by less, relatively, are one commanded speed.
+SAME_SPEED = 0.05
+
 
 @dataclass(frozen=True)
 class DriveMotion:
@@ -39,3 +42,25 @@ class DriveMotion:
         """Return motion of which nothing but the velocities (n,), rad/s, is known: at angle 0, unloaded."""
         zero, unknown = np.zeros(len(velocity)), np.full(len(velocity), np.nan)
         return cls(np.asarray(velocity, dtype=np.float64), zero, zero, unknown, zero, unknown)
+
+    @property
+    def both_ways(self) -> bool:
+        """Whether the joint was moved in both directions."""
+        return bool((self.velocity > 0.0).any() and (self.velocity < 0.0).any())
+
+    def speeds(self) -> Floats:
+        """Return the different speeds, rad/s, increasing; those within 5 % of each other count once.
+
+        Examples
+        --------
+        >>> DriveMotion.at_velocity(np.array([0.1, -0.101, 0.0, 0.5])).speeds()
+        array([0.1, 0.5])
+        """
+        logs = np.sort(np.log(np.abs(self.velocity[self.velocity != 0.0])))
+        if not logs.size:
+            return logs
+        # A gap of 5 % begins another speed; where the speed varies without a gap, steps of 5 % count.
+        group = np.cumsum(np.diff(logs, prepend=logs[0]) > SAME_SPEED)
+        step = np.floor((logs - logs[np.searchsorted(group, group)]) / (2.0 * SAME_SPEED))
+        _, first = np.unique(np.stack([group, step]), axis=1, return_index=True)
+        return np.asarray(np.exp(logs[np.sort(first)]))

@@ -24,12 +24,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.deprecated_names import old_names, take_old_methods, with_old_field, with_old_methods
+from stiffcal.deprecated_names import old_names, take_old_methods, with_old_methods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
+from stiffcal.model.parameters import ParameterRole as ParameterRole
+from stiffcal.model.parameters import ParameterSpec as ParameterSpec
+from stiffcal.model.parameters import Values as Values
+from stiffcal.model.parameters import usual_grid
 
-Values = Mapping[str, float]
 PlaceKind = Literal["joints", "links", "pairs", "setup"]
 
 # Components of a node's displacement and wrench.
@@ -43,71 +46,6 @@ class Kind(Enum):
     COUPLING = "coupling"
     CONFIGURATION = "configuration"
     OBSERVATION = "observation"
-
-
-class ParameterRole(Enum):
-    """How the model depends on a parameter."""
-
-    AMPLITUDE = "amplitude"
-    NONLINEAR = "shape"
-    SETUP = "set-up"
-
-
-@with_old_field("sort", "role")
-@dataclass(frozen=True)
-class ParameterSpec:
-    """One parameter of an effect."""
-
-    symbol: str
-    """Its name in the model file, e.g. ``c``."""
-    unit: str
-    """SI, as printed."""
-    meaning: str
-    """In words."""
-    lower: float
-    """Lower bound of possible values."""
-    upper: float
-    """Upper bound of possible values."""
-    typical: float
-    """A size met on industrial robots."""
-    source: str
-    """Where ``typical`` is from."""
-    role: ParameterRole = ParameterRole.AMPLITUDE
-    """Amplitude, nonlinear or set-up."""
-    inverse: bool = False
-    """True where the amplitude in the law is 1 / value (a stiffness or flexural rigidity is reported, and its inverse
-    is estimated, because the displacement is linear in that).
-    """
-    compliance: bool = False
-    """True where ``1 / value`` is a stiffness that people want to read."""
-    discrete: bool = False
-    """True where only some values make sense (an order, the number of a state): such a parameter is tried value by
-    value (`Effect.nonlinear_grid`), never by a derivative.
-    """
-    distinct_by: float = 0.0
-    """Δχ² by which the best value of a discrete parameter must be better than the values next to it in the grid, in
-    addition to the correction for the number of values tried; 0: no such demand.
-    """
-    neutral: float = 0.0
-    """The value that changes nothing: 0, of a gain 1. The amplitude is counted from there."""
-    scales_load: bool = False
-    """True where it multiplies the whole load, as all compliances together would: it is known only where a known
-    weight or torque acts in a law that is not straight.
-    """
-    along: int | None = None
-    """The component of the node (`TX` to `RZ`) whose own compliance it is: displacement over load along the same axis,
-    all of it, at any load; None elsewhere. Joints that are measured by themselves are compared with these.
-    """
-
-    def amplitude_of(self, value: float) -> float:
-        """Return what the law multiplies with at a value of the parameter."""
-        return 1.0 / value if self.inverse else value - self.neutral
-
-    def value_of(self, amplitude: float) -> float:
-        """Return the parameter's value at an amplitude; infinite where a stiffness has none left."""
-        if self.inverse:
-            return 1.0 / amplitude if amplitude > 0.0 else np.inf
-        return float(self.neutral + amplitude)
 
 
 @dataclass(frozen=True)
@@ -271,6 +209,10 @@ class Effect(ABC):
     has_memory: ClassVar[bool] = False
     in_motion: ClassVar[bool] = False
     """True where the effect shows in the torque of a moving drive (`motion_columns`), and never at rest."""
+    constant_torque: ClassVar[bool] = False
+    """True where its torque in motion is a constant: with it in the model the free constants at each speed, which would
+    absorb it, are left out.
+    """
     general: ClassVar[bool] = False
     """True where the law holds whatever its place can do: it is no rival of what it holds as a special case."""
     curve: ClassVar[tuple[str, ...]] = ()
@@ -342,7 +284,11 @@ class Effect(ABC):
 
     def motion_grid(self, place: Place, chain: Chain, motion: DriveMotion) -> dict[str, Floats]:
         """Return values of the shape parameters to start or profile from, as `nonlinear_grid`, for free motion."""
-        return self._usual_grid()
+        return usual_grid(self.parameters)
+
+    def motion_covariate(self, place: Place, chain: Chain, motion: DriveMotion) -> Covariate:
+        """Return the covariate that the residual of this effect follows in free motion."""
+        return Covariate("velocity", "rad/s", motion.velocity)
 
     def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
         """Return the data missing to determine this effect from one drive's free motion, or None."""
@@ -376,15 +322,7 @@ class Effect(ABC):
         -------
         Symbol to increasing values within the bounds; a law that no load in these data brings out gives an empty array.
         """
-        return self._usual_grid()
-
-    def _usual_grid(self) -> dict[str, Floats]:
-        """Return a tenth to ten times the typical value of each shape parameter, within its bounds."""
-        return {
-            spec.symbol: np.clip(spec.typical * np.array([0.1, 0.3, 1.0, 3.0, 10.0]), spec.lower, spec.upper)
-            for spec in self.parameters
-            if spec.role is ParameterRole.NONLINEAR
-        }
+        return usual_grid(self.parameters)
 
     def impossible(self, values: Values) -> str | None:
         """Return why these values cannot be, where bounds alone do not decide, or None."""

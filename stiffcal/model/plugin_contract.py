@@ -21,7 +21,7 @@ MEND = "mend the file"
 _SYMBOL = re.compile(r"[^\W\d]\w{0,99}")
 _TEXTS = ("summary", "fingerprint", "how_to_check")
 _NAMES = ("includes", "excludes", "needs", "looks_like", "curve")
-_FLAGS = ("has_memory", "in_motion", "general")
+_FLAGS = ("has_memory", "in_motion", "constant_torque", "general")
 _MOST_TEXT = 10_000
 # Far beyond every quantity in SI units; the sum of the squares of many is still a number.
 _LARGEST = 1e100
@@ -241,6 +241,13 @@ def _covariate(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any
     return f"a covariate whose value {wrong}" if wrong else ""
 
 
+def _motion_covariate(effect: Effect, answer: Any, place: Place, chain: Any, motion: Any) -> str:
+    if not isinstance(answer, Covariate) or not (_is_text(answer.label) and _is_text(answer.unit)):
+        return f"no Covariate: {_shown(answer)}"
+    wrong = _wrong_array(answer.value, motion.velocity.shape)
+    return f"a covariate whose value {wrong}" if wrong else ""
+
+
 def _from_torque_angle(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     symbols = [spec.symbol for spec in effect.parameters]
     right = isinstance(answer, Mapping) and all(
@@ -277,6 +284,7 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "torque_columns": _torque_columns,
     "motion_columns": _motion_columns,
     "motion_grid": _motion_grid,
+    "motion_covariate": _motion_covariate,
     "lacking_motion": _text_or_none,
     "observation_columns": _observation_columns,
     "observation_shift": _observation_shift,

@@ -213,6 +213,8 @@ class EffectPicture:
     """(n,) True where the load was going back; all False where it makes no difference."""
     caption: str
     """What the picture shows, and the example."""
+    back: str = "unloading"
+    """What the way back is called in the legend."""
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Pl
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.plugin_code import PluginCode
 from stiffcal.report.content import EffectPicture
+from stiffcal.workflow.effect_motion_pictures import torque_picture
 from stiffcal.workflow.effect_sketch import sketch
 
 FIRST, SECOND = 1.0, 0.8
@@ -115,7 +116,9 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
     if best is not None:
         return best[1]
     return (
-        _late_clock_picture(effect, chain, setup) or _torque_next_to(effect, places, chain) or _torque_in_motion(effect)
+        _late_clock_picture(effect, chain, setup)
+        or _torque_next_to(effect, places, chain)
+        or torque_picture(effect, chain)
     )
 
 
@@ -303,19 +306,6 @@ def _torque_next_to(effect: Effect, places: Sequence[Place], chain: Chain) -> Ef
                 np.zeros_like(angle), torque, np.zeros(len(angle), dtype=np.bool_), _caption(effect),
             )  # fmt: skip
     return None
-
-
-def _torque_in_motion(effect: Effect) -> EffectPicture | None:
-    """Return a motor's torque over its speed, for effects that show in motion alone."""
-    torque_at = getattr(effect, "friction_torque", None)
-    if torque_at is None:
-        return None
-    velocity = np.linspace(-1.0, 1.0, 201)
-    torque = np.asarray(torque_at(velocity, {spec.symbol: spec.typical for spec in effect.parameters}))
-    return EffectPicture(
-        effect.name, "velocity of the joint [rad/s]", "torque of the drive [N·m]", velocity,
-        np.zeros_like(velocity), torque, np.zeros(len(velocity), dtype=np.bool_), _caption(effect),
-    )  # fmt: skip
 
 
 def _springs() -> tuple[PlacedEffect, ...]:

@@ -38,7 +38,7 @@ def sketch(picture: EffectPicture) -> list[str]:
     _draw(page, picture.x, picture.without, frame, [WITHOUT] * steps)
     marks = [BACK if back else THERE for back in picture.unloading[1:]]
     _draw(page, picture.x, picture.with_effect, frame, marks)
-    legend = f"{WITHOUT} without   {THERE} with it" + (f"   {BACK} unloading" if picture.unloading.any() else "")
+    legend = f"{WITHOUT} without   {THERE} with it" + (f"   {BACK} {picture.back}" if picture.unloading.any() else "")
     return [
         f"{picture.y_label}, {_span(both)}",
         *("  " + "".join(line).rstrip() for line in page),

@@ -31,7 +31,8 @@ NAMES = {
     "base-compliance", "tool-compliance", "cubic-stiffness", "two-slope", "asymmetric-stiffness", "backlash",
     "friction-hysteresis", "periodic-stiffness", "gravity-compensator", "servo-deflection", "creep", "thermal-drift",
     "seat-shift", "tracker-frame", "wrench-frame", "target-offset", "load-point-offset", "wrench-bias", "clock-offset",
-    "joint-friction", "wrench-origin", "wrench-scale",
+    "joint-friction", "stribeck", "friction-load", "friction-temperature", "torque-ripple", "viscous-power",
+    "friction-asymmetry", "presliding", "wrench-origin", "wrench-scale",
 }  # fmt: skip
 # Physics, section 2: the symbols are fixed.
 SYMBOLS = {
@@ -44,7 +45,9 @@ SYMBOLS = {
     "wrench-frame": "rx ry rz", "target-offset": "x y z", "load-point-offset": "x y z",
     "wrench-bias": "fx fy fz mx my mz mass", "clock-offset": "offset",
     "joint-friction": "coulomb stribeck velocity exponent viscous",
-    "wrench-origin": "x y z", "wrench-scale": "moment force",
+    "stribeck": "stribeck velocity exponent", "friction-load": "per_Nm", "friction-temperature": "coulomb_K viscous_K",
+    "torque-ripple": "a b order", "viscous-power": "factor power", "friction-asymmetry": "offset",
+    "presliding": "stiffness angle", "wrench-origin": "x y z", "wrench-scale": "moment force",
 }  # fmt: skip
 # First-order columns leave out that a law's own share moves the load point, and that the drives give under the torques
 # so changed: force × lever × compliance of the softest joint, 400 N × 1 m × 6e-5 rad/(N·m) at the wrist = 2.4 %.

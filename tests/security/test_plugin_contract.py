@@ -84,6 +84,7 @@ def test_other_answers_that_are_none_are_a_fault_of_the_file(
     [
         ("motion_columns = lambda *a: {'c': np.zeros(2)}", "returns a column of c that has the shape (2,), not (3,)"),
         ("motion_grid = lambda *a: {'d': np.zeros(2)}", "returns no mapping of the parameters' symbols to arrays"),
+        ("motion_covariate = lambda *a: None", "returns no Covariate: None"),
         ("lacking_motion = lambda *a: 5", "returns neither a text nor None: 5"),
     ],
 )
@@ -95,6 +96,7 @@ def test_answers_on_free_motion_that_are_none_are_a_fault_of_the_file(folder: Pa
     answers: dict[str, Callable[[], object]] = {
         "motion_columns": lambda: effect.motion_columns(place, campaign.chain, motion, {}),
         "motion_grid": lambda: effect.motion_grid(place, campaign.chain, motion),
+        "motion_covariate": lambda: effect.motion_covariate(place, campaign.chain, motion),
         "lacking_motion": lambda: effect.lacking_motion(campaign.chain, motion),
     }
     with pytest.raises(InputError) as error:

@@ -151,10 +151,10 @@ def _heldout_runs(data: MeasuredRuns, rows: FrictionRows) -> NDArray[np.bool_]:
 
 def _without_effect(data: MeasuredRuns) -> ExperimentFit | None:
     """Say that friction was measured and is not in the model; where nothing else is measured, refuse."""
-    from stiffcal.model.catalogue import built_in_effects
+    from stiffcal.campaign.model_file import default_model
 
-    names = [name for name, effect in built_in_effects().items() if effect.in_motion]
-    mend = f"stiffcal add {data.campaign.folder} {names[0] if names else 'EFFECT'} --all"
+    first = default_model(data.campaign.chain.n_joints, {FRICTION}).effects[0].type
+    mend = f"stiffcal add {data.campaign.folder} {first} --all"
     if data.n_states == 0:
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE,

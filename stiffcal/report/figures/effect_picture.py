@@ -33,7 +33,9 @@ def draw_effect_picture(picture: EffectPicture) -> Figure:
 def draw_on(axes: Axes, picture: EffectPicture) -> None:
     """Draw the picture on a panel."""
     canvas.zero_lines(axes)
-    _, first = np.unique(picture.x, return_index=True)
+    _, first, index = np.unique(picture.x, return_index=True, return_inverse=True)
+    if not np.array_equal(picture.without[first][index], picture.without):  # there and back on two curves
+        first = np.arange(len(picture.x))
     axes.plot(
         picture.x[first],
         picture.without[first],
@@ -52,7 +54,7 @@ def draw_on(axes: Axes, picture: EffectPicture) -> None:
     if picture.unloading.any():
         axes.plot(
             picture.x, np.where(back, picture.with_effect, blank), color=canvas.ACCENT, linewidth=1.0,
-            linestyle=(0, (5, 1)), label="unloading", zorder=4,
+            linestyle=(0, (5, 1)), label=picture.back, zorder=4,
         )  # fmt: skip
     axes.set_xlabel(picture.x_label)
     axes.set_ylabel(picture.y_label)

@@ -1,0 +1,55 @@
+"""Friction that differs between the two directions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drive_motion import DriveMotion
+from stiffcal.model.effect import DocumentedEffect, Kind, ParameterSpec, Place, Values
+
+
+class FrictionAsymmetry(DocumentedEffect):
+    """A moving joint resists more in one direction than in the other, by a constant torque.
+
+    Law: the torque gains [offset], whatever speed and direction: Coulomb friction is coulomb + offset forwards and
+    coulomb − offset backwards (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994 report different friction in the two
+    directions of many mechanisms). It replaces the constants that are otherwise free at each speed.
+
+    Assumes that neither weight nor a spring acts about the axis, or that both are in the model.
+
+    Limits: an offset of the torque sensor or of the motor current is the same constant: the two cannot be distinguished
+    unless the sensor's zero is known, by readings at rest of a joint that holds nothing.
+    """
+
+    name = "friction-asymmetry"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "friction differs between the two directions by a constant torque"
+    parameters = (
+        ParameterSpec(
+            "offset", "N·m", "half of what friction forwards exceeds friction backwards", -1e5, 1e5, 2.0,
+            "some per cent of a drive's Coulomb friction of 50 N·m",
+        ),
+    )  # fmt: skip
+    needs = ("friction runs: both directions at several speeds",)
+    in_motion = True
+    constant_torque = True
+    fingerprint = "the mean of both directions' torques is the same at all speeds and angles, and not zero"
+    how_to_check = "Read the torque at rest with nothing to hold: what is left there is the sensor's zero."
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Load states are taken at rest."""
+        return "friction runs: load states are taken at rest"
+
+    def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
+        """Both directions."""
+        if not motion.both_ways:
+            return "motion in both directions: in one direction friction and weight are measured as one torque"
+        return None
+
+    def motion_columns(self, place: Place, chain: Chain, motion: DriveMotion, shape: Values) -> dict[str, Floats]:
+        """One, everywhere."""
+        return {"offset": np.ones(len(motion))}

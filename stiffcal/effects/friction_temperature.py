@@ -1,0 +1,66 @@
+"""Friction that changes as the drive warms up."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.varying import varies
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drive_motion import DriveMotion
+from stiffcal.model.effect import Covariate, DocumentedEffect, Kind, ParameterSpec, Place, Values
+
+_SOURCE = "viscous friction falls by some per cent per kelvin as the lubricant thins (Bittencourt and Gunnarsson 2012)"
+
+
+class FrictionTemperature(DocumentedEffect):
+    """A drive that warms up resists less, mostly at speed, because its lubricant becomes thinner.
+
+    Law: τ_f gains (coulomb_K sign(ω) + viscous_K ω)(T − T_ref), T the first temperature that the campaign logs and
+    T_ref its first reading; ω at the joint's side of the gear. This is the linear part of what Bittencourt and
+    Gunnarsson 2012 measured on an industrial robot. Coulomb and viscous friction of joint-friction hold at T_ref.
+
+    Assumes one temperature for the whole drive. Viscosity falls exponentially: over more than some 20 K a straight
+    line is too little.
+
+    Limits: a drive that warms up once, evenly, cannot show whether temperature or time is the cause (running in, a
+    drifting amplifier): let it cool down and repeat. A thermometer on the housing lags behind the lubricant.
+    """
+
+    name = "friction-temperature"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "Coulomb and viscous friction change linearly with the temperature"
+    parameters = (
+        ParameterSpec("coulomb_K", "N·m/K", "change of Coulomb friction per kelvin", -1e4, 1e4, -0.5, _SOURCE),
+        ParameterSpec("viscous_K", "N·m·s/(rad·K)", "change of viscous friction per kelvin", -1e5, 1e5, -2.0, _SOURCE),
+    )
+    needs = ("friction runs: both directions", "a temperature that changes")
+    looks_like = ("friction-load", "viscous-power")
+    in_motion = True
+    fingerprint = "the same speed takes less torque as the log's temperature rises"
+    how_to_check = "Repeat the same speeds with the drive cold, warm and cold again: friction follows the temperature."
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Load states are taken at rest."""
+        return "friction runs: load states are taken at rest"
+
+    def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
+        """Both directions, and a temperature that changes."""
+        if not np.isfinite(motion.temperature).any():
+            return "a temperature in the logs of the friction runs"
+        if not motion.both_ways:
+            return "motion in both directions: in one direction friction and weight are measured as one torque"
+        if not varies(motion.temperature):
+            return "a temperature that changes during the friction runs"
+        return None
+
+    def motion_columns(self, place: Place, chain: Chain, motion: DriveMotion, shape: Values) -> dict[str, Floats]:
+        """(T − T_ref) sign ω and (T − T_ref) ω; nothing where no temperature was logged."""
+        warmer = np.nan_to_num(motion.temperature)
+        return {"coulomb_K": warmer * np.sign(motion.velocity), "viscous_K": warmer * motion.velocity}
+
+    def motion_covariate(self, place: Place, chain: Chain, motion: DriveMotion) -> Covariate:
+        """The temperature."""
+        return Covariate("temperature above the first reading", "K", np.nan_to_num(motion.temperature))

@@ -1,0 +1,79 @@
+"""More friction at crawling speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drive_motion import DriveMotion
+from stiffcal.model.effect import DocumentedEffect, Kind, ParameterRole, ParameterSpec, Place, Values
+
+_SOURCE = "a third of a drive's Coulomb friction, as drawn in paper 004, figure 4"
+_VELOCITY = "where friction is least at some per cent of the rated speed (Bittencourt and Gunnarsson 2012)"
+_EXPONENT = "1 (exponential) and 2 (Gaussian) are usual, 0.5 to 1.3 measured (Armstrong-Hélouvry et al. 1994)"
+# Coulomb and viscous friction and the three parameters of the law itself are not known from fewer.
+LEAST_SPEEDS = 4
+_EXPONENTS = (0.5, 1.0, 1.3, 2.0)
+
+
+class Stribeck(DocumentedEffect):
+    """A moving joint resists more at crawling speed, before the lubricant separates the surfaces.
+
+    Law: τ_f gains F exp(−|ω/ω_S|^α) sign(ω): stribeck F, velocity ω_S, exponent α; ω and τ_f at the joint's side of the
+    gear (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994; paper 004, eq. 1, after Bittencourt et al. 2010). It comes
+    on top of joint-friction.
+
+    Assumes steady motion at constant temperature. After Bittencourt and Gunnarsson 2012 ω_S grows with load and
+    temperature.
+
+    Limits: ω_S is known only where some speeds lie below it and some above; friction that has faded below the slowest
+    speed counts as none, and friction that has not faded at the fastest counts as Coulomb friction. Load states are
+    taken at rest; there friction shows as friction-hysteresis.
+    """
+
+    name = "stribeck"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "friction rises as the joint slows down to crawling speed"
+    parameters = (
+        ParameterSpec("stribeck", "N·m", "what comes on top at crawling speed", 0.0, 1e5, 20.0, _SOURCE),
+        ParameterSpec(
+            "velocity", "rad/s", "speed at which 1/e of it is left", 1e-5, 10.0, 0.05, _VELOCITY,
+            ParameterRole.NONLINEAR,
+        ),
+        ParameterSpec("exponent", "1", "how sharply it fades", 0.3, 4.0, 1.3, _EXPONENT, ParameterRole.NONLINEAR),
+    )  # fmt: skip
+    needs = ("friction runs: both directions at four speeds or more, some of them slow",)
+    looks_like = ("viscous-power", "presliding", "joint-friction")
+    in_motion = True
+    fingerprint = "torque over speed bends up towards standstill, in both directions alike"
+    how_to_check = "Add speeds of 1 to 5 % of the rated speed, both ways: friction rises as the joint slows down."
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Load states are taken at rest."""
+        return "friction runs: load states are taken at rest"
+
+    def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
+        """Both directions, several speeds."""
+        if not motion.both_ways:
+            return "motion in both directions: in one direction friction and weight are measured as one torque"
+        if len(motion.speeds()) < LEAST_SPEEDS:
+            return f"at least {LEAST_SPEEDS} different speeds"
+        return None
+
+    def torque_columns(self, velocity: Floats, shape: Values) -> dict[str, Floats]:
+        """Return the (n,) torque per N·m of it at velocities (n,), rad/s."""
+        fading = np.exp(-(np.abs(velocity / shape["velocity"]) ** shape["exponent"]))
+        return {"stribeck": fading * np.sign(velocity)}
+
+    def motion_grid(self, place: Place, chain: Chain, motion: DriveMotion) -> dict[str, Floats]:
+        """Speeds from half the slowest to half the fastest: below or above it would be no or Coulomb friction."""
+        speed = motion.speeds()
+        spec = self.spec("velocity")
+        if len(speed) < 2:
+            return {"velocity": np.zeros(0), "exponent": np.array(_EXPONENTS)}
+        low, high = np.clip([0.5 * speed[0], 0.5 * speed[-1]], spec.lower, spec.upper)
+        values = np.geomspace(low, high, 10) if high > 1.01 * low else np.array([low])
+        return {"velocity": np.clip(values, low, high), "exponent": np.array(_EXPONENTS)}
