@@ -23,7 +23,7 @@ from stiffcal.report.blocks import (
     TableBlock,
 )
 from stiffcal.report.content import ReportContent
-from stiffcal.report.figures.canvas import save_figure
+from stiffcal.report.drawing_processes import Picture, draw_pictures
 from stiffcal.report.sections import all_sections
 from stiffcal.report.typesetting import set_pages
 
@@ -98,17 +98,14 @@ def lay_out(content: ReportContent) -> list[ReportSection]:
 
 def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress) -> list[dict[str, Any]]:
     """Turn sections into what the template reads, drawing each picture into `folder`."""
-    n_pictures = sum(isinstance(block, PictureBlock) for section in sections for block in section.blocks)
-    drawn = 0
+    pictures: list[Picture] = []
     data = []
     for section in sections:
         blocks = []
         for number, block in enumerate(section.blocks):
             if isinstance(block, PictureBlock):
-                progress(f"drawing: {section.title}", 0.9 * drawn / n_pictures)
-                drawn += 1
-                name = f"figure-{drawn:03d}.svg"
-                save_figure(block.draw(), folder / name, text_as_shapes=False)
+                name = f"figure-{len(pictures) + 1:03d}.svg"
+                pictures.append((f"drawing: {section.title}", block.draw, folder / name))
                 blocks.append({"kind": "picture", "file": name, "caption": block.caption})
             else:
                 following = section.blocks[number + 1 :][:1]
@@ -116,6 +113,7 @@ def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress
                     _block_data(block, any(isinstance(following_block, PictureBlock) for following_block in following))
                 )
         data.append({"title": section.title, "new_page": section.new_page, "blocks": blocks})
+    draw_pictures(pictures, progress)
     return data
 
 

@@ -20,6 +20,7 @@ from stiffcal.report.drawing_library import drawing_library
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
 FONT_FILES = (
     "DejaVuSans.ttf",
@@ -74,19 +75,37 @@ def texts_of(value: Any) -> set[str]:
 
 def make_drawable(figure: Figure) -> None:
     """Write out in a picture's texts what is hidden, and give letters that DejaVu lacks a font that has them."""
-    from matplotlib.text import Text
-
+    has_unusual_ticks = False
     for panel in figure.axes:
         for axis in (panel.xaxis, panel.yaxis):
             formatter = axis.get_major_formatter()  # when drawn it would give its ticks the old texts again
+            has_unusual_ticks = has_unusual_ticks or bool(
+                _unusual(formatter.format_ticks(axis.get_majorticklocs().tolist()))
+            )
             vars(formatter)["format_ticks"] = partial(_drawable_ticks, formatter.format_ticks)
-    for text in figure.findobj(Text):
-        assert isinstance(text, Text)
+    for text in _texts(figure, with_ticks=has_unusual_ticks):
         written = text.get_text()
         text.set_text(drawable(written))
         families = [_family(file) for file in further_fonts([written])]
         if families:
             text.set_fontfamily(["DejaVu Sans", *families])
+
+
+def _texts(figure: Figure, with_ticks: bool) -> list[Text]:
+    """Return a figure's texts; those of its ticks, of which there are hundreds, only where they need a font."""
+    from matplotlib.text import Text
+
+    if with_ticks:
+        return [text for text in figure.findobj(Text) if isinstance(text, Text)]
+    legends = list(figure.legends)
+    texts = list(figure.texts)
+    for panel in figure.axes:
+        texts += [panel.xaxis.label, panel.yaxis.label]
+        # the panel's own texts and titles, not those of its axes
+        texts += [child for child in panel.get_children() if isinstance(child, Text)]
+        legend = panel.get_legend()
+        legends += [legend] if legend is not None else []
+    return texts + [text for legend in legends for text in (*legend.get_texts(), legend.get_title())]
 
 
 def _drawable_ticks(format_ticks: Callable[[Any], list[str]], values: Any) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import subprocess
 import sys
@@ -14,8 +15,10 @@ import numpy as np
 import pytest
 
 from stiffcal.compensation.predict_result import LoadPath
+from stiffcal.errors import no_progress
 from stiffcal.measurements.rms import Rms
 from stiffcal.report.content import ResidualCovariate
+from stiffcal.report.drawing_processes import draw_pictures
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.ladder import draw_ladder
 from stiffcal.report.figures.load_deformation import (
@@ -80,6 +83,31 @@ def test_every_axis_has_its_unit(name: str) -> None:
                 # Shared axes are labelled once; an axis with its own written ticks must not be without a label.
                 written = [tick.label1.get_visible() and tick.label1.get_text() for tick in axis.get_major_ticks()]
                 assert not any(written) or name.startswith("ladder"), (name, written)
+
+
+@canvas.styled
+def laid_out(figure: Figure) -> Figure:
+    """Measure all texts of a figure, in the style in which it is written."""
+    figure.draw_without_rendering()
+    return figure
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_no_text_leaves_the_picture_or_runs_into_another_panel(name: str) -> None:
+    figure = laid_out(FIGURES[name]())
+    extents = [box for axes in figure.axes if (box := axes.get_tightbbox()) is not None]
+    width, height = figure.bbox.width, figure.bbox.height
+    pixel = figure.dpi / 72.0
+    for box in extents:
+        assert box.x0 > -pixel
+        assert box.y0 > -pixel
+        assert box.x1 < width + pixel
+        assert box.y1 < height + pixel
+    legends = [legend.get_window_extent() for legend in figure.legends]
+    for first, second in itertools.combinations([*extents, *legends], 2):
+        across = min(first.x1, second.x1) - max(first.x0, second.x0)
+        up = min(first.y1, second.y1) - max(first.y0, second.y0)
+        assert min(across, up) < 2.0 * pixel, (name, first, second)
 
 
 @pytest.mark.parametrize("kind", ["svg", "pdf", "png"])
@@ -161,3 +189,21 @@ def test_content_and_building_load_neither_matplotlib_nor_typst() -> None:
     code = "import sys, stiffcal.report.building; print([m for m in ('matplotlib', 'typst') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_pictures_have_the_same_bytes_however_many_processes_draw_them(tmp_path: Path) -> None:
+    for count in (1, 3):
+        (tmp_path / str(count)).mkdir()
+        pictures = [(name, draw, tmp_path / str(count) / f"{name}.svg") for name, draw in FIGURES.items()]
+        draw_pictures(pictures, no_progress, processes=count)
+    for name in FIGURES:
+        assert (tmp_path / "1" / f"{name}.svg").read_bytes() == (tmp_path / "3" / f"{name}.svg").read_bytes()
+
+
+def test_a_fault_in_a_process_of_its_own_is_reported_here(tmp_path: Path) -> None:
+    def broken() -> Figure:
+        raise RuntimeError("nothing to draw")
+
+    pictures = [(str(k), broken if k == 3 else FIGURES["load_path"], tmp_path / f"{k}.svg") for k in range(4)]
+    with pytest.raises(RuntimeError, match="nothing to draw"):
+        draw_pictures(pictures, no_progress, processes=2)

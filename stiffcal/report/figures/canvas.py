@@ -16,6 +16,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.files import replacing
 from stiffcal.report.drawing_library import drawing_library
+from stiffcal.report.figures.margins import place_panels
 from stiffcal.report.fonts import make_drawable, silence_font_notices
 
 if TYPE_CHECKING:
@@ -43,6 +44,8 @@ _STYLE: dict[str, Any] = {
     "font.size": 7.0,
     "axes.titlesize": 7.5,
     "axes.titlelocation": "left",
+    # A fixed height: matplotlib would else measure all labels to find out whether one is above the panel.
+    "axes.titley": 1.0,
     "axes.labelsize": 7.0,
     "axes.linewidth": 0.6,
     "axes.edgecolor": INK,
@@ -78,7 +81,10 @@ _STYLE: dict[str, Any] = {
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Run a drawing function under the report's style, whatever the user's own matplotlib settings are."""
+    """Run a drawing function under the report's style, whatever the user's own matplotlib settings are.
+
+    The panels of a figure that it returns are placed, unless a layout of matplotlib does that.
+    """
 
     @wraps(draw)
     def under_style(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -86,13 +92,25 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(cast(Any, _STYLE))
-            return draw(*args, **kwargs)
+            drawn = draw(*args, **kwargs)
+            from matplotlib.figure import Figure
+
+            if isinstance(drawn, Figure) and drawn.get_layout_engine() is None:
+                place_panels(drawn)
+            return drawn
 
     return under_style
 
 
-def new_figure(width_mm: float, height_mm: float, constrained: bool = True) -> Figure:
-    """Return an empty figure of that size, without pyplot; panels keep clear of each other where `constrained`."""
+def new_figure(width_mm: float, height_mm: float, constrained: bool = False) -> Figure:
+    """Return an empty figure of that size, without pyplot.
+
+    Parameters
+    ----------
+    width_mm, height_mm : its size.
+    constrained : matplotlib's constrained layout places the panels, for pictures with colour bars; it takes twice as
+        long as `place_panels`, which does it otherwise.
+    """
     drawing_library()
     from matplotlib.figure import Figure
 
@@ -160,4 +178,5 @@ def share_legend(figure: Figure, handles: Sequence[Any]) -> None:
         # A letter of 6.5 pt takes about 1.35 mm, the mark and the gaps around it 11 mm.
         widest = max(11.0 + 1.35 * len(str(handle.get_label())) for handle in handles)
         columns = max(1, min(len(handles), int(PAGE_WIDTH_MM / widest)))
-        figure.legend(handles=list(handles), loc="outside upper center", ncols=columns)
+        outside = figure.get_layout_engine() is not None
+        figure.legend(handles=list(handles), loc="outside upper center" if outside else "upper center", ncols=columns)

@@ -278,5 +278,6 @@ def name_runs(axes: Axes, names: list[str]) -> None:
     """Write run names under the abscissa, every one while they fit, else every second, fifth, ..."""
     step = next((step for step in (1, 2, 5, 10, 20, 50) if len(names) / step <= 50), 100)
     places = list(range(0, len(names), step))
-    axes.set_xticks(places, [names[i] for i in places], rotation=90 if len(names) > 12 else 0)
+    axes.set_xticks(places, [names[i] for i in places])
+    axes.tick_params(axis="x", labelrotation=90.0 if len(names) > 12 else 0.0)
     axes.set_xlabel("run")

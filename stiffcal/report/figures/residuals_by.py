@@ -112,7 +112,8 @@ def draw_residuals_by(groups: Sequence[tuple[str, Slices]], noise: Rms | None = 
                 panel.set_ylabel("")
             if row == len(components) - 1:
                 labels = [part.label for part in parts]
-                panel.set_xticks(range(len(labels)), labels, rotation=90 if max(map(len, labels), default=0) > 4 else 0)
+                panel.set_xticks(range(len(labels)), labels)
+                panel.tick_params(axis="x", labelrotation=90.0 if max(map(len, labels), default=0) > 4 else 0.0)
                 panel.set_xlabel(title)
     canvas.share_legend(figure, panels[0, 0].get_legend_handles_labels()[0])
     return figure

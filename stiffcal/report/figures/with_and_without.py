@@ -79,7 +79,8 @@ def draw_errors_by_pose(pairs: WithAndWithout) -> Figure:
                 hatch=hatch, label=label, linewidth=0.8,
             )  # fmt: skip
             panel.plot(at, top, linestyle="none", marker="_", markersize=8, color=canvas.INK, zorder=4)
-        panel.set_xticks(place, [pose.off.name for pose in pairs.poses], rotation=30 if len(place) > 4 else 0)
+        panel.set_xticks(place, [pose.off.name for pose in pairs.poses])
+        panel.tick_params(axis="x", labelrotation=30.0 if len(place) > 4 else 0.0)
         panel.set_ylabel(("position error [mm]", "orientation error [mrad]")[component])
         panel.grid(visible=False, axis="x")
     canvas.share_legend(figure, panels[0].get_legend_handles_labels()[0])

@@ -83,7 +83,9 @@ def draw_workspace(result: MapResult) -> Figure:
     rows = -(-len(panels) // columns)
     ratio = float(np.ptp(grid.up) / np.ptp(grid.across))
     width = canvas.PAGE_WIDTH_MM / columns
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, rows * (0.84 * width * min(max(ratio, 0.5), 1.6) + 24) + 15)
+    figure = canvas.new_figure(
+        canvas.PAGE_WIDTH_MM, rows * (0.84 * width * min(max(ratio, 0.5), 1.6) + 24) + 15, constrained=True
+    )
     drawn = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, (level, quantity) in zip(drawn, panels, strict=False):
         _draw_panel(figure, axes, result, level, quantity)
