@@ -104,10 +104,12 @@ def _draw_panel(axes: Axes, states: ReportStates, run: int, axis: int, styles: d
         axes.plot(x, y, color=canvas.MODEL, linewidth=0.7, linestyle=style, zorder=2)
     _draw_markers(axes, states, chosen, styles, (force, measured))
     unloaded = np.flatnonzero(states.used & (states.run == run) & (states.direction == ""))
-    axes.plot(
-        force[unloaded], measured[unloaded], linestyle="none", marker="+", color=canvas.QUIET, markersize=3, zorder=2.5
-    )
-    if states.set_aside is not None:
+    if unloaded.size:
+        axes.plot(
+            force[unloaded], measured[unloaded], linestyle="none", marker="+", color=canvas.QUIET, markersize=3,
+            zorder=2.5,
+        )  # fmt: skip
+    if states.set_aside is not None and (states.set_aside[states.run == run] != "").any():
         set_aside = np.flatnonzero((states.run == run) & (states.set_aside != ""))
         axes.plot(
             force[set_aside],
@@ -133,6 +135,8 @@ def _draw_markers(
     for label, (colour, marker) in styles.items():
         for branch in dict.fromkeys(states.branch[chosen].tolist()):
             pick = chosen[(states.direction[chosen] == label) & (states.branch[chosen] == branch)]
+            if not pick.size:
+                continue
             face, size = ("none", 4.2) if branch == "unloading" else (colour, 2.4)
             axes.plot(
                 xy[0][pick], xy[1][pick], linestyle="none", marker=marker, color=colour, markerfacecolor=face,
