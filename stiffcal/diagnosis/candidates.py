@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 from stiffcal.diagnosis.results import UntestableEffect
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
-from stiffcal.identification.regressors import Linearised, Regressor
+from stiffcal.identification.regressors import Regressor, RegressorMaker
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, ParameterRole, Place
 
@@ -72,7 +71,7 @@ def _stands_in_the_way(effect: Effect, place: Place, robot: CompliantRobot) -> b
     )
 
 
-def variants(candidate: Candidate, state: Linearised, chain: Chain) -> Iterator[Regressor]:
+def variants(candidate: Candidate, state: RegressorMaker) -> Iterator[Regressor]:
     """Return the candidate's regressors, one for each combination of its shape grid."""
     if any(spec.role is ParameterRole.NONLINEAR for spec in candidate.effect.parameters):
         shapes = state.shapes(candidate.effect, candidate.place)

@@ -9,6 +9,7 @@ from stiffcal.diagnosis.choosing import confidence_by_class
 from stiffcal.diagnosis.held_to_places import held_to_places
 from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, rms_after_choosing, size_at_tool
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice
+from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.patterns import find_pattern
 from stiffcal.diagnosis.results import (
@@ -20,7 +21,7 @@ from stiffcal.diagnosis.results import (
     SearchPace,
     UndecidedEffect,
 )
-from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
+from stiffcal.diagnosis.scan import ROUNDING, Trial
 from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
@@ -258,7 +259,7 @@ def _parameters(trial: Trial) -> list[CandidateParameter]:
     ]
 
 
-def _explains(scan: Scan, trial: Trial) -> float | None:
+def _explains(scan: LoadScan, trial: Trial) -> float | None:
     """Return the share of the avoidable error that goes, whitened."""
     before, after = float(scan.base.heldout.sum()), float(trial.score.heldout.sum())
     floor = float(scan.dof) if scan.fit.noise is not None else 0.0
@@ -268,7 +269,7 @@ def _explains(scan: Scan, trial: Trial) -> float | None:
     return (before - after) / (before - floor) if abs(before - after) > ROUNDING * before else 0.0
 
 
-def _why_rejected(scan: Scan, trial: Trial) -> str:
+def _why_rejected(scan: LoadScan, trial: Trial) -> str:
     judgement = judge(scan, trial)
     if not judgement.possible:
         return "its values would have to be impossible (negative, or nothing)"

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.scan import Scan
+from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.scoring import fold_products, solve_within
 from stiffcal.identification.observation import ParameterColumn, free_columns
 from stiffcal.identification.regressors import Linearised, Regressor
@@ -72,7 +72,7 @@ class EffectEvidence:
 
 
 def evidence_for(
-    scan: Scan, chosen: Collection[str], catalogue: Mapping[str, Effect], kept_names: Collection[str] = ()
+    scan: LoadScan, chosen: Collection[str], catalogue: Mapping[str, Effect], kept_names: Collection[str] = ()
 ) -> Iterator[EffectEvidence]:
     """Take each chosen effect out of a fitted model in turn, and compute what it accounts for.
 
@@ -106,7 +106,7 @@ def evidence_for(
 
 
 def _evidence(
-    scan: Scan, state: Linearised, columns: list[ParameterColumn], number: int, included: list[Regressor]
+    scan: LoadScan, state: Linearised, columns: list[ParameterColumn], number: int, included: list[Regressor]
 ) -> EffectEvidence:
     placed_effect, data = scan.fit.robot.placed[number], scan.fit.data
     added = _contribution(state, placed_effect)
@@ -150,7 +150,7 @@ def _lowest_step(placed_effect: PlacedEffect, column: ParameterColumn) -> float:
     return -np.inf
 
 
-def _heldout_residual(scan: Scan, columns: Floats, residual: Floats, low: Floats) -> Floats:
+def _heldout_residual(scan: LoadScan, columns: Floats, residual: Floats, low: Floats) -> Floats:
     """Return (m, n) residuals, each pose by a fit without it, its run's offset taken out."""
     remaining = residual.copy()
     if len(columns):
@@ -163,7 +163,7 @@ def _heldout_residual(scan: Scan, columns: Floats, residual: Floats, low: Floats
     return corrected_for_freedom(scan.space.centred(remaining[None])[0], scan.fit.data)
 
 
-def _rows_with_largest_signal(scan: Scan, contribution: Floats, residual_after: Floats) -> Integers:
+def _rows_with_largest_signal(scan: LoadScan, contribution: Floats, residual_after: Floats) -> Integers:
     """Return the rows of one kind of reading in which the effect is largest against what remains with it.
 
     Compared are translations and rotations of the first target, and gauges; where none was measured, the rods of one

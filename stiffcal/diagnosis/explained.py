@@ -95,11 +95,8 @@ def _mean_square_ratio(first: Scan, last: Scan) -> float:
     """
     if first.fit.noise is not None or last.fit.noise is not None:
         return 1.0
-    squares = []
-    for fit in (first.fit, last.fit):
-        rows = fit.data.kind == fit.data.kind[0]
-        squares.append(float(np.sum(np.where(fit.data.measured_mask[rows], fit.residual[rows], 0.0) ** 2)))
-    return squares[0] / squares[1] if squares[1] > 0.0 else 1.0
+    first_square, last_square = first.mean_square(), last.mean_square()
+    return first_square / last_square if last_square > 0.0 else 1.0
 
 
 def _share(before: float, after: float, floor: float) -> float:

@@ -6,7 +6,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.choosing import choice_without_each_group
-from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.diagnosis.load_scan import LoadScan
+from stiffcal.diagnosis.scan import Trial
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.observation import free_columns
 from stiffcal.measurements.load_states import LoadStates, members_of
@@ -16,7 +17,7 @@ from stiffcal.validation.heldout import corrected_for_freedom, heldout_residuals
 from stiffcal.validation.validate import rms_of
 
 
-def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
+def left_out_residual(scan: LoadScan, trial: Trial | None) -> Floats:
     """Return (m, n) residuals with each pose left out in turn, its run's offset taken out.
 
     Parameters
@@ -37,12 +38,12 @@ def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
     return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 
 
-def left_out_rms(scan: Scan, trial: Trial | None) -> Rms:
+def left_out_rms(scan: LoadScan, trial: Trial | None) -> Rms:
     """Return the rms in held-out poses."""
     return Rms.of(rms_of(left_out_residual(scan, trial), scan.fit.data))
 
 
-def rms_after_choosing(scan: Scan) -> Rms:
+def rms_after_choosing(scan: LoadScan) -> Rms:
     """Return the rms in held-out poses where the choice of the candidate is repeated without each group of poses.
 
     Each pose is predicted by the candidate that the other groups choose, fitted without that pose; translation and
@@ -63,7 +64,7 @@ def fitted_rms(states: LoadStates, fit: Fit) -> Rms:
     return Rms.of(rms_of(heldout.residual, heldout.data))
 
 
-def contribution(scan: Scan, trial: Trial) -> Floats:
+def contribution(scan: LoadScan, trial: Trial) -> Floats:
     """Return (m, n) what the candidate adds to the displacements, its run's mean taken out."""
     count = len(trial.regressor.symbols)
     amplitude = trial.score.solution[len(trial.score.solution) - count :]
@@ -71,17 +72,17 @@ def contribution(scan: Scan, trial: Trial) -> Floats:
     return np.asarray(scan.space.centred(added[None])[0])
 
 
-def size_at_tool(scan: Scan, trial: Trial) -> float:
+def size_at_tool(scan: LoadScan, trial: Trial) -> float:
     """Return the rms of what the candidate adds at the tool, m."""
     return float(rms_of(contribution(scan, trial), scan.fit.data)["translation"] or 0.0)
 
 
-def poses_helped(scan: Scan, trial: Trial) -> int:
+def poses_helped(scan: LoadScan, trial: Trial) -> int:
     """Return in how many poses the held-out error falls."""
     return int(np.count_nonzero(trial.score.heldout < scan.base.heldout))
 
 
-def with_values_of(scan: Scan, trial: Trial) -> CompliantRobot:
+def with_values_of(scan: LoadScan, trial: Trial) -> CompliantRobot:
     """Return the model with the candidate, both valued as the scan found them with all poses."""
     fit = scan.fit
     fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}

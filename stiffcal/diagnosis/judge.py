@@ -5,23 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.choosing import chosen_in_every_fold
-from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.diagnosis.scan import FittedModel, Scan, Trial
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import (
     ADEQUATE_RATIO,
     FAMILY_P,
     LACK_OF_FIT_P,
     LEAST_FALL,
-    LINGERING,
     LOOK_ALIKE_ERRORS,
     LOOK_ALIKE_SHARE,
     STANDARD_ERRORS,
 )
-from stiffcal.identification.fit import Fit
 from stiffcal.model.effect import ParameterRole
 
 
@@ -66,7 +63,7 @@ def f_tail(statistic: float, dof: float, denominator_dof: float) -> float:
     return float(fdtrc(dof, denominator_dof, statistic))
 
 
-def lack_of_fit(fit: Fit, scan: Scan) -> LackOfFit | None:
+def lack_of_fit(fit: FittedModel, scan: Scan) -> LackOfFit | None:
     """Return how the model's residuals stand against the noise; None where no noise is known."""
     if fit.noise is None:
         return None
@@ -75,46 +72,7 @@ def lack_of_fit(fit: Fit, scan: Scan) -> LackOfFit | None:
     # Rows are whitened with the noise: the rms of whitened errors in poses left out is error over noise.
     ratio = float(np.sqrt(np.sum(scan.base.heldout) / scan.dof))
     p_value = f_tail(statistic, dof, fit.noise.dof)
-    return LackOfFit(statistic, (float(dof), fit.noise.dof), p_value, ratio, *_drift(scan))
-
-
-def _drift(scan: Scan) -> tuple[float, float, float]:
-    """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals.
-
-    Half the mean squared difference over the variance is 1 for independent readings, with variance 1/n (von Neumann
-    1941; Young 1941). Readings next to each other may be correlated (air, filters of instruments), and repeats a cycle
-    later scatter by all of that noise. So readings a fifth of a run apart are compared, up to `LINGERING` readings, and
-    the variance allows for the correlation within that distance (Bartlett 1946: 1 + 2 Σ ρ²).
-    """
-    from scipy.special import ndtr
-
-    data = scan.fit.data
-    white = scan.space.rows(scan.residual[None]).reshape(len(data.measured), -1)
-    residual_dof = scan.dof - scan.n_columns
-    if residual_dof < 1 or not data.free_offset:
-        return 1.0, 1.0, 0.0
-    lags = int(np.clip(np.median(np.bincount(data.run)[np.unique(data.run)]) // 5, 1, LINGERING))
-    halves = [_half_square(data.run, data.measured_mask, white, lag) for lag in range(1, lags + 1)]
-    (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / residual_dof
-    if n_pairs < 2 or far <= 0.0:
-        return 1.0, 1.0, 0.0
-    correlation = np.clip([1.0 - half / far for half, _ in halves], 0.0, 1.0)
-    n_independent = n_pairs / (1.0 + 2.0 * float(np.sum(correlation**2)))
-    return (
-        float(np.sqrt(whole / far)),
-        float(ndtr(-(1.0 - far / whole) * np.sqrt(n_independent))),
-        float(correlation[0]),
-    )
-
-
-def _half_square(
-    run: NDArray[np.int64], measured_mask: NDArray[np.bool_], white: Floats, lag: int
-) -> tuple[float, int]:
-    """Return half the mean squared difference of readings so many states apart in their runs, and of how many."""
-    measured_pairs = (run[lag:] == run[:-lag]) & measured_mask[:, lag:] & measured_mask[:, :-lag]
-    n_pairs = int(np.count_nonzero(measured_pairs))
-    total = float(np.sum(np.where(measured_pairs, white[:, lag:] - white[:, :-lag], 0.0) ** 2))
-    return total / (2.0 * max(n_pairs, 1)), n_pairs
+    return LackOfFit(statistic, (float(dof), fit.noise.dof), p_value, ratio, *scan.drift())
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.diagnosis.judge import f_tail, reduction_between
-from stiffcal.diagnosis.scan import Scan, scan_candidates, weights_of
+from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates, weights_of
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.diagnosis.setting_results import ContradictedSetting, SettingKind
 from stiffcal.diagnosis.thresholds import FAMILY_P, LEAST_FALL, STANDARD_ERRORS
@@ -60,7 +60,7 @@ def _error(search: Search) -> float:
 
 
 def _contradicted(
-    scan: Scan, problem: Problem, settings: Settings
+    scan: LoadScan, problem: Problem, settings: Settings
 ) -> tuple[tuple[ContradictedSetting, ...], CompliantRobot, Settings]:
     """Change one setting after another as long as the data contradict one; return them and what is left set."""
     changed: list[ContradictedSetting] = []
@@ -83,8 +83,8 @@ class _Trial:
     kind: SettingKind
     name: str
     """The parameter's full name; "" for the balance."""
-    before: Scan
-    scan: Scan
+    before: LoadScan
+    scan: LoadScan
     settings: Settings
 
     def reduction(self) -> tuple[float, float]:
@@ -125,7 +125,7 @@ class _Trial:
         )
 
 
-def _trials(scan: Scan, problem: Problem, robot: CompliantRobot, settings: Settings) -> Iterator[_Trial]:
+def _trials(scan: LoadScan, problem: Problem, robot: CompliantRobot, settings: Settings) -> Iterator[_Trial]:
     """Yield the model with each setting changed."""
     whitening = weights_of(scan.fit)
     names = {parameter.name for parameter in scan.fit.parameters if parameter.fixed}

@@ -18,6 +18,7 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import left_out_rms
 from stiffcal.diagnosis.judge import alike, fitted_values, judge
+from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.results import (
     CandidateParameter,
     CompliancePattern,
@@ -25,7 +26,7 @@ from stiffcal.diagnosis.results import (
     PatternAlternative,
     PatternPoint,
 )
-from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
+from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.regressors import Linearised
@@ -213,14 +214,14 @@ def _followed_by(trial: Trial) -> Followed:
     return cast("_FollowingCompliance", trial.candidate.effect).followed
 
 
-def _share(scan: Scan, trial: Trial) -> float:
+def _share(scan: LoadScan, trial: Trial) -> float:
     """Return the share of the avoidable error in poses left out that goes; of all of it where no noise is known."""
     before, after = float(scan.base.heldout.sum()), float(trial.score.heldout.sum())
     floor = float(scan.dof) if scan.fit.noise is not None else 0.0
     return float(np.clip((before - after) / max(before - floor, 1e-12 * before), 0.0, 1.0))
 
 
-def _points(scan: Scan, states: LoadStates, joint: int, followed: Followed) -> list[PatternPoint]:
+def _points(scan: LoadScan, states: LoadStates, joint: int, followed: Followed) -> list[PatternPoint]:
     """Return the joint's apparent change of compliance in each run, where the run determines one."""
     data, state = scan.fit.data, scan.source.state()
     regressor = state.regressor(_ConstantCompliance(), Place("joints", (joint,)), {})

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.judge import judge, reduction_between
-from stiffcal.diagnosis.scan import scan_candidates, weights_of
-from stiffcal.diagnosis.search import SearchContext, without
+from stiffcal.diagnosis.search_context import SearchContext, without
+from stiffcal.diagnosis.search_results import F, S
 from stiffcal.diagnosis.thresholds import LEAST_FALL
-from stiffcal.identification.fit import Fit
 
 
-def redundant_effects(bench: SearchContext, fit: Fit, basic: Sequence[str]) -> list[Candidate]:
+def redundant_effects(bench: SearchContext[S, F], fit: F, basic: Sequence[str]) -> list[Candidate]:
     """Return effects without which, taken together, the error in held-out poses is no worse.
 
     Of two effects that stand in for each other one is kept: each is judged in the model without those before it.
@@ -25,13 +24,13 @@ def redundant_effects(bench: SearchContext, fit: Fit, basic: Sequence[str]) -> l
     basic : names of effects that every model holds and that are never called superfluous.
     """
     candidates: list[Candidate] = []
-    present, whitening, robot = scan_candidates(fit, []), weights_of(fit), fit.robot
+    present, robot = bench.scan(fit, []), fit.robot
     for placed_effect in fit.robot.placed:
         if placed_effect.effect.name in basic or not placed_effect.effect.parameters:
             continue
         candidate = Candidate(placed_effect.effect, placed_effect.place, len(placed_effect.effect.parameters))
         reduced = without(robot, candidate)
-        scan = scan_candidates(bench.fit(reduced), [candidate], whitening)
+        scan = bench.scan(bench.fit(reduced), [candidate], fit)
         # However few the poses are by which a rise could be judged: what serves is not taken away for want of proof.
         worse = reduction_between(scan, present)[0] > LEAST_FALL
         if not worse and not any(judge(scan, trial).supported for trial in scan.trials):

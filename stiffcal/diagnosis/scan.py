@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.scoring import Score, fold_products, quadratic, score_variants, solve_within
-from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
 from stiffcal.diagnosis.thresholds import CHOICE_FOLDS
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import raw_whitening
-from stiffcal.identification.noise import Whitening, whiten
-from stiffcal.identification.observation import Observations, evaluate, free_columns
-from stiffcal.identification.projection import Projection
-from stiffcal.identification.regressors import Linearised, Regressor, RegressorSource, StoredRegressor
-from stiffcal.measurements.load_states import members_of
+from stiffcal.identification.regressors import Regressor, RegressorMaker, StoredRegressor
+from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
-from stiffcal.validation.heldout import pose_folds
 
 # The leaders' shapes are narrowed down; who is further behind than this is not near.
 REFINED = 8
@@ -29,11 +23,40 @@ REFINING_FACTOR = 1.6
 REFINING_ROUNDS = 4
 # Errors that differ by less, relatively, are equal: they are sums of many squares.
 ROUNDING = 1e-9
-# A picometre, a picoradian: a fit that misses by less misses by rounding.
-LEAST_RMS = 1e-12
 # Shapes of an effect (values of its nonlinear parameters) that take part in the choice in every fold: the best with all
 # poses, and its neighbours.
 VARIANTS_IN_FOLDS = 3
+
+
+class KnownNoise(Protocol):
+    """The noise of a fit, as far as the judge asks for it."""
+
+    @property
+    def dof(self) -> float:
+        """Degrees of freedom behind it; infinite where it is known."""
+
+    @property
+    def source(self) -> str:
+        """Where it is known from, as in `NoiseSource`."""
+
+
+class FittedModel(Protocol):
+    """A fit of any kind of experiment, as far as the search and the judge ask for it."""
+
+    @property
+    def robot(self) -> CompliantRobot:
+        """The model with the estimated values."""
+
+    @property
+    def noise(self) -> KnownNoise | None:
+        """Noise of the readings; None where it cannot be determined."""
+
+
+class RowSpace(Protocol):
+    """Turns what was measured or predicted into independent rows of unit variance."""
+
+    def rows(self, stack: Floats) -> Floats:
+        """Return (k, m · n) whitened rows of (k, m, n), free constants eliminated."""
 
 
 @dataclass(frozen=True)
@@ -52,59 +75,46 @@ class Trial:
 
 @dataclass(frozen=True)
 class Scan:
-    """All candidates as additions to one model."""
+    """All candidates as additions to one model, of any kind of experiment.
 
-    fit: Fit
+    m quantities are measured in each of n states (or means over bins of samples, which are called states here).
+    """
+
+    fit: FittedModel
     """The model to which they are added."""
     base: Score
     """The model's own errors, as a candidate without columns."""
     trials: tuple[Trial, ...]
     """Best held-out error first."""
     folds: tuple[Integers, ...]
-    """(F,) lists of row positions, one pose each."""
-    fold_of_state: Integers
-    """(n,) fold of each load state."""
+    """(F,) lists of row positions: what is left out together, one pose (or speed, or block of time) each."""
     groups: Integers
     """(F,) group of each fold in which the choice is repeated."""
     dof: int
-    """Whitened rows minus the runs' offsets."""
+    """Whitened rows minus the free constants."""
     n_columns: int
     """Parameters of the base model that were free."""
     n_tried: int
     """How many regressors were compared, shapes included."""
-    space: Projection
+    space: RowSpace
     """Whitened rows."""
     columns: Floats
     """(p, m, n) of the base model's free parameters, about the fit."""
     residual: Floats
-    """(m, n) measured minus predicted, offsets not taken out."""
+    """(m, n) measured minus predicted, free constants not taken out."""
     bounds: tuple[Floats, Floats]
     """(p,) lower and upper, how far the base model's parameters can go."""
-    source: RegressorSource
-    """Makes the regressors again that were not kept."""
 
+    def drift(self) -> tuple[float, float, float]:
+        """Return the residuals' drift within runs: `LackOfFit.drift`, its p-value, correlation of successive ones."""
+        return 1.0, 1.0, 0.0
 
-def weights_of(fit: Fit) -> Whitening:
-    """Return the whitening of the fit's data with the fit's noise (residuals' own size where none is known)."""
-    data = fit.data
-    if fit.noise is None:
-        squares = np.where(data.measured_mask, fit.residual**2, 0.0)
-        size = raw_whitening(data, None).scale.copy()
-        for kind in np.unique(data.kind):
-            rows = data.kind == kind
-            n_measured = max(1, int(np.count_nonzero(data.measured_mask[rows])))
-            rms = max(float(np.sqrt(np.sum(squares[rows]) / n_measured)), LEAST_RMS)
-            size[rows] = np.where(data.measured_mask[rows], 1.0 / rms, 0.0)
-        return Whitening(size)
-    pieces = [block.sensitivity for block in evaluate(fit.robot, data, (), with_sensitivity=True, rigid=True)]
-    sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)
-    return whiten(fit.noise, data, sensitivity)
+    def mean_square(self) -> float:
+        """Return the residuals' mean square, for models of the same data whose noise is not known."""
+        return float(np.sum(self.residual**2))
 
-
-def fold_rows(data: Observations, fold: Integers) -> list[Integers]:
-    """Return each fold's positions in whitened rows (m · n)."""
-    m = len(data.measured)
-    return [(np.arange(m)[:, None] * data.n_states + members).ravel() for members in members_of(fold)]
+    def release(self) -> None:
+        """Let go of what regressors could be made again from."""
 
 
 def choice_groups(n_folds: int) -> Integers:
@@ -113,13 +123,13 @@ def choice_groups(n_folds: int) -> Integers:
 
 
 @dataclass(frozen=True)
-class _BaseRows:
+class BaseRows:
     """The present model's rows, sorted by fold, to which candidates are added."""
 
-    state: Linearised
-    """The model at rest in all states."""
-    space: Projection
-    """Whitening and run offsets."""
+    state: RegressorMaker
+    """Makes candidates' regressors about the model."""
+    space: RowSpace
+    """Whitening and free constants."""
     rows: Floats
     """(p, m · n) base columns, sorted by fold."""
     residual: Floats
@@ -143,8 +153,8 @@ class _BaseRows:
 
     @classmethod
     def of(
-        cls, state: Linearised, space: Projection, stack: Floats, folds: Sequence[Integers], low: Floats, high: Floats
-    ) -> _BaseRows:
+        cls, state: RegressorMaker, space: RowSpace, stack: Floats, folds: Sequence[Integers], low: Floats, high: Floats
+    ) -> BaseRows:
         """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual."""
         order = np.concatenate(folds)
         ends = np.cumsum([len(fold) for fold in folds])
@@ -177,7 +187,7 @@ class _BaseRows:
 
     def bounds(self, regressor: Regressor) -> tuple[Floats, Floats]:
         """Return the bounds of base and candidate."""
-        low, high = _bounds(regressor)
+        low, high = amplitude_bounds(regressor)
         return np.concatenate([self.low, low]), np.concatenate([self.high, high])
 
     def sum_of_squares(self, regressor: Regressor) -> float:
@@ -211,48 +221,6 @@ class _BaseRows:
         )
 
 
-def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whitening | None = None) -> Scan:
-    """Try every candidate as an addition to the present fit.
-
-    Parameters
-    ----------
-    fit : the present model's fit.
-    candidates : who is tried.
-    whitening : weights to use in place of the fit's own.
-    """
-    data = fit.data
-    source = RegressorSource(fit.robot, data)
-    state = source.state()
-    space = Projection.of(data, weights_of(fit) if whitening is None else whitening)
-    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
-    columns = free_columns(fit.robot, fixed)
-    base_columns = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
-    residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
-    fold = pose_folds(data)
-    folds = fold_rows(data, fold)
-    ground = _BaseRows.of(
-        state, space, np.concatenate([base_columns, residual[None]]), folds, *_base_bounds(fit, columns)
-    )
-    trials = [
-        replace(trial, regressor=source.kept(trial.regressor))
-        for candidate in candidates
-        if (trial := _try_candidate(candidate, ground, residual, fold)) is not None
-    ]
-    n_tried = sum(trial.n_variants for trial in trials)
-    trials.sort(key=ranked_error)
-    for place, trial in enumerate(trials[:REFINED]):
-        refined = _refine_nonlinear(trial, ground)
-        trials[place] = replace(refined, regressor=source.kept(refined.regressor))
-    trials.sort(key=ranked_error)
-    dof = int(np.count_nonzero(data.measured_mask)) - (
-        len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0
-    )
-    return Scan(
-        fit, ground.base, tuple(trials), tuple(folds), fold, ground.groups, dof, len(columns), max(n_tried, 1), space,
-        base_columns, residual, (ground.low, ground.high), source,
-    )  # fmt: skip
-
-
 def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     """Score several candidates as one, each at the shape that was best alone."""
     regressors = [trial.regressor for trial in trials]
@@ -260,17 +228,44 @@ def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     rows = scan.space.rows(
         np.concatenate([scan.columns, *(regressor.columns for regressor in regressors), remaining[None]])
     )
-    bounds = [scan.bounds, *(_bounds(regressor) for regressor in regressors)]
+    bounds = [scan.bounds, *(amplitude_bounds(regressor) for regressor in regressors)]
     low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
     return score_variants([fold_products(rows, list(scan.folds))], low, high, scan.groups, scan.base)
 
 
-def _try_candidate(candidate: Candidate, ground: _BaseRows, residual: Floats, fold: Integers) -> Trial | None:
+def scan_rows(
+    ground: BaseRows,
+    candidates: Sequence[Candidate],
+    kept: Callable[[Regressor | StoredRegressor], Regressor | StoredRegressor] = lambda regressor: regressor,
+    try_one: Callable[[Candidate], Trial | None] | None = None,
+) -> tuple[tuple[Trial, ...], int]:
+    """Try candidates as additions to a model; return them, best held-out error first, and how many were tried.
+
+    Parameters
+    ----------
+    ground : the model's rows.
+    candidates : who is tried.
+    kept : what is kept of a regressor that is not looked at any more.
+    try_one : tries one candidate, where that is not `try_candidate`; None where it does not show.
+    """
+    trials = []
+    for candidate in candidates:
+        trial = try_candidate(candidate, ground) if try_one is None else try_one(candidate)
+        if trial is not None:
+            trials.append(replace(trial, regressor=kept(trial.regressor)))
+    n_tried = sum(trial.n_variants for trial in trials)
+    trials.sort(key=ranked_error)
+    for place, trial in enumerate(trials[:REFINED]):
+        refined = _refine_nonlinear(trial, ground)
+        trials[place] = replace(refined, regressor=kept(refined.regressor))
+    trials.sort(key=ranked_error)
+    return tuple(trials), max(n_tried, 1)
+
+
+def try_candidate(candidate: Candidate, ground: BaseRows) -> Trial | None:
     """Try one candidate, in the best of its shapes; None where it does not show."""
-    if is_slip(candidate.effect):
-        return _slip(candidate, ground, residual, fold)
     shapes = _BestShapes(ground)
-    for regressor in variants(candidate, ground.state, ground.state.robot.chain):
+    for regressor in variants(candidate, ground.state):
         shapes.add(regressor)
     if not shapes.n_tried:
         return None
@@ -284,7 +279,7 @@ class _BestShapes:
     Shapes that leave far more with all poses are not best without one or two of them either.
     """
 
-    def __init__(self, ground: _BaseRows) -> None:
+    def __init__(self, ground: BaseRows) -> None:
         self._ground = ground
         self._best: list[tuple[float, int, Regressor]] = []
         self.n_tried = 0
@@ -306,31 +301,7 @@ class _BestShapes:
         return self._ground.score([regressor for _, _, regressor in self._best])
 
 
-def _slip(candidate: Candidate, ground: _BaseRows, residual: Floats, fold: Integers) -> Trial | None:
-    """Find the state where a slip explains most, and score it with everything else refitted."""
-    data = ground.space.data
-    if not len(data.order.number):
-        return None
-    first = best_slip(ground.space, residual)
-    if first is None:
-        return None
-    regressor = ground.state.regressor(candidate.effect, candidate.place, {"state": float(data.order.number[first])})
-    mine = ground.rows_of(regressor)
-    products, bounds = ground.products(mine), ground.bounds(regressor)
-    score = score_variants([products], *bounds, ground.groups, ground.base)
-    rows = np.empty((len(ground.rows) + len(mine), mine.shape[1]))
-    rows[:, ground.order] = np.concatenate([ground.rows, mine])
-    members = np.flatnonzero(data.run == data.run[first])
-    stretches = [
-        (np.arange(len(data.measured))[:, None] * data.n_states + stretch).ravel()
-        for stretch in load_stretches(data, members)
-    ]
-    number = int(np.searchsorted(np.unique(fold), fold[first]))
-    score = score_in_run(score, ground.base, products, rows, stretches, number, ground.groups, *bounds)
-    return Trial(candidate, regressor, score, data.n_states)
-
-
-def _refine_nonlinear(trial: Trial, ground: _BaseRows) -> Trial:
+def _refine_nonlinear(trial: Trial, ground: BaseRows) -> Trial:
     """Narrow a law's continuous shape down, between the neighbours of the best of its grid, in all folds alike."""
     effect, place = trial.candidate.effect, trial.candidate.place
     continuous = [
@@ -357,24 +328,7 @@ def _refine_nonlinear(trial: Trial, ground: _BaseRows) -> Trial:
     return Trial(trial.candidate, regressor, score, trial.n_variants + shapes.n_tried)
 
 
-def _base_bounds(fit: Fit, columns: Sequence[object]) -> tuple[Floats, Floats]:
-    """Return how far the base model's parameters can go from where they are; only compliances have an edge at zero."""
-    low, high = [], []
-    from stiffcal.identification.observation import ParameterColumn
-
-    for column in columns:
-        assert isinstance(column, ParameterColumn)
-        placed_effect = fit.robot.placed[column.placed]
-        spec = placed_effect.effect.spec(column.symbol)
-        edge = -np.inf
-        if column.role is ParameterRole.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
-            edge = min(0.0, -placed_effect.amplitude(column.symbol))
-        low.append(edge)
-        high.append(np.inf)
-    return np.array(low), np.array(high)
-
-
-def _bounds(regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
+def amplitude_bounds(regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
     """Return the bounds of a candidate's amplitudes: what cannot be negative is not."""
     low, high = [], []
     for symbol in regressor.symbols:
@@ -386,7 +340,7 @@ def _bounds(regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
 
 def bounds_with(scan: Scan, regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
     """Return (k,) the lower and upper bounds of the base model's parameters and a candidate's amplitudes."""
-    low, high = (np.concatenate(pair) for pair in zip(scan.bounds, _bounds(regressor), strict=True))
+    low, high = (np.concatenate(pair) for pair in zip(scan.bounds, amplitude_bounds(regressor), strict=True))
     return low, high
 
 

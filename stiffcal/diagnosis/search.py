@@ -8,127 +8,28 @@ the best in that last look is its look-alike.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
 
-from stiffcal.diagnosis.candidates import Candidate, list_candidates
+from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.deletions import rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import explained_share
-from stiffcal.diagnosis.judge import (
-    LackOfFit,
-    fitted_values,
-    judge,
-    judge_choice,
-    lack_of_fit,
-    possible_values,
-)
+from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values
 from stiffcal.diagnosis.naming import near_best, ties_with_named
 from stiffcal.diagnosis.pairs import best_pair
-from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
-from stiffcal.diagnosis.search_results import MissingEffect, Pace, Search
-from stiffcal.diagnosis.structure import what_it_follows
+from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.diagnosis.search_context import LoadSearchContext, NoBalanceWithError, SearchContext, without
+from stiffcal.diagnosis.search_results import F, MissingEffect, S, Search, SearchOf
 from stiffcal.diagnosis.sufficient import sufficient_alone
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_ALTERNATIVES, MOST_EFFECTS
-from stiffcal.diagnosis.wrong_geometry import wrong_geometry
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Problem, Settings, fit_observations, fit_problem
+from stiffcal.identification.identify import Problem, Settings, fit_problem
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Effect, ParameterRole
-from stiffcal.model.no_balance import NoBalanceError
-
-
-@dataclass(frozen=True)
-class SearchContext:
-    """What a search works on, and the scans made so far: the catalogue is tried once per model."""
-
-    states: LoadStates
-    problem: Problem
-    catalogue: Mapping[str, Effect]
-    settings: Settings
-    looks: dict[frozenset[str], Scan] = field(default_factory=dict)
-    without_balance: set[str] = field(default_factory=set)
-    """Names of candidates with whose fitted values the robot finds no balance: they are no explanation."""
-    seconds: list[float] = field(default_factory=list)
-
-    def fit(self, robot: CompliantRobot) -> Fit:
-        """Fit a model on the balanced robot."""
-        return fit_observations(self.problem, robot, self.settings)
-
-    def look(self, robot: CompliantRobot) -> Scan:
-        """Fit a model and try every candidate as an addition to it."""
-        key = frozenset(f"{placed.effect.name} {placed.place.label}" for placed in robot.placed)
-        if key not in self.looks:
-            self.release()
-            fit = self.fit(robot)
-            listed, _ = list_candidates(fit.robot, self.states, self.catalogue)
-            candidates = [candidate for candidate in listed if candidate.name not in self.without_balance]
-            start = time.perf_counter()
-            self.looks[key] = scan_candidates(fit, candidates)
-            self.seconds.append(time.perf_counter() - start)
-        return self.looks[key]
-
-    def look_with(self, robot: CompliantRobot, *trials: Trial) -> Scan:
-        """Add candidates to a model, and look at it.
-
-        Raises
-        ------
-        _NoBalanceWithError : the robot finds no balance with the last of them.
-        """
-        for trial in trials:
-            robot = with_trial(robot, trial)
-        try:
-            return self.look(robot)
-        except NoBalanceError:
-            raise _NoBalanceWithError(trials[-1].candidate.name) from None
-
-    def release(self) -> None:
-        """Let go of the models at rest of all looks so far."""
-        for scan in self.looks.values():
-            scan.source.release()
-
-    def pace(self) -> Pace:
-        """Return the number of fits tried so far, and their rate."""
-        scans = self.looks.values()
-        return Pace(
-            len(scans), sum(len(scan.trials) for scan in scans), sum(scan.n_tried for scan in scans), sum(self.seconds)
-        )
-
-
-def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
-    """Return the model with a candidate added, its shape where the scan found it best."""
-    values = {
-        s: v for s, v in fitted_values(trial).items() if trial.candidate.effect.spec(s).role is ParameterRole.NONLINEAR
-    }
-    added = PlacedEffect(trial.candidate.effect, trial.candidate.place, values)
-    # What the newcomer includes goes: its part is in the whole.
-    kept = tuple(
-        placed
-        for placed in robot.placed
-        if not (placed.place == trial.candidate.place and placed.effect.name in trial.candidate.effect.includes)
-    )
-    return replace(robot, placed=(*kept, added))
-
-
-def without(robot: CompliantRobot, candidate: Candidate, present: CompliantRobot | None = None) -> CompliantRobot:
-    """Return the model without an effect; what the effect had replaced in ``present`` is put back."""
-    kept = tuple(
-        placed
-        for placed in robot.placed
-        if not (placed.effect.name == candidate.effect.name and placed.place == candidate.place)
-    )
-    dependent = tuple(
-        placed
-        for placed in (present.placed if present is not None else ())
-        if placed.place == candidate.place and placed.effect.name in candidate.effect.includes
-    )
-    return replace(robot, placed=(*dependent, *kept))
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Effect
 
 
 def search_missing(
@@ -154,25 +55,33 @@ def search_missing(
     ------
     InputError : the data hold no more readings than the model has values.
     """
-    bench = SearchContext(states, problem or fit_problem(states, robot), catalogue, settings or Settings())
+    bench = LoadSearchContext(states, problem or fit_problem(states, robot), catalogue, settings or Settings())
+    return search_in(bench, robot, progress)
+
+
+def search_in(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progress = no_progress) -> SearchOf[S, F]:
+    """Find which effects a model lacks, in the data of a context.
+
+    Parameters
+    ----------
+    bench : data, catalogue and settings.
+    robot : the present model, valued or not.
+    progress : receives a description of each step.
+
+    Raises
+    ------
+    InputError : the data hold no more readings than the model has values.
+    """
     # Each time one candidate fewer takes part.
     while True:
         try:
             return _search(bench, robot, progress)
-        except _NoBalanceWithError as error:
+        except NoBalanceWithError as error:
             bench.without_balance.add(error.name)
             bench.looks.clear()
 
 
-class _NoBalanceWithError(Exception):
-    """The robot finds no balance with a candidate as fitted."""
-
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self.name = name
-
-
-def _search(bench: SearchContext, robot: CompliantRobot, progress: Progress) -> Search:
+def _search(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progress) -> SearchOf[S, F]:
     """Add what is supported, reconsider each effect, simplify, and conclude."""
     progress("trying every effect at every place", 0.05)
     first = scan = bench.look(robot)
@@ -234,8 +143,8 @@ def _supported(scan: Scan) -> Trial | None:
 
 
 def _pair(
-    bench: SearchContext, scan: Scan, progress: Progress, general: Trial | None
-) -> tuple[list[Candidate], Scan] | None:
+    bench: SearchContext[S, F], scan: S, progress: Progress, general: Trial | None
+) -> tuple[list[Candidate], S] | None:
     """Return two effects that explain together what none explains alone, and the scan with both; None without.
 
     They must explain all of it, or as much as the general law that would else be named: of so many pairs some go a
@@ -270,8 +179,8 @@ def _supported_effect(scan: Scan, candidate: Candidate) -> MissingEffect | None:
 
 
 def _reconsider(
-    bench: SearchContext, first: Scan, scan: Scan, chosen: list[Candidate], progress: Progress
-) -> tuple[Scan, tuple[MissingEffect, ...]]:
+    bench: SearchContext[S, F], first: S, scan: S, chosen: list[Candidate], progress: Progress
+) -> tuple[S, tuple[MissingEffect, ...]]:
     """Take each added effect out again and see what belongs in its place."""
     tried: dict[str, MissingEffect] = {}
     for _ in range(2):
@@ -298,8 +207,8 @@ def _reconsider(
 
 
 def one_for_two(
-    bench: SearchContext, first: Scan, scan: Scan, chosen: list[Candidate], progress: Progress
-) -> tuple[Scan, list[Candidate]] | None:
+    bench: SearchContext[S, F], first: S, scan: S, chosen: list[Candidate], progress: Progress
+) -> tuple[S, list[Candidate]] | None:
     """Return a model in which one effect does what two did, with its effects; None where none does.
 
     Bending of a link is much like a tilt at each of its ends: of such a pair the first is best added to the poorer
@@ -329,22 +238,23 @@ def _error(scan: Scan, trial: Trial | None = None) -> float:
     return float(np.sqrt(np.sum(score.heldout) / scan.dof))
 
 
-def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[MissingEffect, ...]) -> Search:
-    present, fit = first.fit, scan.fit
+def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[MissingEffect, ...]) -> SearchOf[S, F]:
+    present, fit = bench.fit_of(first), bench.fit_of(scan)
     bench.release()
-    _, not_tried = list_candidates(present.robot, bench.states, bench.catalogue)
+    _, not_tried = bench.candidates(present.robot)
     # What matters most is named first: the order of finding is that of falls against a poorer model.
     tried = tuple(sorted(tried, key=lambda missing_effect: -missing_effect.judgement.fall))
     after = lack_of_fit(fit, scan)
-    before = _against_noise_of(fit, present, first)
+    own = lack_of_fit(present, first)
+    before = None if own is None else bench.in_units_of(fit, present, own)
     explained = explained_share(first, scan, before, after)
     # What is left without structure is noise, more of it than stated: it is not avoidable, and no part of the share.
-    noise_understated = after is not None and not after.adequate and _mere_noise(scan, after, bench.states)
+    noise_understated = after is not None and not after.adequate and _mere_noise(bench, scan, after)
     partly_explained = bool(tried) and after is not None and not noise_understated and not explained.whole
     # Where no noise is known, only a structure of what is left shows that something is.
-    structured = after is None and bool(what_it_follows(scan, bench.states))
+    structured = after is None and bool(bench.follows(scan))
     unexplained = structured or partly_explained or (after is not None and not after.adequate and not noise_understated)
-    geometry = wrong_geometry(bench.states, first)
+    geometry = bench.wrong_geometry(first)
     # No effect stands in for a robot file that absolute places contradict.
     mimicked = bool(tried) and geometry is not None and geometry.explains >= LEAST_EXPLAINED
     unexplained = unexplained or mimicked
@@ -359,7 +269,7 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
     leading_open = bool(open_effects) and open_effects[0] is supported[0]
     named = () if leading_open else tuple(effect for effect in supported if effect not in open_effects)
     could_be = sufficient_alone(first) if unexplained and not supported and not mimicked else ()
-    return Search(
+    return SearchOf(
         first,
         named,
         tried,
@@ -378,18 +288,7 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
     )
 
 
-def _mere_noise(scan: Scan, after: LackOfFit, states: LoadStates) -> bool:
+def _mere_noise(bench: SearchContext[S, F], scan: S, after: LackOfFit) -> bool:
     """Return whether what is left above a noise that was only stated is no structure, but more noise than stated."""
     stated = scan.fit.noise is not None and scan.fit.noise.source == "manifest"
-    return stated and not after.drifts and not what_it_follows(scan, states)
-
-
-def _against_noise_of(fit: Fit, present: Fit, first: Scan) -> LackOfFit | None:
-    """Return the present model's residuals against the noise as the final model estimates it."""
-    own = lack_of_fit(present, first)
-    if own is None or fit.noise is None or present.noise is None:
-        return own
-    before, after = present.noise_length["translation"], fit.noise_length["translation"]
-    if not before or not after:
-        return own
-    return replace(own, ratio=own.ratio * before / after)
+    return stated and not after.drifts and not bench.follows(scan)

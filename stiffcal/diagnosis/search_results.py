@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic, TypeAlias, TypeVar
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.deletions import Rival
 from stiffcal.diagnosis.explained import Explained
 from stiffcal.diagnosis.judge import Judgement, LackOfFit
+from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import UntestableEffect
-from stiffcal.diagnosis.scan import Scan
+from stiffcal.diagnosis.scan import FittedModel, Scan
 from stiffcal.diagnosis.setting_results import ContradictedSetting, WrongGeometry
 from stiffcal.identification.fit import Fit
 
@@ -28,11 +30,15 @@ class MissingEffect:
     """Candidates, itself among them, between which single poses decide; empty where none does."""
 
 
-@dataclass(frozen=True)
-class Search:
-    """What was found."""
+S = TypeVar("S", bound=Scan)
+F = TypeVar("F", bound=FittedModel)
 
-    first: Scan
+
+@dataclass(frozen=True)
+class SearchOf(Generic[S, F]):
+    """What was found, by a search of one kind of scan and of fit."""
+
+    first: S
     """The scan of the present model."""
     found: tuple[MissingEffect, ...]
     """Effects to add, in order; empty where nothing is missing, where what was found explains too little, or where the
@@ -40,9 +46,9 @@ class Search:
     """
     tried: tuple[MissingEffect, ...]
     """The set that was reached, also where it explains too little."""
-    final: Fit
+    final: F
     """The fit with ``tried`` added."""
-    final_scan: Scan
+    final_scan: S
     """The last scan, of ``final``."""
     before: LackOfFit | None
     """Residuals against noise without ``tried``; None where the noise is not known."""
@@ -68,6 +74,10 @@ class Search:
     """
     wrong_geometry: WrongGeometry | None = None
     """How wrong the robot file is, where absolute places contradict it."""
+
+
+Search: TypeAlias = SearchOf[LoadScan, Fit]
+"""Of load states."""
 
 
 @dataclass(frozen=True)

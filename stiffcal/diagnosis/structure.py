@@ -13,8 +13,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.judge import f_tail
+from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import ResidualDependence
-from stiffcal.diagnosis.scan import Scan
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P
 from stiffcal.identification.least_squares import run_edges, triangular_of_rows
 from stiffcal.identification.observation import Observations
@@ -26,7 +26,7 @@ from stiffcal.reduction.load_cycles import LOADING, UNLOADING, find_load_cycles
 LEAST_SHARE = 0.1
 
 
-def what_it_follows(scan: Scan, states: LoadStates) -> list[ResidualDependence]:
+def what_it_follows(scan: LoadScan, states: LoadStates) -> list[ResidualDependence]:
     """Return the families that the residual of the scan's base model follows, largest share first."""
     data = scan.fit.data
     residual = scan.space.centred(scan.residual[None])[0]
@@ -66,7 +66,7 @@ class _Family:
     """Each curve is fitted in every run by itself, with a free number for each run."""
 
 
-def _remaining_squares(family: _Family, scan: Scan, residual: Floats) -> tuple[float, int]:
+def _remaining_squares(family: _Family, scan: LoadScan, residual: Floats) -> tuple[float, int]:
     """Return the squares that a family leaves of the whitened residual (m · n), and its free numbers.
 
     What is fitted run by run has no rows in common: the squares left add up, and no matrix of all runs' curves and all

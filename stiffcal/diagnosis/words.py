@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import poses_helped, size_at_tool
 from stiffcal.diagnosis.judge import fitted_values
+from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import CompliancePattern, Explanation, FollowedBy, PatternAlternative
-from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.diagnosis.scan import Trial
 from stiffcal.model.effect import Place
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
@@ -64,7 +65,7 @@ def candidate_in_words(candidate: Candidate) -> str:
 
 
 def explain(
-    scan: Scan, trial: Trial, before: float | None, after: float | None, alike: Sequence[Candidate]
+    scan: LoadScan, trial: Trial, before: float | None, after: float | None, alike: Sequence[Candidate]
 ) -> Explanation:
     """Explain a candidate.
 

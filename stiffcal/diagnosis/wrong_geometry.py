@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.diagnosis.scan import Scan
+from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.identification.geometry import geometry_columns, geometry_prior
 from stiffcal.identification.least_squares import triangular
 from stiffcal.measurements.load_states import LoadStates
 
 
-def wrong_geometry(states: LoadStates, scan: Scan) -> WrongGeometry | None:
+def wrong_geometry(states: LoadStates, scan: LoadScan) -> WrongGeometry | None:
     """Return how wrong the geometry is, and what of the error it explains; None where places do not contradict it.
 
     Parameters

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import Protocol
 
 import numpy as np
 
@@ -46,6 +47,16 @@ class Regressor:
     """(q, m, n) displacement per unit of each."""
     fixed: Floats
     """(m, n) displacement without a free parameter (zero for most effects)."""
+
+
+class RegressorMaker(Protocol):
+    """Makes the regressors of effects about one model."""
+
+    def shapes(self, effect: Effect, place: Place) -> list[dict[str, float]]:
+        """Return the combinations of shape parameters to try; empty where nothing shows."""
+
+    def regressor(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor:
+        """Return an effect's regressor about the present model."""
 
 
 @dataclass(frozen=True)

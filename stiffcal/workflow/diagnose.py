@@ -258,14 +258,14 @@ def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
     from stiffcal.campaign.model_file import default_model
     from stiffcal.diagnosis.document import diagnosis_result, effect_at
     from stiffcal.diagnosis.redundant import redundant_effects
-    from stiffcal.diagnosis.search import SearchContext
+    from stiffcal.diagnosis.search_context import LoadSearchContext
     from stiffcal.identification.identify import Settings, fit_problem
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import all_effects
 
     present, campaign = search.first.fit, data.campaign
     catalogue, untrusted = all_effects(campaign)
-    bench = SearchContext(
+    bench = LoadSearchContext(
         data.states,
         fit_problem(data.states, present.robot),
         catalogue,

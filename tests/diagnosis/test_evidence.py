@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.evidence import EffectEvidence, evidence_for
-from stiffcal.diagnosis.scan import scan_candidates
+from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.rotations import rotation_from_vector

@@ -12,7 +12,7 @@ import stiffcal.identification.least_squares
 import stiffcal.identification.projection
 import stiffcal.identification.regressors
 from stiffcal.diagnosis.document import diagnosis_result
-from stiffcal.diagnosis.scan import Scan, scan_candidates
+from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.identification.identify import identify_parameters
@@ -38,7 +38,7 @@ def with_play(runs: int) -> LoadStates:
     return played(CompliantRobot(robot.chain, (*robot.placed, added)), runs=runs, noise=NOISE)
 
 
-def scan_of(runs: int) -> tuple[Scan, LoadStates]:
+def scan_of(runs: int) -> tuple[LoadScan, LoadStates]:
     """Return a scan without candidates beside springs alone."""
     states = with_play(runs)
     return scan_candidates(identify_parameters(states, joint_springs(six_axes())), []), states

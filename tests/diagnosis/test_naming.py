@@ -14,8 +14,9 @@ from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.deletions import rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import Explained, explained_share
 from stiffcal.diagnosis.judge import LackOfFit
+from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.diagnosis.naming import near_best, times_typical
-from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
+from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import find_effects

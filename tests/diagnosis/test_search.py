@@ -13,7 +13,8 @@ from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.heldout_error import left_out_rms, rms_after_choosing
 from stiffcal.diagnosis.pairs import best_pair
-from stiffcal.diagnosis.search import SearchContext, one_for_two, search_missing, with_trial
+from stiffcal.diagnosis.search import one_for_two, search_missing
+from stiffcal.diagnosis.search_context import LoadSearchContext, with_trial
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.documents import document_of
 from stiffcal.errors import no_progress
@@ -92,7 +93,7 @@ def test_one_effect_takes_the_place_of_two() -> None:
     truth = with_hidden("link-springs", Place("links", link="swing"), k1=3e6, k2=2.5e6, k3=3e6)
     states = played(replace(truth, chain=chain), runs=8, noise=NOISE, load_scatter=0.03, seed=11)
     model = joint_springs(chain)
-    bench = SearchContext(states, fit_problem(states, model), find_effects(), Settings())
+    bench = LoadSearchContext(states, fit_problem(states, model), find_effects(), Settings())
     first = scan = bench.look(model)
     chosen = []
     for name in ("bearing-tilt j2", "bearing-tilt j3"):
@@ -172,7 +173,7 @@ def test_a_pair_that_shows_only_together() -> None:
     other = PlacedEffect(find_effects()["axis-coupling"], Place("pairs", (2, 6)), {"c": -6.1e-6})
     states = played(replace(truth, placed=(*truth.placed, other)), runs=8, noise=NOISE, load_scatter=0.03, seed=11)
     model = joint_springs(six_axes())
-    first = SearchContext(states, fit_problem(states, model), find_effects(), Settings()).look(model)
+    first = LoadSearchContext(states, fit_problem(states, model), find_effects(), Settings()).look(model)
     pair = best_pair(first)
     assert pair is not None
     assert {one.candidate.name for one in pair} == {"axis-coupling j2-j6", "axis-coupling j3-j6"}
@@ -188,13 +189,13 @@ def test_a_candidate_without_balance_takes_no_part(monkeypatch: pytest.MonkeyPat
     catalogue = {"bearing-tilt": find_effects()["bearing-tilt"]}
     model = joint_springs(six_axes())
     assert [found.candidate.name for found in search_missing(states, model, catalogue).found] == ["bearing-tilt j3"]
-    fit = SearchContext.fit
+    fit = LoadSearchContext.fit
 
-    def falling(bench: SearchContext, robot: CompliantRobot) -> Fit:
+    def falling(bench: LoadSearchContext, robot: CompliantRobot) -> Fit:
         if any(placed.effect.name == "bearing-tilt" and placed.place.joints == (3,) for placed in robot.placed):
             raise NoBalanceError("the robot finds no balance")
         return fit(bench, robot)
 
-    monkeypatch.setattr(SearchContext, "fit", falling)
+    monkeypatch.setattr(LoadSearchContext, "fit", falling)
     search = search_missing(states, model, catalogue)
     assert all(found.candidate.name != "bearing-tilt j3" for found in search.tried)

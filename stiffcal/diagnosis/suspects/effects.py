@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.search import without
+from stiffcal.diagnosis.search_context import without
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.diagnosis.suspects.bench import Bench
 from stiffcal.diagnosis.suspects.find import CURED, CURED_AGAINST_OTHERS, Suspicion

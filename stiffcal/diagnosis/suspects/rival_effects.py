@@ -65,7 +65,7 @@ def explaining_effect(
     best, least = None, _cost_of_faults(whitened, faults, unit)
     most = int(whitened.blocks.freedom([fault.run for fault in faults])[[fault.run for fault in faults]].sum())
     for candidate in candidates:
-        regressors = [one for one in variants(candidate, state, bench.robot.chain) if one.symbols]
+        regressors = [one for one in variants(candidate, state) if one.symbols]
         choice = 2.0 * log(max(len(regressors), 1)) + 2.0 * log(len(candidates))
         for regressor in regressors:
             rows = whitened.projection.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))

@@ -1,0 +1,193 @@
+"""The catalogue as additions to a model of load states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.scan import BaseRows, Scan, Trial, scan_rows, try_candidate
+from stiffcal.diagnosis.scoring import score_variants
+from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
+from stiffcal.diagnosis.thresholds import LINGERING
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import raw_whitening
+from stiffcal.identification.noise import Whitening, whiten
+from stiffcal.identification.observation import Observations, ParameterColumn, evaluate, free_columns
+from stiffcal.identification.projection import Projection
+from stiffcal.identification.regressors import Linearised, RegressorSource
+from stiffcal.measurements.load_states import members_of
+from stiffcal.model.effect import ParameterRole
+from stiffcal.validation.heldout import pose_folds
+
+# A picometre, a picoradian: a fit that misses by less misses by rounding.
+LEAST_RMS = 1e-12
+
+
+@dataclass(frozen=True)
+class LoadScan(Scan):
+    """All candidates as additions to one model of load states."""
+
+    fit: Fit
+    """The model to which they are added."""
+    space: Projection
+    """Whitened rows."""
+    fold_of_state: Integers
+    """(n,) fold of each load state."""
+    source: RegressorSource
+    """Makes the regressors again that were not kept."""
+
+    def drift(self) -> tuple[float, float, float]:
+        """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals.
+
+        Half the mean squared difference over the variance is 1 for independent readings, with variance 1/n (von
+        Neumann 1941; Young 1941). Readings next to each other may be correlated (air, filters of instruments), and
+        repeats a cycle later scatter by all of that noise. So readings a fifth of a run apart are compared, up to
+        `LINGERING` readings, and the variance allows for the correlation within that distance (Bartlett 1946:
+        1 + 2 Σ ρ²).
+        """
+        from scipy.special import ndtr
+
+        data = self.fit.data
+        white = self.space.rows(self.residual[None]).reshape(len(data.measured), -1)
+        residual_dof = self.dof - self.n_columns
+        if residual_dof < 1 or not data.free_offset:
+            return 1.0, 1.0, 0.0
+        lags = int(np.clip(np.median(np.bincount(data.run)[np.unique(data.run)]) // 5, 1, LINGERING))
+        halves = [_half_square(data.run, data.measured_mask, white, lag) for lag in range(1, lags + 1)]
+        (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / residual_dof
+        if n_pairs < 2 or far <= 0.0:
+            return 1.0, 1.0, 0.0
+        correlation = np.clip([1.0 - half / far for half, _ in halves], 0.0, 1.0)
+        n_independent = n_pairs / (1.0 + 2.0 * float(np.sum(correlation**2)))
+        return (
+            float(np.sqrt(whole / far)),
+            float(ndtr(-(1.0 - far / whole) * np.sqrt(n_independent))),
+            float(correlation[0]),
+        )
+
+    def mean_square(self) -> float:
+        """Return the residuals' mean square over the first kind of readings, m² or rad²."""
+        rows = self.fit.data.kind == self.fit.data.kind[0]
+        return float(np.sum(np.where(self.fit.data.measured_mask[rows], self.fit.residual[rows], 0.0) ** 2))
+
+    def release(self) -> None:
+        """Let go of the model at rest."""
+        self.source.release()
+
+
+def _half_square(
+    run: NDArray[np.int64], measured_mask: NDArray[np.bool_], white: Floats, lag: int
+) -> tuple[float, int]:
+    """Return half the mean squared difference of readings so many states apart in their runs, and of how many."""
+    measured_pairs = (run[lag:] == run[:-lag]) & measured_mask[:, lag:] & measured_mask[:, :-lag]
+    n_pairs = int(np.count_nonzero(measured_pairs))
+    total = float(np.sum(np.where(measured_pairs, white[:, lag:] - white[:, :-lag], 0.0) ** 2))
+    return total / (2.0 * max(n_pairs, 1)), n_pairs
+
+
+def weights_of(fit: Fit) -> Whitening:
+    """Return the whitening of the fit's data with the fit's noise (residuals' own size where none is known)."""
+    data = fit.data
+    if fit.noise is None:
+        squares = np.where(data.measured_mask, fit.residual**2, 0.0)
+        size = raw_whitening(data, None).scale.copy()
+        for kind in np.unique(data.kind):
+            rows = data.kind == kind
+            n_measured = max(1, int(np.count_nonzero(data.measured_mask[rows])))
+            rms = max(float(np.sqrt(np.sum(squares[rows]) / n_measured)), LEAST_RMS)
+            size[rows] = np.where(data.measured_mask[rows], 1.0 / rms, 0.0)
+        return Whitening(size)
+    pieces = [block.sensitivity for block in evaluate(fit.robot, data, (), with_sensitivity=True, rigid=True)]
+    sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)
+    return whiten(fit.noise, data, sensitivity)
+
+
+def fold_rows(data: Observations, fold: Integers) -> list[Integers]:
+    """Return each fold's positions in whitened rows (m · n)."""
+    m = len(data.measured)
+    return [(np.arange(m)[:, None] * data.n_states + members).ravel() for members in members_of(fold)]
+
+
+def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whitening | None = None) -> LoadScan:
+    """Try every candidate as an addition to the present fit.
+
+    Parameters
+    ----------
+    fit : the present model's fit.
+    candidates : who is tried.
+    whitening : weights to use in place of the fit's own.
+    """
+    data = fit.data
+    source = RegressorSource(fit.robot, data)
+    state = source.state()
+    space = Projection.of(data, weights_of(fit) if whitening is None else whitening)
+    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
+    columns = free_columns(fit.robot, fixed)
+    base_columns = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
+    residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
+    fold = pose_folds(data)
+    folds = fold_rows(data, fold)
+    ground = BaseRows.of(
+        state, space, np.concatenate([base_columns, residual[None]]), folds, *_base_bounds(fit, columns)
+    )
+
+    def try_one(candidate: Candidate) -> Trial | None:
+        if is_slip(candidate.effect):
+            return _slip(candidate, ground, (state, space), residual, fold)
+        return try_candidate(candidate, ground)
+
+    trials, n_tried = scan_rows(ground, candidates, source.kept, try_one)
+    dof = int(np.count_nonzero(data.measured_mask)) - (
+        len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0
+    )
+    return LoadScan(
+        fit=fit, base=ground.base, trials=trials, folds=tuple(folds), groups=ground.groups, dof=dof,
+        n_columns=len(columns), n_tried=n_tried, space=space, columns=base_columns, residual=residual,
+        bounds=(ground.low, ground.high), fold_of_state=fold, source=source,
+    )  # fmt: skip
+
+
+def _slip(
+    candidate: Candidate, ground: BaseRows, model: tuple[Linearised, Projection], residual: Floats, fold: Integers
+) -> Trial | None:
+    """Find the state where a slip explains most, and score it with everything else refitted."""
+    state, space = model
+    data = space.data
+    if not len(data.order.number):
+        return None
+    first = best_slip(space, residual)
+    if first is None:
+        return None
+    regressor = state.regressor(candidate.effect, candidate.place, {"state": float(data.order.number[first])})
+    mine = ground.rows_of(regressor)
+    products, bounds = ground.products(mine), ground.bounds(regressor)
+    score = score_variants([products], *bounds, ground.groups, ground.base)
+    rows = np.empty((len(ground.rows) + len(mine), mine.shape[1]))
+    rows[:, ground.order] = np.concatenate([ground.rows, mine])
+    members = np.flatnonzero(data.run == data.run[first])
+    stretches = [
+        (np.arange(len(data.measured))[:, None] * data.n_states + stretch).ravel()
+        for stretch in load_stretches(data, members)
+    ]
+    number = int(np.searchsorted(np.unique(fold), fold[first]))
+    score = score_in_run(score, ground.base, products, rows, stretches, number, ground.groups, *bounds)
+    return Trial(candidate, regressor, score, data.n_states)
+
+
+def _base_bounds(fit: Fit, columns: Sequence[ParameterColumn]) -> tuple[Floats, Floats]:
+    """Return how far the base model's parameters can go from where they are; only compliances have an edge at zero."""
+    low, high = [], []
+    for column in columns:
+        placed_effect = fit.robot.placed[column.placed]
+        spec = placed_effect.effect.spec(column.symbol)
+        edge = -np.inf
+        if column.role is ParameterRole.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
+            edge = min(0.0, -placed_effect.amplitude(column.symbol))
+        low.append(edge)
+        high.append(np.inf)
+    return np.array(low), np.array(high)

@@ -1,0 +1,190 @@
+"""What a search for missing effects works on: it fits models, tries the catalogue on each, and keeps what it found."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Generic
+
+from stiffcal.diagnosis.candidates import Candidate, list_candidates
+from stiffcal.diagnosis.judge import LackOfFit, fitted_values
+from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates, weights_of
+from stiffcal.diagnosis.results import ResidualDependence, UntestableEffect
+from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.diagnosis.search_results import F, Pace, S
+from stiffcal.diagnosis.setting_results import WrongGeometry
+from stiffcal.diagnosis.structure import what_it_follows
+from stiffcal.diagnosis.wrong_geometry import wrong_geometry
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import Problem, Settings, fit_observations
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Effect, ParameterRole
+from stiffcal.model.no_balance import NoBalanceError
+
+
+class NoBalanceWithError(Exception):
+    """The robot finds no balance with a candidate as fitted."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.name = name
+
+
+@dataclass(frozen=True)
+class SearchContext(ABC, Generic[S, F]):
+    """What a search works on, and the scans made so far: the catalogue is tried once per model."""
+
+    looks: dict[frozenset[str], S] = field(default_factory=dict, kw_only=True)
+    without_balance: set[str] = field(default_factory=set, kw_only=True)
+    """Names of candidates with whose fitted values the robot finds no balance: they are no explanation."""
+    seconds: list[float] = field(default_factory=list, kw_only=True)
+
+    @abstractmethod
+    def fit(self, robot: CompliantRobot) -> F:
+        """Fit a model."""
+
+    @abstractmethod
+    def scan(self, fit: F, candidates: Sequence[Candidate], like: F | None = None) -> S:
+        """Try candidates as additions to a fit.
+
+        Parameters
+        ----------
+        fit : of the model.
+        candidates : who is tried.
+        like : a fit whose noise is taken in place of the fit's own.
+        """
+
+    @abstractmethod
+    def fit_of(self, scan: S) -> F:
+        """Return the fit that a scan is of."""
+
+    @abstractmethod
+    def candidates(self, robot: CompliantRobot) -> tuple[list[Candidate], list[UntestableEffect]]:
+        """Return the effects that can be added to a model, and those that cannot, with the reason."""
+
+    @abstractmethod
+    def follows(self, scan: S) -> list[ResidualDependence]:
+        """Return what the residual of a scan's model follows, largest share first."""
+
+    def wrong_geometry(self, scan: S) -> WrongGeometry | None:
+        """Return how wrong the robot's geometry is, where these data contradict it."""
+        return None
+
+    def in_units_of(self, final: F, present: F, own: LackOfFit) -> LackOfFit:
+        """Return the present model's residuals against the noise as the final model estimates it."""
+        return own
+
+    def look(self, robot: CompliantRobot) -> S:
+        """Fit a model and try every candidate as an addition to it."""
+        key = frozenset(f"{placed.effect.name} {placed.place.label}" for placed in robot.placed)
+        if key not in self.looks:
+            self.release()
+            fit = self.fit(robot)
+            listed, _ = self.candidates(fit.robot)
+            candidates = [candidate for candidate in listed if candidate.name not in self.without_balance]
+            start = time.perf_counter()
+            self.looks[key] = self.scan(fit, candidates)
+            self.seconds.append(time.perf_counter() - start)
+        return self.looks[key]
+
+    def look_with(self, robot: CompliantRobot, *trials: Trial) -> S:
+        """Add candidates to a model, and look at it.
+
+        Raises
+        ------
+        NoBalanceWithError : the robot finds no balance with the last of them.
+        """
+        for trial in trials:
+            robot = with_trial(robot, trial)
+        try:
+            return self.look(robot)
+        except NoBalanceError:
+            raise NoBalanceWithError(trials[-1].candidate.name) from None
+
+    def release(self) -> None:
+        """Let go of the models at rest of all looks so far."""
+        for scan in self.looks.values():
+            scan.release()
+
+    def pace(self) -> Pace:
+        """Return the number of fits tried so far, and their rate."""
+        scans: list[Scan] = list(self.looks.values())
+        return Pace(
+            len(scans), sum(len(scan.trials) for scan in scans), sum(scan.n_tried for scan in scans), sum(self.seconds)
+        )
+
+
+@dataclass(frozen=True)
+class LoadSearchContext(SearchContext[LoadScan, Fit]):
+    """What a search in load states works on."""
+
+    states: LoadStates
+    problem: Problem
+    catalogue: Mapping[str, Effect]
+    settings: Settings
+
+    def fit(self, robot: CompliantRobot) -> Fit:
+        """Fit a model on the balanced robot."""
+        return fit_observations(self.problem, robot, self.settings)
+
+    def scan(self, fit: Fit, candidates: Sequence[Candidate], like: Fit | None = None) -> LoadScan:
+        """Try candidates as additions to a fit."""
+        return scan_candidates(fit, candidates, None if like is None else weights_of(like))
+
+    def fit_of(self, scan: LoadScan) -> Fit:
+        """Return the fit that a scan is of."""
+        return scan.fit
+
+    def candidates(self, robot: CompliantRobot) -> tuple[list[Candidate], list[UntestableEffect]]:
+        """Return the effects that can be added to a model, and those that cannot, with the reason."""
+        return list_candidates(robot, self.states, self.catalogue)
+
+    def follows(self, scan: LoadScan) -> list[ResidualDependence]:
+        """Return what the residual of a scan's model follows, largest share first."""
+        return what_it_follows(scan, self.states)
+
+    def wrong_geometry(self, scan: LoadScan) -> WrongGeometry | None:
+        """Return how wrong the robot's geometry is, where absolute places contradict it."""
+        return wrong_geometry(self.states, scan)
+
+    def in_units_of(self, final: Fit, present: Fit, own: LackOfFit) -> LackOfFit:
+        """Return the present model's residuals against the noise as the final model estimates it."""
+        if final.noise is None or present.noise is None:
+            return own
+        before, after = present.noise_length["translation"], final.noise_length["translation"]
+        if not before or not after:
+            return own
+        return replace(own, ratio=own.ratio * before / after)
+
+
+def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
+    """Return the model with a candidate added, its shape where the scan found it best."""
+    values = {
+        s: v for s, v in fitted_values(trial).items() if trial.candidate.effect.spec(s).role is ParameterRole.NONLINEAR
+    }
+    added = PlacedEffect(trial.candidate.effect, trial.candidate.place, values)
+    # What the newcomer includes goes: its part is in the whole.
+    kept = tuple(
+        placed
+        for placed in robot.placed
+        if not (placed.place == trial.candidate.place and placed.effect.name in trial.candidate.effect.includes)
+    )
+    return replace(robot, placed=(*kept, added))
+
+
+def without(robot: CompliantRobot, candidate: Candidate, present: CompliantRobot | None = None) -> CompliantRobot:
+    """Return the model without an effect; what the effect had replaced in ``present`` is put back."""
+    kept = tuple(
+        placed
+        for placed in robot.placed
+        if not (placed.effect.name == candidate.effect.name and placed.place == candidate.place)
+    )
+    dependent = tuple(
+        placed
+        for placed in (present.placed if present is not None else ())
+        if placed.place == candidate.place and placed.effect.name in candidate.effect.includes
+    )
+    return replace(robot, placed=(*dependent, *kept))
