@@ -38,6 +38,7 @@ from stiffcal.model.effect import (
     link_node,
     tool_node,
 )
+from stiffcal.model.held_frame import HeldFrame
 
 __all__ = [
     "BASE_NODE",
@@ -55,6 +56,7 @@ __all__ = [
     "Effect",
     "Evidence",
     "Floats",
+    "HeldFrame",
     "Inputs",
     "Kind",
     "LoadStates",

@@ -52,7 +52,7 @@ class FrictionTemperature(DocumentedEffect):
             return "a temperature in the logs of the friction runs"
         if not motion.both_ways:
             return "motion in both directions: in one direction friction and weight are measured as one torque"
-        if not varies(motion.temperature):
+        if not varies(motion.temperature[np.isfinite(motion.temperature)]):
             return "a temperature that changes during the friction runs"
         return None
 

@@ -145,7 +145,7 @@ def observed_displacement(model: CompliantRobot, data: Observations, loaded: Res
     """Return (B, 6, n) predicted displacement of the targets, observation effects included."""
     displacement = np.stack(displacements(model, loaded, unloaded))
     shift = np.zeros_like(displacement)
-    observed = Observed(displacement, data.order)
+    observed = Observed(displacement, data.order, data.layout.held)
     for placed_effect in model.placed:
         finite = placed_effect.effect.observation_shift(placed_effect.place, observed, placed_effect.values)
         if finite is not None:
@@ -224,7 +224,7 @@ def _observation_columns(
     sensitivities: Floats,
     rows: dict[tuple[int, str], int],
 ) -> None:
-    observed = Observed(displacement, data.order)
+    observed = Observed(displacement, data.order, data.layout.held)
     for number, placed_effect in enumerate(model.placed):
         for symbol, column in placed_effect.effect.observation_columns(
             placed_effect.place, observed, placed_effect.shape()

@@ -119,7 +119,8 @@ class Linearised:
             lever = self.lever(term.node, term.component)
             if lever is not None:
                 add(term.symbol, -lever * term.value)
-        for symbol, column in effect.observation_columns(place, Observed(self.displacement, data.order), shape).items():
+        observed = Observed(self.displacement, data.order, data.layout.held)
+        for symbol, column in effect.observation_columns(place, observed, shape).items():
             add(symbol, data.layout.of_targets(column))
         for spec in effect.parameters:
             # A gain of the whole load is no addition to a model: its compliances make it up.

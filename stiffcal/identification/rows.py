@@ -14,12 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.measurements.load_states import HELD, LoadStates
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.clamped_inverse import clamped_inverse
-from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.effect import link_node
+from stiffcal.model.held_frame import HeldFrame, held_frame
 from stiffcal.reduction.motion import gauge_directions
 
 # Kinds of rows. Each has a noise of its own.
@@ -72,14 +71,12 @@ class MotorRows:
 
     row: Integers
     """(J,) their places among the m rows, one per drive."""
-    target: int
-    """Index of the held frame among the targets."""
-    matrix: Floats
-    """(J, 6, n) the drives' turn per displacement of the held frame; zero in states that were not clamped."""
+    held: HeldFrame
+    """The frame by which the robot is held."""
 
     def of(self, full: Floats) -> Floats:
         """Return (…, J, n) of displacements (…, B, 6, n)."""
-        return np.asarray(np.einsum("jin,...in->...jn", self.matrix, full[..., self.target, :, :]))
+        return np.asarray(np.einsum("jin,...in->...jn", self.held.inverse, full[..., self.held.target, :, :]))
 
 
 @dataclass(frozen=True)
@@ -104,13 +101,18 @@ class RowLayout:
         """True where all rows are components of targets' displacements."""
         return self.gauges is None and not self.rods and self.motors is None
 
+    @property
+    def held(self) -> HeldFrame | None:
+        """The frame by which the robot is held in clamped runs; None where there are none."""
+        return None if self.motors is None else self.motors.held
+
     def subset(self, pick: slice | Booleans | Integers) -> RowLayout:
         """Return the layout of some states."""
         gauges, motors = self.gauges, self.motors
         if gauges is not None:
             gauges = replace(gauges, direction=gauges.direction[:, :, pick], gauge=gauges.gauge[:, pick])
         if motors is not None:
-            motors = replace(motors, matrix=motors.matrix[:, :, pick])
+            motors = replace(motors, held=motors.held.subset(pick))
         return replace(self, gauges=gauges, motors=motors)
 
     def of_targets(self, full: Floats) -> Floats:
@@ -221,30 +223,22 @@ def with_motors(
     J (Δd_motor + δ) = −C_fixture W (physics, section 1), read through the pseudo-inverse of J in the run's pose, which
     keeps what the flange feels: δ = −J⁺ J Δd_motor − J⁺ C_fixture W since the run's reference.
     """
-    clamped = states.clamped
-    if not clamped.any() or HELD not in states.setup.target_names:
+    held = held_frame(chain, states, reference)
+    if held is None:
         return layout
-    target = states.setup.target_names.index(HELD)
-    n_drives, n = chain.n_joints, len(states)
-    matrix, motor_readings = np.zeros((n_drives, 6, n)), np.full((n_drives, n), np.nan)
-    drives = chain.drive_axes
-    motor_turn = (states.joints - states.joints[reference]) @ chain.coupling.T @ np.linalg.inv(drives).T
-    load = states.wrench - states.wrench[reference]
-    for number in np.unique(states.run[clamped]):
-        in_run = np.flatnonzero(states.run == number)
-        angles = chain.model_angles(states.joints[in_run].mean(axis=0)[None])
-        inverse, jacobian = clamped_inverse(chain, angles, states.setup.targets[target])
-        matrix[:, :, in_run] = inverse[:, :, None]
-        motor_readings[:, in_run] = -(inverse @ jacobian) @ motor_turn[in_run].T
-        fixture = states.runs[int(number)].fixture
+    n_drives = chain.n_joints
+    # (6, n) how far the motors have moved the frame, had nothing given, and how far the fixture has given
+    moved = np.einsum("ijn,nj->in", held.jacobian, states.joints - states.joints[reference])
+    for number in np.unique(states.run[states.clamped]):
+        in_run, fixture = np.flatnonzero(states.run == number), states.runs[int(number)].fixture
         if fixture is not None:
-            axes = attached_poses(chain, angles, states.setup.wrench_axes)[1][0]
-            wrench = np.concatenate([load[in_run, :3] @ axes.T, load[in_run, 3:] @ axes.T], axis=1)
-            motor_readings[:, in_run] -= inverse @ np.array(fixture) @ wrench.T
+            moved[:, in_run] += np.array(fixture) @ held.wrench[:, in_run]
+    motor_readings = -np.einsum("jin,in->jn", held.inverse, moved)
+    motor_readings[:, ~states.clamped] = np.nan
     rows = np.arange(len(measured), len(measured) + n_drives)
     measured.extend(motor_readings)
-    added = _extend_rows(layout, MOTOR, np.full(n_drives, target), np.arange(n_drives))
-    return replace(added, motors=MotorRows(rows, target, matrix))
+    added = _extend_rows(layout, MOTOR, np.full(n_drives, held.target), np.arange(n_drives))
+    return replace(added, motors=MotorRows(rows, held))
 
 
 def _extend_rows(layout: RowLayout, kind: int, body: Integers, component: Integers) -> RowLayout:

@@ -28,6 +28,7 @@ from stiffcal.deprecated_names import old_names, take_old_methods, with_old_meth
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
+from stiffcal.model.held_frame import HeldFrame
 from stiffcal.model.parameters import ParameterRole as ParameterRole
 from stiffcal.model.parameters import ParameterSpec as ParameterSpec
 from stiffcal.model.parameters import Values as Values
@@ -152,6 +153,8 @@ class Observed:
     """(B, 6, n) predicted displacement of each target since the unloaded state, base axes, m and rad."""
     order: StateOrder
     """The states' order and time."""
+    held: HeldFrame | None = None
+    """The frame by which the robot is held in clamped runs; None where there are none."""
 
 
 @dataclass(frozen=True)
@@ -239,6 +242,10 @@ class Effect(ABC):
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form of the law that these parameters are of, for effects that can be written in several ways."""
         return self
+
+    def forms_to_try(self, order: StateOrder) -> tuple[Effect, ...]:
+        """Return the forms of the law that a search compares on these states; the best of them is named."""
+        return (self,)
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Return the data missing to determine this effect from these data, or None where it can be tried."""

@@ -269,6 +269,11 @@ def _true_or_false(effect: Effect, answer: Any, *arguments: Any, **named: Any) -
     return "" if isinstance(answer, bool | np.bool_) else f"neither True nor False: {_shown(answer)}"
 
 
+def _forms_to_try(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
+    right = isinstance(answer, tuple | list) and len(answer) and all(isinstance(form, Effect) for form in answer)
+    return "" if right else f"no tuple of effects: {_shown(answer)}"
+
+
 def _form(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     return "" if isinstance(answer, Effect) else f"no effect: {_shown(answer)}"
 
@@ -298,6 +303,7 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "impossible": _text_or_none,
     "possible_near": _true_or_false,
     "form": _form,
+    "forms_to_try": _forms_to_try,
     "spec": _spec,
 }
 

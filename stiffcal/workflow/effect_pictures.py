@@ -25,6 +25,7 @@ from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Pl
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.plugin_code import PluginCode
 from stiffcal.report.content import EffectPicture
+from stiffcal.workflow.effect_clamped_pictures import clamped_picture
 from stiffcal.workflow.effect_motion_pictures import torque_picture
 from stiffcal.workflow.effect_sketch import sketch
 
@@ -119,6 +120,7 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
         _late_clock_picture(effect, chain, setup)
         or _torque_next_to(effect, places, chain)
         or torque_picture(effect, chain)
+        or _clamped_picture(effect, places)
     )
 
 
@@ -306,6 +308,13 @@ def _torque_next_to(effect: Effect, places: Sequence[Place], chain: Chain) -> Ef
                 np.zeros_like(angle), torque, np.zeros(len(angle), dtype=np.bool_), _caption(effect),
             )  # fmt: skip
     return None
+
+
+def _clamped_picture(effect: Effect, places: Sequence[Place]) -> EffectPicture | None:
+    """Return what shows in a clamped motor's angle alone."""
+    example = _cycles(np.array(LINES[0]))
+    level = example.x / LARGEST_FORCE
+    return clamped_picture(effect, places[0], example.order, level, example.unloading) if places else None
 
 
 def _springs() -> tuple[PlacedEffect, ...]:

@@ -32,7 +32,7 @@ NAMES = {
     "friction-hysteresis", "periodic-stiffness", "gravity-compensator", "servo-deflection", "creep", "thermal-drift",
     "seat-shift", "tracker-frame", "wrench-frame", "target-offset", "load-point-offset", "wrench-bias", "clock-offset",
     "joint-friction", "stribeck", "friction-load", "friction-temperature", "torque-ripple", "viscous-power",
-    "friction-asymmetry", "presliding", "wrench-origin", "wrench-scale",
+    "friction-asymmetry", "presliding", "fixture-compliance", "encoder-drift", "wrench-origin", "wrench-scale",
 }  # fmt: skip
 # Physics, section 2: the symbols are fixed.
 SYMBOLS = {
@@ -47,7 +47,8 @@ SYMBOLS = {
     "joint-friction": "coulomb stribeck velocity exponent viscous",
     "stribeck": "stribeck velocity exponent", "friction-load": "per_Nm", "friction-temperature": "coulomb_K viscous_K",
     "torque-ripple": "a b order", "viscous-power": "factor power", "friction-asymmetry": "offset",
-    "presliding": "stiffness angle", "wrench-origin": "x y z", "wrench-scale": "moment force",
+    "presliding": "stiffness angle", "fixture-compliance": "translation rotation", "encoder-drift": "rad_per_s",
+    "wrench-origin": "x y z", "wrench-scale": "moment force",
 }  # fmt: skip
 # First-order columns leave out that a law's own share moves the load point, and that the drives give under the torques
 # so changed: force × lever × compliance of the softest joint, 400 N × 1 m × 6e-5 rad/(N·m) at the wrist = 2.4 %.
@@ -292,7 +293,7 @@ def column_cases() -> list[tuple[str, str]]:
 
 def always_lacking(effect: Effect) -> bool:
     """True for effects that act on moving joints and running clocks only."""
-    return any(word in need for need in effect.needs for word in ("sweeps", "friction runs"))
+    return any(word in need for need in effect.needs for word in ("sweeps", "friction runs", "clamped runs"))
 
 
 @cache

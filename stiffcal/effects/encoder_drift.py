@@ -1,0 +1,116 @@
+"""Motor angles that wander while nothing turns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import ClassVar
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.measurements.varying import varies
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    Covariate,
+    DocumentedEffect,
+    Effect,
+    Kind,
+    NodeLoads,
+    Observed,
+    ParameterSpec,
+    Place,
+    StateOrder,
+    Values,
+)
+
+_SOURCE = "an encoder's mount and disk that warm up: 10 µrad in ten minutes, or in five kelvin"
+
+
+class EncoderDrift(DocumentedEffect):
+    """The reading of a joint's encoder wanders with time or temperature while the joint stands still.
+
+    Law: the logged angle of the joint gains rad_per_s × (t − t_ref), or rad_per_K × (T − T_ref) in the form that a
+    model with [rad_per_K] takes, t_ref and T_ref (the campaign's first temperature) those of the run's reference state.
+    Clamped runs read it as if the drive had given by as much.
+
+    Assumes an even drift; one that settles within a run is not a straight line over time.
+
+    Limits: it shows in clamped runs, whose motor angles are read to microradians. Each run begins at its own zero. A
+    load that only grows cannot separate it from compliance: sweep there and back. Where temperature rises evenly with
+    time, the two forms cannot be distinguished.
+    """
+
+    name = "encoder-drift"
+    kind = Kind.OBSERVATION
+    place_kind = "joints"
+    summary = "a joint's encoder reading wanders with time or temperature"
+    parameters: ClassVar[tuple[ParameterSpec, ...]] = (
+        ParameterSpec("rad_per_s", "rad/s", "drift of the reading over time", -1e-3, 1e-3, 2e-8, _SOURCE),
+    )
+    needs = ("clamped runs with time stamps or a temperature",)
+    looks_like = ("creep", "friction-hysteresis", "clock-offset")
+    fingerprint = "the loop of torque over angle does not close: each cycle is shifted by as much as the one before"
+    how_to_check = "Leave the clamped robot at rest for as long as a run takes, with the brakes on, and log the angle."
+
+    def form(self, symbols: Iterable[str]) -> Effect:
+        """Return the form that these symbols are of: over time (rad_per_s) or over temperature (rad_per_K)."""
+        return _OVER_TEMPERATURE if "rad_per_K" in set(symbols) else self
+
+    def forms_to_try(self, order: StateOrder) -> tuple[Effect, ...]:
+        """Return both forms, as far as the states have time and temperature."""
+        forms: tuple[Effect, ...] = (EncoderDrift(), _OVER_TEMPERATURE)
+        values = (order.since_reference, order.temperature)
+        return tuple(form for form, value in zip(forms, values, strict=True) if np.nan_to_num(value).any()) or (self,)
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Clamped runs, and a time or temperature that changes within one."""
+        if not states.clamped.any():
+            return "clamped runs: elsewhere the motors' angles are no readings of the fit"
+        values = [states.time, *states.temperature.T[:1]]
+        runs = [members for members in members_of(states.run) if states.clamped[members[0]]]
+        if not any(varies(value[members]) for value in values for members in runs):
+            return "time stamps or a temperature that change within a clamped run"
+        return None
+
+    def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
+        """Return what the reading of the joint, running ahead, takes off the held frame's motion."""
+        (spec,) = self.parameters
+        column = np.zeros_like(observed.displacement)
+        held = observed.held
+        if held is not None:
+            column[held.target] = -held.jacobian[:, place.joints[0] - 1] * self._since(observed.order)
+        return {spec.symbol: column}
+
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
+        """Time since the reference."""
+        if loads.order is None:
+            return None
+        return Covariate("time since the reference", "s", self._since(loads.order))
+
+    def _since(self, order: StateOrder) -> Floats:
+        return np.nan_to_num(order.since_reference)
+
+
+class _OverTemperature(EncoderDrift):
+    __doc__ = EncoderDrift.__doc__
+
+    parameters = (
+        ParameterSpec("rad_per_K", "rad/K", "drift of the reading over temperature", -1e-2, 1e-2, 2e-6, _SOURCE),
+    )
+
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
+        """Temperature since the reference."""
+        if loads.order is None:
+            return None
+        return Covariate("temperature since the reference", "K", self._since(loads.order))
+
+    def form(self, symbols: Iterable[str]) -> Effect:
+        """Return the form that these symbols are of."""
+        return EncoderDrift() if "rad_per_s" in set(symbols) else self
+
+    def _since(self, order: StateOrder) -> Floats:
+        return np.nan_to_num(order.temperature)
+
+
+_OVER_TEMPERATURE = _OverTemperature()
