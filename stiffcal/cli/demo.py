@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.next_step import after_diagnosis
 from stiffcal.cli.options import AsJson
 from stiffcal.cli.run import show_run
 
@@ -28,5 +29,5 @@ def demo(
         from stiffcal.workflow.steps import RunContext
 
         result = run_demo(folder, RunContext(progress=answer.progress, notify=answer.notify))
-        answer.give(result, show_run, command_line("diagnose", folder))
+        answer.give(result, show_run, after_diagnosis(folder, result.diagnose, None, finished="history"))
     return OK if result.passed else NOT_HELD

@@ -5,19 +5,17 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK
+from stiffcal.cli.next_step import after_diagnosis
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
-from stiffcal.escapes import shell
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from rich.console import Console
 
     from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace
@@ -40,22 +38,8 @@ def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = diagnose_campaign(folder, context)
-        answer.give(result, show_diagnosis, _next_step(folder, result, store))
+        answer.give(result, show_diagnosis, after_diagnosis(folder, result, store))
     return OK
-
-
-def _next_step(folder: Path, result: DiagnoseResult, store: str | None) -> str:
-    # What is missing comes first: with it, other effects may turn out to be needed, or not.
-    for effect in result.missing:
-        return command_line("add", folder, effect.effect, *place_words(effect.where), store=None)
-    if result.pattern is not None:
-        from stiffcal.diagnosis.words import suggested_name
-
-        place = shell.escaped_path(str(folder))
-        return f"stiffcal effects new {suggested_name(result.pattern)} --from {place}"
-    for redundant in result.superfluous:
-        return command_line("remove", folder, redundant.effect, *place_words(redundant.where), store=None)
-    return command_line("report", folder, store=store)
 
 
 def place_words(where: Where) -> list[str]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.identify import show_fit
+from stiffcal.cli.next_step import after_diagnosis
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.wording import deviation, share
 
@@ -27,7 +28,7 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
 
         context = RunContext(store=store, progress=answer.progress, notify=answer.notify)
         result = run_campaign(folder, context)
-        answer.give(result, show_run, command_line("history", folder, store=store))
+        answer.give(result, show_run, after_diagnosis(folder, result.diagnose, store, finished="history"))
     return OK if result.passed else NOT_HELD
 
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.next_step import after_validation
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt, Thresholds
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
@@ -52,7 +53,7 @@ def validate(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, reach=reach
         )
         result = validate_campaign(folder, context, model=model, thresholds=file)
-        answer.give(result, show_validation, command_line("report", folder, store=store))
+        answer.give(result, show_validation, after_validation(folder, result, store))
     return OK if result.passed else NOT_HELD
 
 
