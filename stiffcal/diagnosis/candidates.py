@@ -23,6 +23,8 @@ class Candidate:
     """Where on the robot it acts."""
     n_parameters: int
     """Number of its free parameters, nonlinear ones included."""
+    forms: tuple[Effect, ...] = ()
+    """Forms of the law among which the best is chosen, where there are several (`Effect.forms_to_try`)."""
 
     @property
     def name(self) -> str:
@@ -55,7 +57,8 @@ def list_candidates(
             if (effect.name, place) in in_model or _stands_in_the_way(effect, place, robot):
                 continue
             free = sum(1 for spec in effect.parameters if not spec.scales_load)
-            candidates.append(Candidate(effect, place, free))
+            forms = effect.forms_to_try(states)
+            candidates.append(Candidate(effect, place, free, tuple(forms) if len(forms) > 1 else ()))
     return candidates, not_tried
 
 
@@ -72,14 +75,14 @@ def _stands_in_the_way(effect: Effect, place: Place, robot: CompliantRobot) -> b
 
 
 def variants(candidate: Candidate, state: RegressorMaker) -> Iterator[Regressor]:
-    """Return the candidate's regressors, one for each combination of its shape grid."""
-    if any(spec.role is ParameterRole.NONLINEAR for spec in candidate.effect.parameters):
-        shapes = state.shapes(candidate.effect, candidate.place)
+    """Return the candidate's regressors, one for each form of its law and combination of its shape grid."""
+    for effect in candidate.forms or (candidate.effect,):
+        shapes: list[dict[str, float]] = [{}]
+        if any(spec.role is ParameterRole.NONLINEAR for spec in effect.parameters):
+            shapes = state.shapes(effect, candidate.place)
         if len(shapes) > MANY_SHAPES:
-            return
-    else:
-        shapes = [{}]
-    for shape in shapes:
-        regressor = state.regressor(candidate.effect, candidate.place, shape)
-        if regressor.columns.any() or regressor.fixed.any():
-            yield regressor
+            continue
+        for shape in shapes:
+            regressor = state.regressor(effect, candidate.place, shape)
+            if regressor.columns.any() or regressor.fixed.any():
+                yield regressor

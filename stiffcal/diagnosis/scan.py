@@ -14,7 +14,7 @@ from stiffcal.diagnosis.scoring import Score, fold_products, quadratic, score_va
 from stiffcal.diagnosis.thresholds import CHOICE_FOLDS
 from stiffcal.identification.regressors import Regressor, RegressorMaker, StoredRegressor
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import ParameterRole
+from stiffcal.model.effect import Effect, ParameterRole
 
 # The leaders' shapes are narrowed down; who is further behind than this is not near.
 REFINED = 8
@@ -270,7 +270,7 @@ def try_candidate(candidate: Candidate, ground: BaseRows) -> Trial | None:
     if not shapes.n_tried:
         return None
     score, best = shapes.score()
-    return Trial(candidate, best, score, shapes.n_tried)
+    return Trial(replace(candidate, effect=best.effect), best, score, shapes.n_tried)
 
 
 class _BestShapes:
@@ -301,6 +301,11 @@ class _BestShapes:
         return self._ground.score([regressor for _, _, regressor in self._best])
 
 
+def is_possible_shape(effect: Effect, shape: Mapping[str, float]) -> bool:
+    """Return whether shape parameters can be, the amplitudes being usual ones."""
+    return effect.impossible({spec.symbol: shape.get(spec.symbol, spec.typical) for spec in effect.parameters}) is None
+
+
 def _refine_nonlinear(trial: Trial, ground: BaseRows) -> Trial:
     """Narrow a law's continuous shape down, between the neighbours of the best of its grid, in all folds alike."""
     effect, place = trial.candidate.effect, trial.candidate.place
@@ -318,7 +323,7 @@ def _refine_nonlinear(trial: Trial, ground: BaseRows) -> Trial:
                 spec = effect.spec(symbol)
                 shape = {**best, symbol: float(np.clip(best[symbol] * factor, spec.lower, spec.upper))}
                 key = tuple(shape[s] for s in continuous)
-                if key not in known:
+                if key not in known and is_possible_shape(effect, shape):
                     regressor = ground.state.regressor(effect, place, shape)
                     if regressor.symbols == trial.regressor.symbols:
                         known.add(key)

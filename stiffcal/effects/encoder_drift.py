@@ -57,19 +57,20 @@ class EncoderDrift(DocumentedEffect):
         """Return the form that these symbols are of: over time (rad_per_s) or over temperature (rad_per_K)."""
         return _OVER_TEMPERATURE if "rad_per_K" in set(symbols) else self
 
-    def forms_to_try(self, order: StateOrder) -> tuple[Effect, ...]:
-        """Return both forms, as far as the states have time and temperature."""
-        forms: tuple[Effect, ...] = (EncoderDrift(), _OVER_TEMPERATURE)
-        values = (order.since_reference, order.temperature)
-        return tuple(form for form, value in zip(forms, values, strict=True) if np.nan_to_num(value).any()) or (self,)
+    def forms_to_try(self, states: LoadStates) -> tuple[Effect, ...]:
+        """Return both forms, as far as time and temperature change within a clamped run."""
+        changing = (
+            form
+            for form, value in zip((self, _OVER_TEMPERATURE), (states.time, *states.temperature.T[:1]), strict=False)
+            if _varies_in_a_run(states, value)
+        )
+        return tuple(changing) or (self,)
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Clamped runs, and a time or temperature that changes within one."""
         if not states.clamped.any():
             return "clamped runs: elsewhere the motors' angles are no readings of the fit"
-        values = [states.time, *states.temperature.T[:1]]
-        runs = [members for members in members_of(states.run) if states.clamped[members[0]]]
-        if not any(varies(value[members]) for value in values for members in runs):
+        if not any(_varies_in_a_run(states, value) for value in (states.time, *states.temperature.T[:1])):
             return "time stamps or a temperature that change within a clamped run"
         return None
 
@@ -90,6 +91,12 @@ class EncoderDrift(DocumentedEffect):
 
     def _since(self, order: StateOrder) -> Floats:
         return np.nan_to_num(order.since_reference)
+
+
+def _varies_in_a_run(states: LoadStates, value: Floats) -> bool:
+    """Return whether values (n,) change within a clamped run."""
+    clamped = states.clamped
+    return any(varies(value[members]) for members in members_of(states.run) if clamped[members[0]])
 
 
 class _OverTemperature(EncoderDrift):

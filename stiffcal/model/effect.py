@@ -243,7 +243,7 @@ class Effect(ABC):
         """Return the form of the law that these parameters are of, for effects that can be written in several ways."""
         return self
 
-    def forms_to_try(self, order: StateOrder) -> tuple[Effect, ...]:
+    def forms_to_try(self, states: LoadStates) -> tuple[Effect, ...]:
         """Return the forms of the law that a search compares on these states; the best of them is named."""
         return (self,)
 

@@ -12,7 +12,7 @@ from stiffcal.identification.observation import evaluate, free_columns, observe
 from stiffcal.identification.weights import predict_observations
 from stiffcal.model.effect import Place
 from tests.laboratory.clamped_bench import CYCLE, clamped_bench, model_with
-from tests.laboratory.effect_bench import bare_states, order_of, robot_chain
+from tests.laboratory.effect_bench import bare_states, robot_chain
 from tests.laboratory.robots import six_axis_joints
 
 EFFECT, CHAIN = EncoderDrift(), robot_chain()
@@ -60,7 +60,7 @@ def test_forms_by_symbol_and_by_data() -> None:
     assert [spec.symbol for spec in over_temperature.parameters] == ["rad_per_K"]
     assert EFFECT.form(["rad_per_s"]) is EFFECT
     assert [spec.symbol for spec in over_temperature.form(["rad_per_s"]).parameters] == ["rad_per_s"]
-    timed, warmed = order_of([0, 0], time=[0.0, 1.0]), order_of([0, 0], time=[0.0, 1.0], temperature=[0.0, 1.0])
+    timed, warmed = (clamped_bench(CHAIN, POSES[:1], (2,), RIGID, warming=warming) for warming in (None, WARMING))
     assert [form.parameters[0].symbol for form in EFFECT.forms_to_try(timed)] == ["rad_per_s"]
     assert [form.parameters[0].symbol for form in EFFECT.forms_to_try(warmed)] == ["rad_per_s", "rad_per_K"]
 
