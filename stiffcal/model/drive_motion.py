@@ -64,3 +64,30 @@ class DriveMotion:
         step = np.floor((logs - logs[np.searchsorted(group, group)]) / (2.0 * SAME_SPEED))
         _, first = np.unique(np.stack([group, step]), axis=1, return_index=True)
         return np.asarray(np.exp(logs[np.sort(first)]))
+
+
+def travel_since_reversal(angle: Floats, velocity: Floats) -> Floats:
+    """Return (n,) rad travelled since the direction of motion last changed; NaN before the first change.
+
+    Parameters
+    ----------
+    angle : (n,) rad, in the order of time, without gaps.
+    velocity : (n,) rad/s; where it is zero, the direction is that of the motion before.
+
+    Examples
+    --------
+    >>> travel_since_reversal(np.array([0.0, 1.0, 2.0, 1.5, 0.5]), np.array([1.0, 1.0, 0.0, -1.0, -1.0]))
+    array([nan, nan, nan, 0.5, 1.5])
+    """
+    direction = np.sign(velocity)
+    moving = np.flatnonzero(direction)
+    if not moving.size:
+        return np.full(len(angle), np.nan)
+    last = np.maximum.accumulate(np.where(direction != 0.0, np.arange(len(angle)), moving[0]))
+    direction = direction[last]
+    turned = np.flatnonzero(np.diff(direction) != 0.0) + 1
+    path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angle)))])
+    since = np.searchsorted(turned, np.arange(len(angle)), side="right") - 1
+    # The last sample before a change lies nearest to the reversal.
+    start = path[turned - 1][np.maximum(since, 0)] if turned.size else np.zeros(len(angle))
+    return np.where(since >= 0, path - start, np.nan)

@@ -11,6 +11,7 @@ import json
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -140,7 +141,8 @@ def simulate_runs(
         simulation = run_simulation(kind)
         if simulation is not None:
             motion = settings.motion_of(kind, run)
-            true_run[planned.name] = simulation.true_run(robot, planned, frames, tool, motion)
+            warming = replace(planned, warming_K_per_hour=settings.robot.warming_K_per_hour)
+            true_run[planned.name] = simulation.true_run(robot, warming, frames, tool, motion)
     runs, rods = tuple(true_run[planned.name] for planned in planned_runs), rods_on_links(campaign)
     return robot, RecordingContext(settings, frames, runs, seed, campaign.chain.gear_ratio, rods)
 

@@ -49,6 +49,12 @@ class PlannedRun:
     """Where the load acts."""
     start_s: float
     """s on the campaign's true clock: the run's first hold."""
+    warming_K_per_hour: float = 0.0
+    """How fast everything warms up, from the campaign's start."""
+
+    def warmer(self, time: Floats) -> Floats:
+        """Return (n,) K above the temperature of the campaign's start, at times (n,) s from the run's start."""
+        return np.asarray(self.warming_K_per_hour * (self.start_s + time) / 3600.0)
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,13 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.effects.joint_friction import JointFriction
+from stiffcal.effects.torque_ripple import TorqueRipple
 from stiffcal.experiments.friction.simulation import simulate_friction, strokes_program
 from stiffcal.experiments.friction.simulation_settings import FrictionMotion
 from stiffcal.measurements.load_states import Attachment
+from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.drive_motion import travel_since_reversal
 from stiffcal.model.effect import Place
 from stiffcal.simulation.motion import MotionProgram
 from stiffcal.simulation.settings import Loads
@@ -85,3 +88,81 @@ def arm_about_joint_2() -> float:
     model = pinocchio_model(six_axes())
     mass = pinocchio.crba(model, model.createData(), six_axes().model_angles(program.joints[k : k + 1])[0])
     return float(mass[1, 1])
+
+
+def test_every_effect_of_moving_joints_is_played() -> None:
+    """Laws of load, temperature, angle and travel since the reversal, against the laws as their pages write them."""
+    effects = built_in_effects()
+    values = {
+        "friction-load": {"per_Nm": 0.05}, "friction-temperature": {"coulomb_K": -1.0, "viscous_K": -4.0},
+        "torque-ripple": {"a": 2.0, "b": -1.0, "order": 30.0}, "friction-asymmetry": {"offset": 3.0},
+        "viscous-power": {"factor": 40.0, "power": 0.5}, "presliding": {"stiffness": 5e4, "angle": 1e-3},
+        "stribeck": {"stribeck": 10.0, "velocity": 0.03, "exponent": 1.0},
+    }  # fmt: skip
+    place = Place("joints", (2,))
+    chain, motion = six_axes(), MOTION.model_copy(update={"ripple_Nm": 0.0})
+    program = strokes_program(motion, POSE, 2)
+    torque = {}
+    for name in ("none", *values):
+        placed = (PlacedEffect(effects[name], place, values[name]),) if name in values else ()
+        planned = PlannedRun("a", POSE, program, Loads(), Attachment(0, np.eye(4)), 3600.0, warming_K_per_hour=5.0)
+        played_program = simulate_friction(
+            CompliantRobot(chain, placed), planned, {}, ToolWeight(0.0, np.zeros(3)), motion
+        ).planned.program
+        assert isinstance(played_program, MotionProgram)
+        torque[name] = played_program.torque[:, 1]
+    speed, angle = program.speed, program.joints[:, 1]
+    sign = np.sign(speed)
+    model = pinocchio_model(chain)
+    weight = np.array([gravity_torques(model, q)[1] for q in chain.model_angles(program.joints)])
+    kelvin = 5.0 * (3600.0 + program.node) / 3600.0
+    wanted = {
+        "friction-load": 0.05 * np.abs(weight) * sign,
+        "friction-temperature": kelvin * (-1.0 * sign - 4.0 * speed),
+        "torque-ripple": np.where(sign != 0.0, 2.0 * np.cos(30.0 * angle) - np.sin(30.0 * angle), 0.0),
+        "friction-asymmetry": np.where(sign != 0.0, 3.0, 0.0),
+        "viscous-power": 40.0 * np.sqrt(np.abs(speed)) * sign,
+        "stribeck": 10.0 * np.exp(-np.abs(speed) / 0.03) * sign,
+    }
+    for name, law in wanted.items():
+        np.testing.assert_allclose(torque[name] - torque["none"], law, atol=1e-8, err_msg=name)
+    missing = torque["presliding"] - torque["none"]
+    # Only after a reversal, against the motion, and gone after some milliradians.
+    first = np.flatnonzero(np.diff(sign[sign != 0.0]) != 0.0)[0] + 1
+    moving = np.flatnonzero(sign != 0.0)
+    assert not missing[moving[:first]].any()
+    assert np.all(missing[moving[first:]] * sign[moving[first:]] <= 0.0)
+    assert np.abs(missing).max() == pytest.approx(50.0, rel=0.05)
+    assert np.median(np.abs(missing)) < 0.1
+
+
+def test_travel_since_the_reversal() -> None:
+    angle = np.array([0.0, 0.2, 0.5, 0.5, 0.4, 0.1, 0.1, 0.0, 0.3])
+    velocity = np.array([0.0, 1.0, 1.0, 0.0, -1.0, -1.0, 0.0, -1.0, 1.0])
+    travel = travel_since_reversal(angle, velocity)
+    assert np.isnan(travel[:4]).all()
+    np.testing.assert_allclose(travel[4:], [0.1, 0.4, 0.4, 0.5, 0.3], atol=1e-12)
+    assert np.isnan(travel_since_reversal(angle, np.zeros(9))).all()
+
+
+def test_fine_waves_have_nodes_enough() -> None:
+    """A reducer's 171 waves a turn, read between the nodes."""
+    robot = CompliantRobot(
+        six_axes(),
+        (PlacedEffect(TorqueRipple(), Place("joints", (2,)), {"a": 50.0, "b": 0.0, "order": 171.0}),),
+    )
+    motion = MOTION.model_copy(update={"ripple_Nm": 0.0, "rotor_inertia_kgm2": 0.0})
+    program = strokes_program(motion, POSE, 2)
+    runs = []
+    for model in (robot, CompliantRobot(six_axes(), ())):
+        planned = PlannedRun("a", POSE, program, Loads(), Attachment(0, np.eye(4)), 0.0)
+        done = simulate_friction(model, planned, {}, ToolWeight(0.0, np.zeros(3)), motion).planned.program
+        assert isinstance(done, MotionProgram)
+        runs.append(done)
+    moving = np.flatnonzero((program.acceleration[:-1] == 0.0) & (program.speed[:-1] == program.speed[1:]))
+    time = np.interp(np.linspace(0.0, 1.0, 5000), np.linspace(0.0, 1.0, moving.size), program.node[moving])
+    time = time[np.abs(runs[0].velocity_at(time)[:, 1]) == 0.05]
+    assert time.size > 100
+    wave = (runs[0].torque_at(time) - runs[1].torque_at(time))[:, 1]
+    wanted = 50.0 * np.cos(171.0 * runs[0].joints_at(time)[:, 1])
+    assert np.abs(wave - wanted).max() < 0.02 * 50.0

@@ -23,6 +23,7 @@ from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import RZ, NodeLoads, StateOrder, joint_node, tool_node
 from stiffcal.model.equilibrium import Balance, NoBalanceError, law_terms, node_displacements, solve_balance
+from stiffcal.simulation.drive_friction import friction_torque
 from stiffcal.simulation.kinds import RunSetup, RunSimulation
 from stiffcal.simulation.motion import MotionProgram, motion_program
 from stiffcal.simulation.settings import FILE_NAME
@@ -109,7 +110,9 @@ def simulate_clamped(
     later = np.append(True, np.diff(program.node) > 0.0)  # without a rest before or after, two nodes share a moment
     moving = np.gradient(program.joints[later], program.node[later], axis=0)[np.cumsum(later) - 1]
     drives = robot.chain.drive_axes
-    torque = -(balance.joint_torque @ drives)[index_of_node] + _friction(robot, moving)
+    carried = -(balance.joint_torque @ drives)[index_of_node]
+    time = program.node
+    torque = carried + friction_torque(robot, program.joints, moving, carried, time, planned.warmer(time))
     solved_program = replace(program, wrench_at_node=wrench[index_of_node], torque=torque)
     setup = replace(clamped.setup, targets=tuple(frames.values()), target_names=tuple(frames))
     model_angles = robot.chain.model_angles(program.joints[distinct])
@@ -136,17 +139,6 @@ def _distinct(place: Floats, keep_all: bool) -> tuple[NDArray[np.int64], NDArray
 def _nodes_of(program: MotionProgram, some: NDArray[np.int64]) -> MotionProgram:
     """Return the motion at some nodes."""
     return replace(program, node=program.node[some], joints=program.joints[some])
-
-
-def _friction(robot: CompliantRobot, velocity: Floats) -> Floats:
-    """Return (s, L) torques that the drives need against friction, N·m, at joint velocities, rad/s."""
-    torque = np.zeros_like(velocity)
-    for placed_effect in robot.placed:
-        if placed_effect.effect.in_motion:
-            k = placed_effect.place.joints[0] - 1
-            columns = placed_effect.effect.torque_columns(velocity[:, k], placed_effect.shape())
-            torque[:, k] += sum(placed_effect.amplitude(symbol) * column for symbol, column in columns.items())
-    return torque
 
 
 @dataclass(frozen=True)

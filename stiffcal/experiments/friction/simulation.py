@@ -19,6 +19,7 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rigid_body import drive_matrix, rigid_torque
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.simulation.drive_friction import friction_torque
 from stiffcal.simulation.kinds import RunSetup, RunSimulation
 from stiffcal.simulation.motion import MotionProgram, motion_program
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
@@ -26,6 +27,8 @@ from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
 RAMP_POINTS = 24
 # Weight is straight between nodes this far apart to 10⁻⁵ of itself.
 NODE_RAD = 0.01
+# A wave of the torque over the angle has at least as many nodes.
+NODES_PER_WAVE = 20.0
 
 
 @dataclass(frozen=True)
@@ -129,19 +132,19 @@ def simulate_friction(
     """
     program = planned.program
     assert isinstance(program, StrokesProgram)
+    program = _with_nodes_for_waves(program, robot)
     chain, k = robot.chain, program.moved_joint - 1
     velocity, acceleration = np.zeros_like(program.joints), np.zeros_like(program.joints)
     velocity[:, k], acceleration[:, k] = program.speed, program.acceleration
     angles = chain.model_angles(program.joints)
     moving = (rate @ chain.coupling.T for rate in (velocity, acceleration))
-    torque = rigid_torque(_with_tool(chain, tool), angles, *moving) @ drive_matrix(chain)
+    loaded, drives = _with_tool(chain, tool), drive_matrix(chain)
+    torque = rigid_torque(loaded, angles, *moving) @ drives
+    weight = rigid_torque(loaded, angles, np.zeros_like(angles), np.zeros_like(angles)) @ drives
     torque[:, k] += motion.rotor_inertia_kgm2 * program.acceleration
     torque[:, k] += motion.ripple_Nm * np.sin(motion.ripple_per_turn * program.joints[:, k])
-    for placed_effect in robot.placed:
-        if placed_effect.effect.in_motion:
-            j = placed_effect.place.joints[0] - 1
-            columns = placed_effect.effect.torque_columns(velocity[:, j], placed_effect.shape())
-            torque[:, j] += sum(placed_effect.amplitude(symbol) * column for symbol, column in columns.items())
+    time = program.node
+    torque += friction_torque(robot, program.joints, velocity, weight, time, planned.warmer(time))
     position, turn, unloaded = {}, {}, {}
     for name, frame in frames.items():
         places, rotations = attached_poses(chain, angles, frame)
@@ -150,6 +153,32 @@ def simulate_friction(
         position[name], unloaded[name] = places, start
         turn[name] = vector_from_rotation(rotations @ rotations[0].T)
     return TrueRun(replace(planned, program=replace(program, torque=torque)), program.node, position, turn, unloaded)
+
+
+def _with_nodes_for_waves(program: StrokesProgram, robot: CompliantRobot) -> StrokesProgram:
+    """Return the motion with nodes between its nodes where the model's friction swings with the angle."""
+    orders = [
+        placed.values.get(spec.symbol, spec.typical)
+        for placed in robot.placed
+        for spec in placed.effect.parameters
+        if placed.effect.in_motion and spec.discrete
+    ]
+    parts = int(np.ceil(NODE_RAD * max(orders, default=0.0) * NODES_PER_WAVE / (2.0 * np.pi)))
+    if parts < 2:
+        return program
+    s = program.node.size
+    number = np.linspace(0.0, s - 1.0, (s - 1) * parts + 1)
+
+    def between(values: Floats) -> Floats:
+        columns = values.reshape(s, -1).T
+        fine = np.stack([np.interp(number, np.arange(s), column) for column in columns], axis=1)
+        return fine.reshape(number.size, *values.shape[1:])
+
+    return replace(
+        program, node=between(program.node), joints=between(program.joints), torque=between(program.torque),
+        wrench_at_node=between(program.wrench_at_node), speed=between(program.speed),
+        acceleration=between(program.acceleration),
+    )  # fmt: skip
 
 
 def _with_tool(chain: Chain, tool: ToolWeight) -> Chain:
