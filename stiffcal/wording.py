@@ -65,6 +65,31 @@ def grouped(value: float | None, digits: int = 3) -> str:
     return f"{rounded:,.{max(0, digits - 1 - exponent)}f}".replace(",", _NARROW_SPACE).replace("-", "−")
 
 
+def plus_minus(value: float, half_width: float) -> str:
+    """Return a value with its half-width, both to the last digit that the half-width determines (two of its own).
+
+    Examples
+    --------
+    >>> plus_minus(2.7000e6, 6.03e3), plus_minus(2.72e6, 4.4e5), plus_minus(-12.3456, 0.0995)
+    ('(2.7000 ± 0.0060)·10⁶', '(2.72 ± 0.44)·10⁶', '−12.35 ± 0.10')
+    >>> plus_minus(0.0012, 0.034), plus_minus(5.0, 0.0), plus_minus(3.0e5, 7.0e6)
+    ('0.001 ± 0.034', '5.00 ± 0', '(0.3 ± 7.0)·10⁶')
+    """
+    if not half_width > 0.0 or not math.isfinite(half_width) or not math.isfinite(value):
+        return f"{significant(value)} ± {significant(half_width)}".replace("-", "−")
+    # rounded first: 0.0995 has its second digit where 0.10 has it
+    _, last, half = _rounded(half_width, 2)
+    leading = max(_rounded(value, 3)[1] if value else last, last)
+    exponent = 0 if -4 <= leading < 4 else leading
+    # powers of ten below 1e-308 are no numbers
+    if not -300 < exponent < 300:
+        return f"{significant(value)} ± {significant(half_width, 2)}".replace("-", "−")
+    places = max(exponent - last + 1, 0)
+    scale = 10.0**exponent
+    text = f"{value / scale:.{places}f} ± {half / scale:.{places}f}".replace("-", "−")
+    return f"({text})·10{superscript(exponent)}" if exponent else text
+
+
 def _rounded(value: float, digits: int) -> tuple[str, int, float]:
     """Return mantissa, power of ten and value, rounded: 9.996 is of the next decade.
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from stiffcal import wording
 from stiffcal.wording import DASH as NOT_KNOWN
 from stiffcal.wording import place as places
+from stiffcal.wording import plus_minus, significant
 from stiffcal.wording import ranges as runs_of
-from stiffcal.wording import significant, superscript
 
 if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
@@ -47,12 +46,12 @@ def deviation(rms: Rms | Mapping[str, float | None] | None) -> str:
 
 
 def interval(value: float | None, low: float | None, high: float | None) -> str:
-    """Return `value ± half-width`, or the ends where the interval is lopsided or open, in the value's power of ten.
+    """Return `value ± half-width`, or the ends where the interval is lopsided or open.
 
     Examples
     --------
     >>> interval(2.72e6, 2.28e6, 3.16e6)
-    '2.72·10⁶ ± 0.44·10⁶'
+    '(2.72 ± 0.44)·10⁶'
     >>> interval(2.06e5, 1.06e5, None)
     '2.06·10⁵ (1.06·10⁵ … ∞)'
     """
@@ -61,11 +60,4 @@ def interval(value: float | None, low: float | None, high: float | None) -> str:
     if low is None or high is None or abs((high - value) - (value - low)) > 0.1 * (high - low):
         ends = f"{significant(low) if low is not None else '−∞'} … {significant(high) if high is not None else '∞'}"
         return f"{significant(value)} ({ends})"
-    half = (high - low) / 2
-    exponent = math.floor(math.log10(abs(value))) if value else 0
-    if not -300 < exponent < 300:  # powers of ten beyond are no numbers
-        return f"{significant(value)} ± {significant(half, 2)}"
-    if -4 <= exponent < 4:
-        return f"{significant(value)} ± {significant(half, 2)}"
-    power = f"·10{superscript(exponent)}"
-    return f"{value / 10.0**exponent:.2f}{power} ± {significant(half / 10.0**exponent, 2)}{power}"
+    return plus_minus(value, (high - low) / 2)

@@ -278,6 +278,22 @@ class FitChange:
 
 
 @dataclass(frozen=True)
+class PlaceShare:
+    """How much of the target's deflection an effect at a place makes."""
+
+    label: str
+    """The place as it is printed, e.g. "joint 2"."""
+    mark: str
+    """The same in a picture, e.g. "2"."""
+    share: float
+    """Of the squares of the predicted deflection; all shares add up to 1."""
+    joint: int | None
+    """The joint, or the joint that moves the link, from 1; None for the set-up and couplings."""
+    beyond_joint: bool = False
+    """True for a link: it lies between this joint and the next."""
+
+
+@dataclass(frozen=True)
 class ReportContent:
     """All that a report shows."""
 
@@ -295,6 +311,8 @@ class ReportContent:
     """Its validation; None where there is none."""
     history: HistoryResult | None = None
     """Every fit of the campaign; None where that is not known."""
+    place_shares: tuple[PlaceShare, ...] = ()
+    """What the places of the model contribute to the deflection, largest first; empty where none is predicted."""
     fit_changes: tuple[FitChange, ...] = ()
     """Fits of the history that follow each other with another model of the same load states, oldest first."""
     ingest: IngestResult | None = None

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from stiffcal import wording
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
-from stiffcal.wording import DASH, count, listing, place, unit_words
+from stiffcal.wording import DASH, count, listing, place, plus_minus, unit_words
 from stiffcal.wording import grouped as digits
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "part",
     "percent",
     "place",
+    "plus_minus",
     "unit_words",
 ]
 

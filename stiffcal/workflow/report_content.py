@@ -53,6 +53,7 @@ from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import with_diagnosis
 from stiffcal.workflow.report_fit_changes import fit_changes
 from stiffcal.workflow.report_links import link_pictures
+from stiffcal.workflow.report_shares import place_shares
 from stiffcal.workflow.steps import (
     FIT_STATES,
     HELDOUT_STATES,
@@ -120,6 +121,7 @@ def report_content(
         identify=identified,
         validate=validation,
         history=history,
+        place_shares=() if report_states is None else place_shares(data, identified),
         fit_changes=fit_changes(data),
         ingest=stored_ingest(data.store),
         instruments=tuple(_instruments(data)),

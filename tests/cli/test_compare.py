@@ -30,5 +30,5 @@ def test_a_stiffness_is_not_called_a_compliance() -> None:
     first, second = (line for line in shown.getvalue().splitlines() if "joint 2" in line)
     assert "stiffness" in first.split()
     assert "c" not in first.split()
-    assert "1.00·10⁶ ± 0.020·10⁶" in first
+    assert "(1.000 ± 0.020)·10⁶" in first
     assert "b" in second.split()

@@ -56,11 +56,24 @@ def draw_ladder(
     -------
     Figure; rms in mm or mrad.
     """
-    unit = "mm" if component == "translation" else "mrad"
     rungs = ladder_rungs(fits, zero_model, component)
-    floor = wording.part(noise, component)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 26 + 10 * len(rungs))
-    axes = figure.subplots()
+    handles = fill_ladder(figure.subplots(), rungs, wording.part(noise, component), component, (_LABEL_WIDTH, 2))
+    canvas.share_legend(figure, handles)
+    return figure
+
+
+def fill_ladder(
+    axes: Axes, rungs: Sequence[Rung], floor: float | None, component: str, label_size: tuple[int, int]
+) -> list[Any]:
+    """Draw rungs into a panel, and return what its legend shows.
+
+    Parameters
+    ----------
+    axes : the panel. rungs : from the top down. floor : the noise, m or rad; None where it cannot be judged.
+    component : "translation" or "rotation". label_size : letters in a line of a rung's label, and lines at most.
+    """
+    unit = "mm" if component == "translation" else "mrad"
     axes.set_xscale("log")
     _draw_steps(axes, rungs)
     above: float | None = None
@@ -73,12 +86,13 @@ def draw_ladder(
     if floor is not None:
         axes.axvspan(low, floor * 1e3, color=canvas.PALE, alpha=0.5, linewidth=0, zorder=0.2)
     axes.set_ylim(len(rungs) - 0.5, -0.5)
-    axes.set_yticks(range(len(rungs)), [textwrap.fill(rung.label, _LABEL_WIDTH) for rung in rungs])
+    width, most_lines = label_size
+    labels = [textwrap.fill(_shorten(rung.label, most_lines * width - 12), width) for rung in rungs]
+    axes.set_yticks(range(len(rungs)), labels)
     axes.xaxis.set_major_formatter(lambda value, _: wording.digits(value, 1))
     axes.xaxis.set_minor_formatter(lambda value, _: wording.digits(value, 1) if f"{value:e}"[0] in "25" else "")
     axes.set_xlabel(f"{component} error, rms length [{unit}], logarithmic")
-    canvas.share_legend(figure, handles)
-    return figure
+    return handles
 
 
 def ladder_rungs(fits: Sequence[HistoryEntry], zero_model: Rms | None, component: str) -> list[Rung]:
@@ -94,7 +108,7 @@ def ladder_rungs(fits: Sequence[HistoryEntry], zero_model: Rms | None, component
     before: ModelSummary | None = None
     for fit in fits:
         text = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
-        label = f"fit {fit.id}: {_shorten(text or 'the same model')}"
+        label = f"fit {fit.id}: {text or 'the same model'}"
         rungs.append(Rung(label, wording.part(fit.heldout_rms, component), wording.part(fit.fit_rms, component)))
         before = fit.model
     return rungs
@@ -135,7 +149,7 @@ def _limits(values: Sequence[float | None]) -> tuple[float, float]:
     return (min(known) / 1.6, max(known) * 2.2) if known else (0.1, 1.0)
 
 
-def _shorten(text: str, limit: int = 2 * _LABEL_WIDTH - 12) -> str:
+def _shorten(text: str, limit: int) -> str:
     return text if len(text) <= limit else text[: limit - 1] + "…"
 
 

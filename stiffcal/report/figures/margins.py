@@ -141,8 +141,7 @@ def _label_rotation(axis: Axis) -> float:
 
 
 def _title_height(axes: Axes) -> float:
-    titles = [axes.get_title(loc=place) for place in ("left", "center", "right")]
-    lines = max((title.count("\n") + 1 for title in titles if title), default=0)
+    lines = max(len(axes.get_title(loc=place).splitlines()) for place in ("left", "center", "right"))
     size = axes.title.get_fontsize()
     return lines * LINE * float(size) * MM_PER_POINT + (2.0 * GAP if lines else 0.0)
 

@@ -63,6 +63,12 @@ def _view(azimuth: float, elevation: float) -> Floats:
     return np.stack([right, up])
 
 
+def side_view(stick: Floats) -> Floats:
+    """Return (2, 3) base axes to a picture in which an arm (K, 3) lies from left to right, seen horizontally."""
+    reach = stick[-1] - stick[0]
+    return _view(float(np.rad2deg(np.arctan2(reach[1], reach[0]))) - 90.0, 0.0)
+
+
 _VIEWS = {
     "from the side": (np.array([[1.0, 0, 0], [0, 0, 1.0]]), "x", "z"),
     "from the front": (np.array([[0, 1.0, 0], [0, 0, 1.0]]), "y", "z"),

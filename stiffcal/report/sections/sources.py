@@ -1,24 +1,27 @@
-"""Where every number comes from: the files that were read, with their digests."""
+"""Where every number comes from: versions, settings, and the files that were read, with their digests."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import LeftOut, ReportSection, TableBlock, TableColumn
+from stiffcal.report.blocks import Facts, Paragraph, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent, ReportSource
 
-ORDER = 900
-_TITLE = "Sources"
-FIRST_PAGE_HOLDS = 12
+ORDER = 990
+_TITLE = "Origin of this report"
 
 
-def section(content: ReportContent) -> ReportSection | LeftOut | None:
-    """Lay out the files with size and SHA-256; a few stand on the first page already."""
-    sources = content.provenance.sources
-    if not sources:
-        return LeftOut(_TITLE, "the store names no source files")
-    return ReportSection(_TITLE, (sources_table(sources),)) if len(sources) > FIRST_PAGE_HOLDS else None
+def section(content: ReportContent) -> ReportSection:
+    """Lay out campaign, versions, settings, and the files with size and SHA-256."""
+    origin = content.provenance
+    rows = [("campaign", origin.campaign), ("robot", origin.robot), ("date", origin.date)]
+    if origin.versions:
+        rows.append(("made with", ", ".join(f"{name} {version}" for name, version in origin.versions)))
+    if origin.settings:
+        rows.append(("settings", ", ".join(f"{name}: {value}" for name, value in origin.settings)))
+    files = (sources_table(origin.sources),) if origin.sources else (Paragraph("The store names no source files."),)
+    return ReportSection(_TITLE, (Facts(tuple(rows)), *files))
 
 
 def sources_table(sources: Sequence[ReportSource]) -> TableBlock:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.report import wording
@@ -12,6 +14,7 @@ from stiffcal.uncertainty import NORMAL_95
 
 ORDER = 30
 _TITLE = "Stiffness"
+MOST_ON_FIRST_PAGE = 9
 _STIFFNESS_UNITS = {"rad/(N·m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
 _PRINTED_UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "rad/(N·m)": ("µrad/(N·m)", 1e6), "m/N": ("µm/kN", 1e9)}
 
@@ -38,6 +41,45 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.append(SubheadingBlock("Other parameters"))
         blocks.append(_other_table(other_parameters, content.joint_names))
     return ReportSection(_TITLE, tuple(blocks))
+
+
+def short_stiffness_table(
+    parameters: Sequence[IdentifiedParameter], elsewhere: frozenset[str], joint_names: tuple[str, ...]
+) -> TableBlock | None:
+    """Return the stiffness of each place in one column, for the first page; None where there is none.
+
+    Parameters
+    ----------
+    parameters : of the fit. elsewhere : names of those that are shown on other pages.
+    """
+    springs = [parameter for parameter in parameters if parameter.name not in elsewhere and _is_spring(parameter)]
+    rows = tuple(_short_row(spring, joint_names) for spring in springs[:MOST_ON_FIRST_PAGE])
+    if not rows:
+        return None
+    columns = (
+        TableColumn("place", align="left"),
+        TableColumn("effect", align="left"),
+        TableColumn("stiffness"),
+        TableColumn("unit", align="left"),
+        TableColumn("remark", align="left", width=1.0),
+    )
+    more = len(springs) - len(rows)
+    caption = "Stiffness, ± 95 %." + (f" {more} more under “{_TITLE}”." if more > 0 else "")
+    return _without_empty_remarks(columns, list(rows), caption)
+
+
+def _short_row(spring: IdentifiedParameter, joint_names: tuple[str, ...]) -> tuple[str, ...]:
+    unit, scale = _STIFFNESS_UNITS[wording.unit_words(spring.unit)]
+    value, std = spring.known_stiffness, spring.known_stiffness_std
+    interval = [None if end is None else end * scale for end in spring.stiffness_interval or []] or None
+    half = None if spring.fixed or value is None or std is None else _half_width(value * scale, std * scale, interval)
+    if value is None:
+        text = wording.DASH
+    elif interval and (None in interval or _lopsided(value * scale, interval)):
+        text = f"{wording.digits(value * scale)} ({_interval_words(interval)})"
+    else:
+        text = wording.plus_minus(value * scale, half) if half else wording.digits(value * scale)
+    return where_words(spring.where, joint_names), spring.effect, text, unit, _verdict(spring)
 
 
 def _is_spring(parameter: IdentifiedParameter) -> bool:

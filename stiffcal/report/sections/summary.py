@@ -1,12 +1,16 @@
-"""The answer in short, on the first page."""
+"""The first page: the answer, what to do next, the stiffness, the ladder, and the robot with its soft places."""
 
 from __future__ import annotations
 
+from functools import partial
+
 from stiffcal.reduction.registration import RegistrationSummary
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, ReportSection
+from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
-from stiffcal.report.sections.sources import FIRST_PAGE_HOLDS, sources_table
+from stiffcal.report.figures.ladder import Rung
+from stiffcal.report.figures.overview import draw_overview
+from stiffcal.report.sections.stiffness import short_stiffness_table
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 
@@ -17,28 +21,95 @@ NOT_YOURS = (
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
-    """Lay out the result in a few sentences, and where it comes from."""
+    """Lay out the answer, what to do next, the stiffness, the ladder and the robot."""
     blocks: list[Block] = []
     if content.identify is not None and content.identify.origin == "foreign":
         blocks.append(Paragraph(NOT_YOURS, "key"))
     if content.ingest is not None and content.ingest.registration is not None:
         blocks.append(Paragraph(_registration_sentence(content.ingest.registration)))
+    blocks.append(Paragraph(_verdict(content), "key"))
+    blocks.append(Facts((("next step", _next_step(content)),)))
     sentences = _fit_sentences(content)
     if content.readings_alone and content.validate is not None:
         sentences += _heldout_readings(content.validate)
     else:
         sentences += _heldout_sentences(content.validate)
-    if sentences:
-        blocks.append(Paragraph(" ".join(sentences), "key"))
+    blocks.append(Paragraph(" ".join(sentences)))
     results = (content.ingest, content.identify, content.validate)
     warnings = [text for result in results if result is not None for text in result.warnings]
     if warnings:
-        blocks.append(Paragraph("To be kept in mind:"))
-        blocks.append(Items(tuple(dict.fromkeys(warnings))))
-    blocks.append(Facts(_provenance_rows(content)))
-    if 0 < len(content.provenance.sources) <= FIRST_PAGE_HOLDS:
-        blocks.append(sources_table(content.provenance.sources))
+        blocks.append(Items(tuple(dict.fromkeys(f"Warning: {text}" for text in warnings))))
+    blocks += _overview(content)
     return ReportSection("In short", tuple(blocks))
+
+
+def _verdict(content: ReportContent) -> str:
+    """Return the answer of the diagnosis, with the error that the missing effects leave; why there is none else."""
+    diagnosis = content.diagnose
+    if diagnosis is None:
+        return f"Not diagnosed: {content.not_diagnosed}."
+    text = diagnosis.summary
+    if diagnosis.missing:
+        before, after = wording.measure_text(diagnosis.rms), wording.measure_text(diagnosis.heldout_rms_with_missing)
+        noise = f"; the noise is {wording.measure_text(diagnosis.noise)}" if diagnosis.noise else ""
+        text += f" Added to the model, it takes the error in held-out poses from {before} to {after} rms{noise}."
+    return text
+
+
+def _next_step(content: ReportContent) -> str:
+    """Return the command or the measurement that the answer calls for."""
+    diagnosis = content.diagnose
+    if diagnosis is None:
+        return "stiffcal diagnose"
+    if diagnosis.missing or diagnosis.superfluous:
+        return "stiffcal improve"
+    if diagnosis.undecided:
+        return "measure once more the poses on which the answer depends, then stiffcal diagnose"
+    if diagnosis.pattern is not None:
+        return "test the pattern under “What is missing”: stiffcal effects new NAME --from DIR"
+    if diagnosis.unexplained:
+        return "look at what the remainder follows, under “What is missing”"
+    return "none: use the model (stiffcal predict, map, compensate), or measure with better instruments"
+
+
+def _overview(content: ReportContent) -> list[Block]:
+    """Return the table of stiffness, and the ladder next to the robot."""
+    blocks: list[Block] = []
+    if content.identify is not None:
+        table = short_stiffness_table(content.identify.parameters, content.parameters_on_pages, content.joint_names)
+        blocks += [table] if table is not None else []
+    fits = [] if content.history is None else content.history.fits
+    zero = None if content.validate is None else content.validate.zero_model
+    noise = None if content.validate is None else content.validate.noise
+    if content.diagnose is not None and content.diagnose.missing and content.diagnose.noise:
+        # A missing effect may swell the scatter of repeats: the noise is that with the effect in the model.
+        noise = content.diagnose.noise
+    present = None if content.identify is None else content.identify.fit_id
+    drawn_fits = sorted(fits, key=lambda fit: fit.id == present)
+    if any(wording.part(fit.fit_rms, "translation") is not None for fit in drawn_fits):
+        run = next((run for run in content.runs if run.stick is not None), None) if content.place_shares else None
+        caption = "Error in held-out poses, fit by fit"
+        if run is not None:
+            caption += (
+                f"; the robot in the pose of run {run.name}, and how much of the predicted deflection of all runs each "
+                "place makes"
+            )
+        blocks.append(
+            PictureBlock(
+                partial(draw_overview, drawn_fits, zero, noise, run, content.place_shares, _expected(content)),
+                f"{caption}.",
+            )
+        )
+    return blocks
+
+
+def _expected(content: ReportContent) -> Rung | None:
+    """Return the rung that adding the missing effects would reach; None where none is missing."""
+    diagnosis = content.diagnose
+    if diagnosis is None or not diagnosis.missing:
+        return None
+    names = "; ".join(f"+ {wording.effect_at(effect)}" for effect in diagnosis.missing)
+    return Rung(f"expected: {names}", wording.part(diagnosis.heldout_rms_with_missing, "translation"), None)
 
 
 def _registration_sentence(registration: RegistrationSummary) -> str:
@@ -115,16 +186,3 @@ def noise_sentence(validation: ValidateResult) -> str:
         "How much of this is noise cannot be judged: no load was repeated, and the manifest states no uncertainty of "
         "the instruments."
     )
-
-
-def _provenance_rows(content: ReportContent) -> tuple[tuple[str, str], ...]:
-    origin = content.provenance
-    rows = [("campaign", origin.campaign), ("robot", origin.robot), ("date", origin.date)]
-    if origin.versions:
-        rows.append(("made with", ", ".join(f"{name} {version}" for name, version in origin.versions)))
-    if origin.settings:
-        rows.append(("settings", ", ".join(f"{name}: {value}" for name, value in origin.settings)))
-    if len(origin.sources) > FIRST_PAGE_HOLDS:
-        files = wording.count(len(origin.sources), "file")
-        rows.append(("sources", f"{files}, listed with their SHA-256 under “Sources” at the end"))
-    return tuple(rows)

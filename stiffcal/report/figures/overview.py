@@ -1,0 +1,99 @@
+"""The picture of the first page: the ladder of fits, and the robot with the places that give most."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.report import wording
+from stiffcal.report.figures import canvas
+from stiffcal.report.figures.ladder import Rung, fill_ladder, ladder_rungs
+from stiffcal.report.figures.robot_poses import side_view
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from stiffcal.measurements.rms import Rms
+    from stiffcal.report.content import PlaceShare, ReportRun
+    from stiffcal.results.history_results import HistoryEntry
+
+_LABEL_SIZE = (26, 3)
+_MOST_RUNGS = 8
+# Shares of the deflection below this get no number.
+_LEAST_WRITTEN, _MOST_WRITTEN = 0.01, 8
+
+
+@canvas.styled
+def draw_overview(
+    fits: Sequence[HistoryEntry],
+    zero_model: Rms | None,
+    noise: Rms | None,
+    run: ReportRun | None,
+    shares: Sequence[PlaceShare],
+    expected: Rung | None = None,
+) -> Figure:
+    """Draw the ladder of translations, and next to it the robot with each joint's share of the deflection.
+
+    Parameters
+    ----------
+    fits, zero_model, noise : as for `draw_ladder`; the last fits where there are many.
+    run : the pose in which the robot is drawn; None: the ladder alone.
+    shares : share of the target's deflection by place.
+    expected : the error that the effects named as missing would leave; None: none is.
+
+    Returns
+    -------
+    Figure; mm, m.
+    """
+    rungs = ladder_rungs(fits[-_MOST_RUNGS:], zero_model, "translation")
+    rungs += [expected] if expected is not None else []
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, max(24.0 + 9.0 * len(rungs), 58.0 if run is not None else 0.0))
+    if run is None:
+        handles = fill_ladder(figure.subplots(), rungs, wording.part(noise, "translation"), "translation", _LABEL_SIZE)
+    else:
+        ladder, robot = figure.subplots(1, 2, width_ratios=(1.75, 1.0))
+        handles = fill_ladder(ladder, rungs, wording.part(noise, "translation"), "translation", _LABEL_SIZE)
+        _draw_robot(robot, run, shares)
+    canvas.share_legend(figure, handles)
+    return figure
+
+
+def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> None:
+    """Draw the arm from the side; circles have the area of their share of the deflection."""
+    stick = run.stick
+    assert stick is not None
+    points = stick @ side_view(stick).T
+    end = points[-1:] if run.target is None else run.target[None] @ side_view(stick).T
+    line = np.concatenate([points, end])
+    axes.plot(line[:, 0], line[:, 1], color=canvas.INK, linewidth=1.3, solid_joinstyle="round", zorder=2)
+    at: dict[tuple[float, float], float] = defaultdict(float)
+    names: dict[tuple[float, float], list[str]] = defaultdict(list)
+    for place in shares:
+        if place.joint is None:
+            continue
+        centre = points[place.joint]
+        if place.beyond_joint:
+            centre = 0.5 * (centre + points[min(place.joint + 1, len(points) - 1)])
+        key = (round(float(centre[0]), 4), round(float(centre[1]), 4))
+        at[key] += max(place.share, 0.0)
+        names[key].append(place.mark)
+    for (x, y), share in at.items():
+        size = 2.0 + 15.0 * float(np.sqrt(share))
+        axes.plot(x, y, marker="o", markersize=size, color=canvas.ACCENT, alpha=0.55, zorder=3)
+        axes.plot(x, y, marker="o", markersize=2.0, color=canvas.INK, zorder=4)
+    for (x, y), marks in names.items():
+        axes.annotate(
+            ", ".join(sorted(marks)), (x, y), xytext=(0, 9), textcoords="offset points", ha="center", va="bottom",
+            fontsize=6, zorder=5,
+        )  # fmt: skip
+    written = [place for place in shares if place.share >= _LEAST_WRITTEN][:_MOST_WRITTEN]
+    text = "\n".join(f"{place.label}  {100.0 * place.share:.0f} %" for place in written)
+    axes.annotate(text, (1.0, 0.0), xycoords="axes fraction", ha="right", va="bottom", fontsize=6)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.22)
+    axes.set_axis_off()
+    axes.set_title("share of the deflection", loc="center")
