@@ -18,7 +18,7 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import confidence, first_least
 from stiffcal.diagnosis.judge import possible_values, rms_reduction
 from stiffcal.diagnosis.scan import Scan, Trial, bounds_with
-from stiffcal.diagnosis.scoring import fold_products, quadratic, solve_within, without_rows
+from stiffcal.diagnosis.scoring import quadratic, solve_within, without_rows
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import (
     DELETIONS_OF,
@@ -140,7 +140,7 @@ def _products(scan: Scan, trial: Trial) -> Floats:
     regressor = trial.regressor
     remaining = scan.residual - regressor.fixed
     rows = scan.space.rows(np.concatenate([scan.columns, regressor.columns, remaining[None]]))
-    return fold_products(rows, list(scan.folds))
+    return scan.products(rows)
 
 
 @dataclass(frozen=True)

@@ -112,10 +112,10 @@ def _evidence(
     added = _contribution(state, placed_effect)
     other_columns = np.array([column.placed != number for column in columns], dtype=np.bool_)
     low = np.array([_lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
-    pieces = [scan.columns[other_columns], *(regressor.columns for regressor in included)]
+    pieces = [scan.own_columns[other_columns], *(regressor.columns for regressor in included)]
     edges = [low[other_columns], *(np.zeros(len(regressor.columns)) for regressor in included)]
     before = _heldout_residual(scan, np.concatenate(pieces), scan.residual + added, np.concatenate(edges))
-    after = _heldout_residual(scan, scan.columns, scan.residual, low)
+    after = _heldout_residual(scan, scan.own_columns, scan.residual, low)
     rows = _rows_with_largest_signal(scan, added, after)
     value, covariate, unit = _covariate(state, placed_effect)
     direction, lever = _directions(state, placed_effect, added, rows, value if covariate else None)

@@ -29,12 +29,15 @@ def left_out_residual(scan: LoadScan, trial: Trial | None) -> Floats:
     columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.regressor.columns])
     residual = scan.residual if trial is None else scan.residual - trial.regressor.fixed
     residual = residual.copy()
+    # Like every other rms, with what errors of the geometry leave.
+    own = np.ones(len(columns))
+    own[scan.n_columns : len(scan.columns)] = 0.0
     for number, members in enumerate(members_of(scan.fold_of_state)):
-        residual[:, members] -= np.tensordot(score.without[number], columns[:, :, members], axes=1)
+        residual[:, members] -= np.tensordot(score.without[number] * own, columns[:, :, members], axes=1)
     # No other pose shows a slip: in its own it is judged by the load cycles, as its score is.
     for positions, change in score.in_run:
         states = np.unique(positions % residual.shape[1])
-        residual[:, states] -= np.tensordot(change, columns[:, :, states], axes=1)
+        residual[:, states] -= np.tensordot(change * own, columns[:, :, states], axes=1)
     return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 
 

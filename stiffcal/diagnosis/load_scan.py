@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.scan import BaseRows, Scan, Trial, scan_rows, try_candidate
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
@@ -40,6 +41,8 @@ class LoadScan(Scan):
     """(n,) fold of each load state."""
     source: RegressorSource
     """Makes the regressors again that were not kept."""
+    geometry: GeometryNuisance | None
+    """Errors of the robot's geometry; None where they take no part."""
 
     def drift(self) -> tuple[float, float, float]:
         """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals.
@@ -113,7 +116,12 @@ def fold_rows(data: Observations, fold: Integers) -> list[Integers]:
     return [(np.arange(m)[:, None] * data.n_states + members).ravel() for members in members_of(fold)]
 
 
-def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whitening | None = None) -> LoadScan:
+def scan_candidates(
+    fit: Fit,
+    candidates: Sequence[Candidate],
+    whitening: Whitening | None = None,
+    geometry: GeometryNuisance | None = None,
+) -> LoadScan:
     """Try every candidate as an addition to the present fit.
 
     Parameters
@@ -121,6 +129,7 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     fit : the present model's fit.
     candidates : who is tried.
     whitening : weights to use in place of the fit's own.
+    geometry : errors of the robot's geometry, whose part of the residual no candidate explains.
     """
     data = fit.data
     source = RegressorSource(fit.robot, data)
@@ -132,9 +141,15 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
     fold = pose_folds(data)
     folds = fold_rows(data, fold)
-    ground = BaseRows.of(
-        state, space, np.concatenate([base_columns, residual[None]]), folds, *_base_bounds(fit, columns)
-    )
+    low, high = _base_bounds(fit, columns)
+    prior = None
+    if geometry is not None:
+        nuisance = geometry.directions(space, base_columns)
+        base_columns, prior = np.concatenate([base_columns, nuisance]), np.repeat([0.0, 1.0], [len(low), len(nuisance)])
+        free = np.full(len(nuisance), np.inf)
+        low, high = np.append(low, -free), np.append(high, free)
+    stack = np.concatenate([base_columns, residual[None]])
+    ground = BaseRows.of(state, space, stack, folds, low, high, prior)
 
     def try_one(candidate: Candidate) -> Trial | None:
         if is_slip(candidate.effect):
@@ -148,7 +163,7 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     return LoadScan(
         fit=fit, base=ground.base, trials=trials, folds=tuple(folds), groups=ground.groups, dof=dof,
         n_columns=len(columns), n_tried=n_tried, space=space, columns=base_columns, residual=residual,
-        bounds=(ground.low, ground.high), fold_of_state=fold, source=source,
+        bounds=(ground.low, ground.high), fold_of_state=fold, source=source, prior=prior, geometry=geometry,
     )  # fmt: skip
 
 

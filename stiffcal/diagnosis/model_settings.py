@@ -132,7 +132,7 @@ def _trials(scan: LoadScan, problem: Problem, robot: CompliantRobot, settings: S
     for name in sorted(names & settings.fixed):
         freed = replace(settings, fixed=settings.fixed - {name})
         fit = fit_observations(problem, robot, freed)
-        yield _Trial(SettingKind.FIXED, name, scan, scan_candidates(fit, [], whitening), freed)
+        yield _Trial(SettingKind.FIXED, name, scan, scan_candidates(fit, [], whitening, scan.geometry), freed)
     if not robot.deformed:
         fit = fit_observations(problem, replace(robot, deformed=True), settings)
-        yield _Trial(SettingKind.BALANCE, "", scan, scan_candidates(fit, [], whitening), settings)
+        yield _Trial(SettingKind.BALANCE, "", scan, scan_candidates(fit, [], whitening, scan.geometry), settings)

@@ -131,7 +131,7 @@ def _own_part(scan: Scan, trial: Trial) -> Floats:
     count = len(trial.regressor.symbols)
     amplitude = trial.score.solution[len(trial.score.solution) - count :]
     added = np.einsum("qmn,q->mn", trial.regressor.columns, amplitude) + trial.regressor.fixed
-    rows = scan.space.rows(np.concatenate([scan.columns, added[None]]))
+    rows = scan.space.rows(np.concatenate([scan.own_columns, added[None]]))
     known, own = rows[:-1].T, rows[-1]
     return np.asarray(own - known @ np.linalg.lstsq(known, own, rcond=1e-10)[0])
 
@@ -141,7 +141,7 @@ def _holds(scan: Scan, trial: Trial, simpler: Trial) -> bool:
     own, simpler_columns = trial.regressor.columns, simpler.regressor.columns
     if not trial.candidate.effect.general or not 0 < len(simpler_columns) < len(own):
         return False
-    rows = scan.space.rows(np.concatenate([scan.columns, own, simpler_columns]))
+    rows = scan.space.rows(np.concatenate([scan.own_columns, own, simpler_columns]))
     rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
     known, requested = rows[: -len(simpler_columns)].T, rows[-len(simpler_columns) :].T
     remaining = requested - known @ np.linalg.lstsq(known, requested, rcond=1e-10)[0]

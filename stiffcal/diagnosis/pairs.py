@@ -51,7 +51,7 @@ def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
     """Return whether two effects together are supported, all pairs of all shapes counted as tried."""
     score = pair[1].score
     fall, errors = rms_reduction(scan.base.heldout, score.heldout, score.prediction_change, scan.dof)
-    count = len(score.solution) - scan.n_columns
+    count = len(score.solution) - len(scan.columns)
     count += sum(spec.role is ParameterRole.NONLINEAR for trial in pair for spec in trial.candidate.effect.parameters)
     residual_dof = float(scan.dof - scan.n_columns - count)
     if residual_dof <= 0.0:
@@ -71,7 +71,7 @@ def _ranked_pairs(scan: Scan, trials: list[Trial]) -> list[tuple[float, int, int
     """Return (fall of the fit's squares less two per parameter, first, second index) of all pairs, without bounds."""
     ends = np.cumsum([0, *(len(trial.regressor.symbols) for trial in trials)])
     rows = np.empty((scan.n_columns + int(ends[-1]) + 1, scan.residual.size))
-    rows[: scan.n_columns], rows[-1] = scan.space.rows(scan.columns), scan.space.rows(scan.residual[None])[0]
+    rows[: scan.n_columns], rows[-1] = scan.space.rows(scan.own_columns), scan.space.rows(scan.residual[None])[0]
     for trial, first in zip(trials, scan.n_columns + ends, strict=False):
         rows[first : first + len(trial.regressor.symbols)] = scan.space.rows(trial.regressor.columns)
     size = np.sqrt(np.einsum("kn,kn->k", rows, rows))

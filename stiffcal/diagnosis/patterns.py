@@ -16,6 +16,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.heldout_error import left_out_rms
 from stiffcal.diagnosis.judge import alike, fitted_values, judge
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
@@ -136,7 +137,7 @@ def find_pattern(fit: Fit, states: LoadStates) -> CompliancePattern | None:
         for followed in _followed(fit, states)
         for joint in range(1, fit.robot.chain.n_joints + 1)
     ]
-    scan = scan_candidates(fit, candidates)
+    scan = scan_candidates(fit, candidates, geometry=GeometryNuisance.of(states, fit))
     supported = [
         trial for trial in scan.trials if judge(scan, trial).supported and _share(scan, trial) >= LEAST_EXPLAINED
     ]

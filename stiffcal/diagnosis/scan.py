@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -99,11 +99,22 @@ class Scan:
     space: RowSpace
     """Whitened rows."""
     columns: Floats
-    """(p, m, n) of the base model's free parameters, about the fit."""
+    """(p + q, m, n) of the base model's free parameters, about the fit, and of q nuisance errors."""
     residual: Floats
     """(m, n) measured minus predicted, free constants not taken out."""
     bounds: tuple[Floats, Floats]
-    """(p,) lower and upper, how far the base model's parameters can go."""
+    """(p + q,) lower and upper, how far the base model's parameters and the nuisance errors can go."""
+    prior: Floats | None = field(default=None, kw_only=True)
+    """(p + q,) precision of each before the data: zero of the model's own parameters; None without nuisance errors."""
+
+    @property
+    def own_columns(self) -> Floats:
+        """(p, m, n) of the base model's free parameters alone."""
+        return self.columns[: self.n_columns]
+
+    def products(self, rows: Floats) -> Floats:
+        """Return (F, k, k) inner products of rows (k, m · n) fold by fold, `columns` first, their prior included."""
+        return fold_products(rows, self.folds, self.prior)
 
     def drift(self) -> tuple[float, float, float]:
         """Return the residuals' drift within runs: `LackOfFit.drift`, its p-value, correlation of successive ones."""
@@ -153,14 +164,15 @@ class BaseRows:
 
     @classmethod
     def of(
-        cls, state: RegressorMaker, space: RowSpace, stack: Floats, folds: Sequence[Integers], low: Floats, high: Floats
-    ) -> BaseRows:
-        """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual."""
+        cls, state: RegressorMaker, space: RowSpace, stack: Floats, folds: Sequence[Integers], low: Floats,
+        high: Floats, prior: Floats | None = None,
+    ) -> BaseRows:  # fmt: skip
+        """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual, ``prior`` (p,) their precision."""
         order = np.concatenate(folds)
         ends = np.cumsum([len(fold) for fold in folds])
         cuts = [slice(int(end) - len(fold), int(end)) for end, fold in zip(ends, folds, strict=True)]
         rows = space.rows(stack)[:, order]
-        inner = np.stack([rows[:, cut] @ rows[:, cut].T for cut in cuts])
+        inner = fold_products(rows, cuts, prior)
         groups = choice_groups(len(folds))
         base = score_variants([inner], low, high, groups)
         inner = inner[:, :-1, :-1]
@@ -230,7 +242,7 @@ def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     )
     bounds = [scan.bounds, *(amplitude_bounds(regressor) for regressor in regressors)]
     low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
-    return score_variants([fold_products(rows, list(scan.folds))], low, high, scan.groups, scan.base)
+    return score_variants([scan.products(rows)], low, high, scan.groups, scan.base)
 
 
 def scan_rows(

@@ -8,7 +8,7 @@ through one batched solve.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -149,9 +149,17 @@ def without_rows(total: Floats, taken: Floats) -> Floats:
     return np.asarray(np.where(in_rounding[..., :, None] | in_rounding[..., None, :], 0.0, remaining))
 
 
-def fold_products(rows: Floats, folds: list[Integers]) -> Floats:
-    """Return (F, k, k) inner products of rows (k, m · n), fold by fold."""
-    return np.stack([rows[:, fold] @ rows[:, fold].T for fold in folds])
+def fold_products(rows: Floats, folds: Sequence[Integers | slice], prior: Floats | None = None) -> Floats:
+    """Return (F, k, k) inner products of rows (k, m · n), fold by fold.
+
+    ``prior`` (p,) is the precision of the first p columns' parameters before the data, about zero: each fold holds an
+    equal part of it, as if every pose brought a reading of them.
+    """
+    products = np.stack([rows[:, fold] @ rows[:, fold].T for fold in folds])
+    if prior is not None:
+        first = np.arange(len(prior))
+        products[:, first, first] += prior / len(folds)
+    return products
 
 
 def _solve_folds(total: Floats, folds: Floats, lower: Floats, upper: Floats, near: Floats) -> tuple[Floats, Floats]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Generic
 
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
+from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.judge import LackOfFit, fitted_values
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates, weights_of
 from stiffcal.diagnosis.results import ResidualDependence, UntestableEffect
@@ -125,6 +126,8 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
     problem: Problem
     catalogue: Mapping[str, Effect]
     settings: Settings
+    geometry: list[GeometryNuisance | None] = field(default_factory=list, kw_only=True)
+    """What the geometry's tolerance makes in the readings, the same for all models of the search; made once."""
 
     def fit(self, robot: CompliantRobot) -> Fit:
         """Fit a model on the balanced robot."""
@@ -132,7 +135,9 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
 
     def scan(self, fit: Fit, candidates: Sequence[Candidate], like: Fit | None = None) -> LoadScan:
         """Try candidates as additions to a fit."""
-        return scan_candidates(fit, candidates, None if like is None else weights_of(like))
+        if not self.geometry:
+            self.geometry.append(GeometryNuisance.of(self.states, fit))
+        return scan_candidates(fit, candidates, None if like is None else weights_of(like), self.geometry[0])
 
     def fit_of(self, scan: LoadScan) -> Fit:
         """Return the fit that a scan is of."""

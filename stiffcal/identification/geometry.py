@@ -83,6 +83,22 @@ def geometry_columns(robot: CompliantRobot, data: Observations) -> Floats:
     return np.stack(columns)
 
 
+def geometry_slope(robot: CompliantRobot, data: Observations, change: Floats) -> Floats:
+    """Return (m, n) what a small change of the whole geometry makes in the readings, as `geometry_columns` does.
+
+    ``change`` (6J,) is in the order of `geometry_changes`, m and rad.
+    """
+    linear = replace(robot, deformed=False)
+    small = np.tile(np.eye(4), (robot.chain.n_joints, 1, 1))
+    step = change.reshape(-1, 6) * (STEP / np.abs(change).max())
+    small[:, :3, 3], small[:, :3, :3] = step[:, :3], rotation_from_vector(step[:, 3:])
+    fixed = robot.chain.fixed.copy()
+    fixed[: len(small)] = fixed[: len(small)] @ small
+    moved = replace(linear, chain=replace(robot.chain, fixed=fixed))
+    difference = predicted(moved, data, *rests(moved, data)) - predicted(linear, data, *rests(linear, data))
+    return np.asarray(difference * (np.abs(change).max() / STEP))
+
+
 def geometry_effect(
     robot: CompliantRobot, data: Observations, columns: Sequence[ParameterColumn], whitening: Whitening
 ) -> Floats:
