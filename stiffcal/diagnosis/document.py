@@ -6,7 +6,6 @@ from typing import Any
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import confidence_by_class
-from stiffcal.diagnosis.held_to_places import held_to_places
 from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, rms_after_choosing, size_at_tool
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice
 from stiffcal.diagnosis.load_scan import LoadScan
@@ -25,7 +24,7 @@ from stiffcal.diagnosis.scan import ROUNDING, Trial
 from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
-from stiffcal.diagnosis.words import candidate_in_words, explain, pattern_in_words
+from stiffcal.diagnosis.words import candidate_in_words, explain, pattern_in_words, places_in_words
 from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
 from stiffcal.identification.document import finite, identified_parameter, wrong_geometry_in_words
 from stiffcal.identification.fit import Fit
@@ -91,7 +90,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     with_missing = fitted_rms(states, search.final) if search.found else before
     parameters = _identified(states, search.final) if search.found else []
     return DiagnoseResult(
-        warnings=[*_warnings(search), *_against_places(states, search)],
+        warnings=_warnings(search),
         adequate=adequate,
         noise=noise,
         rms=before,
@@ -175,6 +174,7 @@ def _warnings(search: Search) -> list[str]:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if len(search.first.folds) < 6:
         texts.append(f"only {len(search.first.folds)} poses: what holds in held-out poses is known poorly")
+    texts += _refused_by_places(search)
     if search.wrong_geometry is not None:
         texts.append(wrong_geometry_in_words(search.wrong_geometry.misfit))
     now = search.after
@@ -191,21 +191,16 @@ def _warnings(search: Search) -> list[str]:
     return texts
 
 
-def _against_places(states: LoadStates, search: Search) -> list[str]:
-    """Return a warning for each named set-up error that absolute places contradict."""
-    texts = []
-    for missing_effect in search.found:
-        candidate = missing_effect.candidate
-        for placed in search.final.robot.placed:
-            if placed.effect.name != candidate.effect.name or placed.place != candidate.place:
-                continue
-            places = held_to_places(states, search.final.robot, placed)
-            if places is not None and places.contradicted:
-                texts.append(
-                    f"absolute places speak against {candidate_in_words(candidate)}: in the reference states they miss "
-                    f"by {1e3 * places.misfit:.2g} mm with the values found, by {1e3 * places.without:.2g} mm without"
-                )
-    return texts
+def _refused_by_places(search: Search) -> list[str]:
+    """Return why a set-up error that explains the displacements best is not named: absolute places do not show it."""
+    leader = next(iter(search.first.trials), None)
+    if leader is None or leader.places is None or not leader.places.contradicted:
+        return []
+    if float(leader.score.heldout.sum()) >= float(search.first.base.heldout.sum()):
+        return []
+    name = candidate_in_words(leader.candidate)
+    reason = f"absolute places speak against it, {places_in_words(leader.places)}"
+    return [f"{name} fits the displacements best and is not named: {reason}"]
 
 
 def _findings(search: Search, before: Rms) -> list[Finding]:
@@ -244,6 +239,7 @@ def _findings(search: Search, before: Rms) -> list[Finding]:
                 confidence=shares.get(name, 0.0),
                 parameters=_parameters(trial),
                 alternatives=[effect_at(candidate) for candidate in alternatives],
+                places=trial.places,
                 why=explanation.text if explanation is not None else _why_rejected(scan, trial),
                 evidence=explanation,
             )
@@ -271,6 +267,8 @@ def _explains(scan: LoadScan, trial: Trial) -> float | None:
 
 def _why_rejected(scan: LoadScan, trial: Trial) -> str:
     judgement = judge(scan, trial)
+    if trial.places is not None and trial.places.contradicted:
+        return f"absolute places speak against it, {places_in_words(trial.places)}"
     if not judgement.possible:
         return "its values would have to be impossible (negative, or nothing)"
     if judgement.fall <= 0.0:

@@ -1,8 +1,12 @@
 """Set-up errors held against absolute places: a target elsewhere, or a turned tracker, shows in the reference states.
 
 What is measured there is a place, not a displacement, so that a target that is 10 mm off is 10 mm off in every pose,
-and a tracker turned by a degree misses by centimetres. Where the places do not show what was fitted to displacements,
-another error stands behind it (physics, section 5.8).
+and a tracker turned by a degree misses by centimetres. A candidate whose fitted values the places do not show is no
+explanation of the displacements either: another error stands behind it (physics, section 5.8).
+
+How well places show a target's shift and a tracker's turn follows from the tolerance of the robot's geometry, which
+makes errors of some tenths of a millimetre to millimetres: generalised least squares of the places' misfit on a shift
+and a turn of the tracker and a shift of the target, with that tolerance as covariance.
 """
 
 from __future__ import annotations
@@ -11,60 +15,125 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.heldout_error import with_values_of
+from stiffcal.diagnosis.judge import relative_std
+from stiffcal.diagnosis.load_scan import LoadScan
+from stiffcal.diagnosis.results import AgreementWithPlaces
+from stiffcal.diagnosis.thresholds import PLACES_ERRORS
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.geometry import geometry_prior, places_by_geometry, reference_poses, rigid_changes
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Kind, Observed, StateOrder
 from stiffcal.model.equilibrium import solve_balance
 
-# Robots that were not calibrated miss by some tenths of a millimetre to a millimetre: less is no contradiction …
-LEAST_WORSE_M = 1e-3
-# … nor is what does not double the misfit.
-LEAST_TIMES = 2.0
+# m: what a pose itself adds, bearings and gears that run out, the tracker's own error.
+POSE_ERROR = 1e-4
+# m, rad, m: shifts and turns of the tracker and shifts of the target that nobody overlooks.
+WIDE = np.repeat([10.0, 0.5, 0.5], 3)
+# A pattern of which the shift and turns leave more than this is no error of the set-up that places show like one.
+RIGID_SHARE = 0.9
+# Poses beyond this number say little more and cost the cube of their number.
+MOST_POSES = 150
 
 
 @dataclass(frozen=True)
-class PlacesWith:
-    """How absolute places agree with a set-up error, a shift of the tracker taken out."""
+class ReferencePlaces:
+    """Absolute places of a campaign's reference states, and what they show of the set-up."""
 
-    without: float
-    """m, rms misfit of the places without it."""
-    misfit: float
-    """m, rms misfit with it."""
+    states: LoadStates
+    """The campaign's load states."""
+    chosen: Integers
+    """(n,) reference states, one per pose."""
+    angles: Floats
+    """(J, n) rad, model angles there."""
+    estimator: Floats
+    """(9, 3n) maps places to the shift and turn of the tracker and the shift of the target that fit them best."""
+    covariance: Floats
+    """(9, 9) of these."""
+    contradicted: bool
+    """Whether places contradict the robot file: then they show nothing of the set-up."""
 
-    @property
-    def contradicted(self) -> bool:
-        """Whether the places speak against it."""
-        return self.misfit > LEAST_TIMES * self.without and self.misfit - self.without > LEAST_WORSE_M
+    @classmethod
+    def of(cls, states: LoadStates, fit: Fit) -> ReferencePlaces | None:
+        """Prepare; None where no absolute places were measured, or in too few poses."""
+        chosen = reference_poses(states)
+        if chosen is None:
+            return None
+        chosen = chosen[:: -(-len(chosen) // MOST_POSES)]
+        chain = fit.robot.chain
+        angles, target = chain.model_angles(states.joints[chosen]), states.setup.targets[0]
+        prior = geometry_prior(states, fit.robot)
+        spread = places_by_geometry(chain, angles, target) * prior.sizes(chain.n_joints)
+        covariance = spread @ spread.T + POSE_ERROR**2 * np.eye(len(spread))
+        design = rigid_changes(chain, angles, target)
+        weighed = np.linalg.solve(covariance, design).T
+        posterior = np.linalg.inv(weighed @ design + np.diag(1.0 / WIDE**2))
+        return cls(
+            states,
+            chosen,
+            angles,
+            np.asarray(posterior @ weighed),
+            np.asarray(posterior),
+            prior.contradicted(chain.masses_known),
+        )
+
+    def agreement(self, robot: CompliantRobot, placed: PlacedEffect, std: float) -> AgreementWithPlaces | None:
+        """Return how places agree with an effect's values; None where they cannot show it.
+
+        Parameters
+        ----------
+        robot : valued, with the effect.
+        placed : the effect, one of the robot's.
+        std : standard uncertainty of the effect's size, as a share of it.
+        """
+        if placed.effect.kind is not Kind.OBSERVATION or self.contradicted:
+            return None
+        still = np.zeros((len(self.chosen), 6))
+        bare = replace(robot, placed=tuple(other for other in robot.placed if other is not placed))
+        expected, changed = (
+            solve_balance(model, self.angles, still, self.states.setup).unloaded_position[:, 0]
+            for model in (bare, robot)
+        )
+        shift = changed + _tracker_shift(placed, expected) - expected
+        if np.abs(shift).max() == 0.0:
+            return None
+        misfit = self.states.position[self.chosen, 0] - expected
+        fitted, found = self.estimator @ shift.ravel(), self.estimator @ misfit.ravel()
+        chain, target = robot.chain, self.states.setup.targets[0]
+        parts = rigid_changes(chain, self.angles, target) * fitted
+        sizes = [float(np.linalg.norm(parts[:, part].sum(axis=1))) for part in (slice(3, 6), slice(6, 9))]
+        part = slice(3, 6) if sizes[0] > sizes[1] else slice(6, 9)
+        if max(sizes) < RIGID_SHARE * float(np.linalg.norm(shift - shift.mean(axis=0))):
+            return None
+        weight = np.linalg.solve(self.covariance[part, part], fitted[part])
+        scale = float(weight @ fitted[part])
+        uncertainty = float(np.hypot(1.0 / np.sqrt(scale), std))
+        share = float(weight @ found[part]) / scale
+        contradicted = 1.0 - share > PLACES_ERRORS * uncertainty
+        return AgreementWithPlaces(
+            share=share,
+            std=uncertainty,
+            contradicted=contradicted,
+            supported=not contradicted and share > PLACES_ERRORS * uncertainty,
+        )
 
 
-def held_to_places(states: LoadStates, robot: CompliantRobot, placed: PlacedEffect) -> PlacesWith | None:
-    """Return how the reference states' places agree with an effect's values; None where they cannot show it.
-
-    Parameters
-    ----------
-    states : the campaign's load states.
-    robot : valued, with the effect.
-    placed : the effect, one of the robot's.
-    """
-    if placed.effect.kind is not Kind.OBSERVATION or states.deflection_given or not states.setup.targets:
-        return None
-    chosen = np.flatnonzero(states.reference & states.used & np.isfinite(states.position[:, 0]).all(axis=1))
-    if len(chosen) < 3:
-        return None
-    angles, still = robot.chain.model_angles(states.joints[chosen]), np.zeros((len(chosen), 6))
-    bare = replace(robot, placed=tuple(other for other in robot.placed if other is not placed))
-    expected, changed = (
-        solve_balance(model, angles, still, states.setup).unloaded_position[:, 0] for model in (bare, robot)
-    )
-    changed = changed + _seen_shift(placed, expected)
-    if np.abs(changed - expected).max() == 0.0:
-        return None
-    measured = states.position[chosen, 0]
-    return PlacesWith(_misfit(measured - expected), _misfit(measured - changed))
+def held_to_places(scan: LoadScan, places: ReferencePlaces | None) -> LoadScan:
+    """Return a scan whose set-up errors carry what absolute places show of them."""
+    if places is None:
+        return scan
+    trials = []
+    for trial in scan.trials:
+        if trial.candidate.place.kind == "setup" and trial.candidate.effect.kind is Kind.OBSERVATION:
+            robot = with_values_of(scan, trial)
+            trial = replace(trial, places=places.agreement(robot, robot.placed[-1], relative_std(trial)))
+        trials.append(trial)
+    return replace(scan, trials=tuple(trials))
 
 
-def _seen_shift(placed: PlacedEffect, places: Floats) -> Floats:
+def _tracker_shift(placed: PlacedEffect, places: Floats) -> Floats:
     """Return (n, 3) what an observation law does to places, counted from their centre, as it does to displacements."""
     n = len(places)
     nothing = np.zeros(n)
@@ -73,7 +142,3 @@ def _seen_shift(placed: PlacedEffect, places: Floats) -> Floats:
     seen[0, :3] = (places - places.mean(axis=0)).T
     shift = placed.effect.observation_shift(placed.place, Observed(seen, order), placed.values)
     return np.zeros_like(places) if shift is None else np.asarray(shift[0, :3].T)
-
-
-def _misfit(away: Floats) -> float:
-    return float(np.sqrt(np.mean(np.sum((away - away.mean(axis=0)) ** 2, axis=1))))

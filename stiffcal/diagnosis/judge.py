@@ -160,11 +160,13 @@ def family_p(scan: Scan, trial: Trial) -> float:
 def possible_values(scan: Scan, trial: Trial) -> bool:
     """Return whether the candidate's values can be: something is left of them within their bounds.
 
-    Values that cannot be count as possible where such as can be lie too near to be distinguished from them in these
-    data.
+    What absolute places contradict cannot be. Values that cannot be count as possible where such as can be lie too near
+    to be distinguished from them in these data.
     """
     from scipy.special import chdtri
 
+    if trial.places is not None and trial.places.contradicted:
+        return False
     values, symbols = fitted_values(trial), trial.regressor.symbols
     specs = {symbol: trial.candidate.effect.spec(symbol) for symbol in symbols}
     amplitudes = {symbol: spec.amplitude_of(values[symbol]) for symbol, spec in specs.items()}
@@ -175,6 +177,13 @@ def possible_values(scan: Scan, trial: Trial) -> bool:
     residual_dof = max(scan.dof - scan.n_columns - len(symbols), 1)
     reach = float(chdtri(len(symbols), LACK_OF_FIT_P)) * max(1.0, trial.score.sum_of_squares / residual_dof)
     return trial.candidate.effect.possible_near(amplitudes, _information(trial), reach)
+
+
+def relative_std(trial: Trial) -> float:
+    """Return the standard uncertainty of a candidate's size along its fitted values, as a share of it."""
+    values = trial.score.solution[len(trial.score.solution) - len(trial.regressor.symbols) :]
+    information = float(values @ _information(trial) @ values)
+    return 1.0 / float(np.sqrt(information)) if information > 0.0 else np.inf
 
 
 def _information(trial: Trial) -> Floats:

@@ -75,6 +75,20 @@ class Explanation:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class AgreementWithPlaces:
+    """What absolute places of the reference states show of a set-up error that was fitted to displacements."""
+
+    share: float
+    """The value that places show, along the fitted one and as a share of it: 1 where they agree, 0 for nothing."""
+    std: float
+    """Standard uncertainty of the difference, from the geometry's tolerance and from the fit."""
+    contradicted: bool
+    """Whether the places speak against it: the candidate is then rejected."""
+    supported: bool
+    """Whether the places show it by themselves, and not something else."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
     """A candidate for the next single step."""
 
@@ -102,6 +116,8 @@ class Finding:
     """As fitted with it."""
     alternatives: list[EffectAt]
     """Those that look the same in these poses and loads."""
+    places: AgreementWithPlaces | None = None
+    """What absolute places show of it; null where they cannot show it."""
     why: str = ""
     """The verdict's reason, in words."""
     evidence: Annotated[Explanation | None, NOT_PROMISED] = None

@@ -10,6 +10,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate, variants
+from stiffcal.diagnosis.results import AgreementWithPlaces
 from stiffcal.diagnosis.scoring import Score, fold_products, quadratic, score_variants, solve_within
 from stiffcal.diagnosis.thresholds import CHOICE_FOLDS
 from stiffcal.identification.regressors import Regressor, RegressorMaker, StoredRegressor
@@ -71,6 +72,8 @@ class Trial:
     """Its errors."""
     n_variants: int
     """How many shapes were tried."""
+    places: AgreementWithPlaces | None = None
+    """What absolute places show of it; None where they cannot show it."""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Generic
 
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
+from stiffcal.diagnosis.held_to_places import ReferencePlaces, held_to_places
 from stiffcal.diagnosis.judge import LackOfFit, fitted_values
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates, weights_of
 from stiffcal.diagnosis.results import ResidualDependence, UntestableEffect
@@ -128,6 +129,8 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
     settings: Settings
     geometry: list[GeometryNuisance | None] = field(default_factory=list, kw_only=True)
     """What the geometry's tolerance makes in the readings, the same for all models of the search; made once."""
+    places: list[ReferencePlaces | None] = field(default_factory=list, kw_only=True)
+    """Absolute places of the reference states, where there are any; made once."""
 
     def fit(self, robot: CompliantRobot) -> Fit:
         """Fit a model on the balanced robot."""
@@ -137,7 +140,9 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
         """Try candidates as additions to a fit."""
         if not self.geometry:
             self.geometry.append(GeometryNuisance.of(self.states, fit))
-        return scan_candidates(fit, candidates, None if like is None else weights_of(like), self.geometry[0])
+            self.places.append(ReferencePlaces.of(self.states, fit))
+        scan = scan_candidates(fit, candidates, None if like is None else weights_of(like), self.geometry[0])
+        return held_to_places(scan, self.places[0])
 
     def fit_of(self, scan: LoadScan) -> Fit:
         """Return the fit that a scan is of."""

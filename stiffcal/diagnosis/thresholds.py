@@ -74,3 +74,6 @@ PAIRS_PLANNED = 3
 # case: one percent.
 # The deformed robot's levers differ by less (a joint's whole compliance and the bending of the link behind it: 0.4 %).
 SPECIAL_CASE = 0.01
+# A set-up error whose fitted value differs from what absolute places show by more than so many standard errors is not
+# supported: with a handful of such candidates one campaign in a hundred would lose a right one.
+PLACES_ERRORS = 3.0

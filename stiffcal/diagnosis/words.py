@@ -8,7 +8,13 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import poses_helped, size_at_tool
 from stiffcal.diagnosis.judge import fitted_values
 from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.results import CompliancePattern, Explanation, FollowedBy, PatternAlternative
+from stiffcal.diagnosis.results import (
+    AgreementWithPlaces,
+    CompliancePattern,
+    Explanation,
+    FollowedBy,
+    PatternAlternative,
+)
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.model.effect import Place
 
@@ -64,6 +70,12 @@ def candidate_in_words(candidate: Candidate) -> str:
     return f"{candidate.effect.name} of {place_in_words(candidate.place)}"
 
 
+def places_in_words(places: AgreementWithPlaces) -> str:
+    """Return how much of a set-up error absolute places show."""
+    share, limit = 100.0 * places.share, 200.0 * places.std
+    return f"which show {share:.0f} ± {limit:.0f} % of the fitted value in the unloaded poses"
+
+
 def explain(
     scan: LoadScan, trial: Trial, before: float | None, after: float | None, alike: Sequence[Candidate]
 ) -> Explanation:
@@ -83,6 +95,8 @@ def explain(
         effect_text += f"; with it the error in held-out poses goes from {1e3 * before:.3g} to {1e3 * after:.3g} mm"
     effect_text += f" and falls in {helped} of {poses} poses."
     means = f"That is {effect.name}: {effect.summary}{_values_in_words(trial)}."
+    if trial.places is not None and trial.places.supported:
+        means += f" Absolute places support it, {places_in_words(trial.places)}."
     look_alike_text = ""
     if alike:
         names = [candidate_in_words(candidate) for candidate in alike]

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry_prior import GeometryPrior, GeometrySource
 from stiffcal.identification.least_squares import reduce_blocks
@@ -31,7 +31,7 @@ from stiffcal.identification.observation import (
 )
 from stiffcal.identification.reported import reported_parameters, student_95
 from stiffcal.identification.starting import starting_runs
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
@@ -148,6 +148,36 @@ def geometry_prior(states: LoadStates, robot: CompliantRobot) -> GeometryPrior:
     return GeometryPrior(scale * tolerance.length, scale * tolerance.angle, GeometrySource.PLACES, misfit)
 
 
+def reference_poses(states: LoadStates) -> Integers | None:
+    """Return (n,) reference states with a measured place, the first of each pose; None of too few poses."""
+    if states.deflection_given or not states.setup.targets:
+        return None
+    measured = np.isfinite(states.position[:, 0]).all(axis=1) & states.reference & states.used
+    chosen = np.flatnonzero(measured)
+    if len(chosen):
+        _, first = np.unique(np.round(states.joints[chosen] / SAME_POSE), axis=0, return_index=True)
+        chosen = chosen[np.sort(first)]
+    return chosen if len(chosen) >= LEAST_POSES else None
+
+
+def rigid_changes(chain: Chain, angles: Floats, target: Attachment) -> Floats:
+    """Return (3n, 9) what a shift and a turn of the tracker (base axes) and a shift of the target make in its places.
+
+    Per m, rad (about the base's origin) and m.
+    """
+    position, rotation = attached_poses(chain, angles, target)
+    shift = np.tile(np.eye(3), (len(position), 1, 1))
+    turn = np.cross(np.eye(3)[None], position[:, None, :]).swapaxes(1, 2)
+    return np.concatenate([shift, turn, rotation], axis=2).reshape(-1, 9)
+
+
+def places_by_geometry(chain: Chain, angles: Floats, target: Attachment) -> Floats:
+    """Return (3n, 6J) derivatives of a target's places by the geometry, in the order of `geometry_changes`."""
+    position, _ = attached_poses(chain, angles, target)
+    moved = (attached_poses(changed, angles, target)[0] for changed in geometry_changes(chain))
+    return np.stack([(place - position).ravel() / STEP for place in moved], axis=1)
+
+
 def misfit_of_places(
     states: LoadStates, robot: CompliantRobot, tolerance: GeometryTolerance
 ) -> tuple[float, float] | None:
@@ -156,37 +186,16 @@ def misfit_of_places(
     The median over poses bears a pose that is mislabelled. A rigid motion of the tracker's frame and a shift of the
     target on its body are taken out first.
     """
-    if states.deflection_given or not states.setup.targets:
-        return None
-    measured = np.isfinite(states.position[:, 0]).all(axis=1) & states.reference & states.used
-    chosen = np.flatnonzero(measured)
-    if len(chosen):
-        _, first = np.unique(np.round(states.joints[chosen] / SAME_POSE), axis=0, return_index=True)
-        chosen = chosen[np.sort(first)]
-    if len(chosen) < LEAST_POSES:
+    chosen = reference_poses(states)
+    if chosen is None:
         return None
     angles = robot.chain.model_angles(states.joints[chosen])
     target = states.setup.targets[0]
     rest = solve_balance(robot, angles, np.zeros((len(chosen), 6)), states.setup)
-    position, rotation = attached_poses(robot.chain, angles, target)
     away = states.position[chosen, 0] - rest.unloaded_position[:, 0]
-    gauge = np.concatenate(
-        [
-            np.tile(np.eye(3), (len(chosen), 1, 1)),
-            np.cross(np.eye(3)[None], position[:, None, :]).swapaxes(1, 2),
-            rotation,
-        ],
-        axis=2,
-    ).reshape(3 * len(chosen), 9)
-    slopes = np.stack(
-        [
-            (attached_poses(chain, angles, target)[0] - position).ravel() / STEP
-            for chain in geometry_changes(robot.chain)
-        ],
-        axis=1,
-    )
+    gauge = rigid_changes(robot.chain, angles, target)
     prior = GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.DEFAULT)
-    spread = slopes * prior.sizes(robot.chain.n_joints)
+    spread = places_by_geometry(robot.chain, angles, target) * prior.sizes(robot.chain.n_joints)
     basis, values, _ = np.linalg.svd(gauge, full_matrices=False)
     basis = basis[:, values > 1e-9 * values[0]]
     spread = spread - basis @ (basis.T @ spread)

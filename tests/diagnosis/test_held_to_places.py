@@ -7,12 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.held_to_places import held_to_places
+from stiffcal.diagnosis.held_to_places import ReferencePlaces
+from stiffcal.diagnosis.results import AgreementWithPlaces
+from stiffcal.diagnosis.search import search_missing
 from stiffcal.effects.target_offset import TargetOffset
 from stiffcal.effects.tracker_frame import TrackerFrame
 from stiffcal.effects.wrench_frame import WrenchFrame
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import identify_parameters
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from tests.rates.hiding import with_effects
@@ -29,34 +35,87 @@ def campaign() -> Hidden:
     return simulate_runs("none", np.random.default_rng([31, 4]))
 
 
-@pytest.mark.parametrize("placed", [OFFSET, TURN])
-def test_places_that_do_not_show_it_contradict_it(campaign: Hidden, placed: PlacedEffect) -> None:
-    places = held_to_places(campaign.states, with_effects(campaign.truth, placed), placed)
+@pytest.fixture(scope="module")
+def fit(campaign: Hidden) -> Fit:
+    return identify_parameters(campaign.states, campaign.model)
+
+
+def agreement(fit: Fit, states: LoadStates, placed: PlacedEffect, std: float = 0.02) -> AgreementWithPlaces:
+    places = ReferencePlaces.of(states, fit)
     assert places is not None
-    assert places.contradicted
-    assert places.without < 2e-3 < 1e-2 < places.misfit
+    answer = places.agreement(with_effects(fit.robot, placed), placed, std)
+    assert answer is not None
+    return answer
 
 
-def test_places_of_a_target_that_is_off_agree(campaign: Hidden) -> None:
-    states, chain = campaign.states, campaign.truth.chain
+def with_target_moved(states: LoadStates, fit: Fit, times: float = 1.0) -> LoadStates:
+    """Return the states with the target where `OFFSET` has it."""
+    chain = fit.robot.chain
     angles = chain.model_angles(states.joints)
     _, flange = attached_poses(chain, angles, replace(states.setup.targets[0], transform=np.eye(4)))
-    moved = states.position + np.einsum("nij,j->ni", flange, list(OFFSET.values.values()))[:, None]
-    places = held_to_places(replace(states, position=moved), with_effects(campaign.truth, OFFSET), OFFSET)
-    assert places is not None
-    assert not places.contradicted
-    assert places.misfit < 0.2 * places.without
+    shift = np.einsum("nij,j->ni", flange, times * np.array(list(OFFSET.values.values())))
+    return replace(states, position=states.position + shift[:, None])
 
 
-def test_places_of_a_turned_tracker_agree(campaign: Hidden) -> None:
-    turn = rotation_from_vector(np.array(list(TURN.values.values())))
-    states = replace(campaign.states, position=campaign.states.position @ turn.T + [0.1, 0.2, -0.3])
-    places = held_to_places(states, with_effects(campaign.truth, TURN), TURN)
-    assert places is not None
-    assert not places.contradicted
-    assert places.misfit < 0.2 * places.without
+def with_tracker_turned(states: LoadStates, times: float = 1.0) -> LoadStates:
+    turn = rotation_from_vector(times * np.array(list(TURN.values.values())))
+    return replace(states, position=states.position @ turn.T + [0.1, 0.2, -0.3])
 
 
-def test_what_places_cannot_show_is_not_judged(campaign: Hidden) -> None:
+@pytest.mark.parametrize("placed", [OFFSET, TURN])
+def test_places_that_do_not_show_it_contradict_it(campaign: Hidden, fit: Fit, placed: PlacedEffect) -> None:
+    answer = agreement(fit, campaign.states, placed)
+    assert answer.contradicted
+    assert not answer.supported
+    assert abs(answer.share) < 3.0 * answer.std < 0.3
+
+
+def test_places_of_a_target_that_is_off_support_it(campaign: Hidden, fit: Fit) -> None:
+    answer = agreement(fit, with_target_moved(campaign.states, fit), OFFSET)
+    assert answer.supported
+    assert answer.share == pytest.approx(1.0, abs=3.0 * answer.std)
+
+
+def test_places_of_a_turned_tracker_support_it(campaign: Hidden, fit: Fit) -> None:
+    answer = agreement(fit, with_tracker_turned(campaign.states), TURN)
+    assert answer.supported
+    assert answer.share == pytest.approx(1.0, abs=3.0 * answer.std)
+
+
+def test_a_turned_tracker_is_no_evidence_for_a_target_elsewhere(campaign: Hidden, fit: Fit) -> None:
+    assert agreement(fit, with_tracker_turned(campaign.states), OFFSET).contradicted
+
+
+def test_half_the_value_contradicts_it(campaign: Hidden, fit: Fit) -> None:
+    assert agreement(fit, with_tracker_turned(campaign.states, 0.5), TURN).contradicted
+
+
+def test_a_value_that_is_not_known_is_not_contradicted(campaign: Hidden, fit: Fit) -> None:
+    answer = agreement(fit, campaign.states, TURN, std=0.5)
+    assert not answer.contradicted
+    assert not answer.supported
+
+
+def test_what_places_cannot_show_is_not_judged(campaign: Hidden, fit: Fit) -> None:
     turned = PlacedEffect(WrenchFrame(), SETUP, {"rx": 0.02})
-    assert held_to_places(campaign.states, with_effects(campaign.truth, turned), turned) is None
+    places = ReferencePlaces.of(campaign.states, fit)
+    assert places is not None
+    assert places.agreement(with_effects(fit.robot, turned), turned, 0.02) is None
+
+
+def test_places_decide_whether_a_turned_tracker_is_named() -> None:
+    hidden = simulate_runs("one 1x", np.random.default_rng([31, 5]), only="tracker-frame")
+    (turn,) = hidden.hidden
+    catalogue = built_in_effects()
+    search = search_missing(hidden.states, hidden.model, catalogue)
+    assert [missing.candidate.effect.name for missing in search.found] == ["tracker-frame"]
+    supported = search.first.trials[0].places
+    assert supported is not None
+    assert supported.supported
+    back = rotation_from_vector(-np.array([turn.values[axis] for axis in ("rx", "ry", "rz")]))
+    first = np.searchsorted(hidden.states.run, hidden.states.run)
+    rest = hidden.states.position[first]
+    unturned = replace(hidden.states, position=hidden.states.position - rest + rest @ back.T)
+    refused = search_missing(unturned, hidden.model, catalogue)
+    assert all(missing.candidate.effect.name != "tracker-frame" for missing in refused.tried)
+    assert refused.unexplained

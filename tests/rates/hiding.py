@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.regressors import Linearised
+from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque
@@ -217,6 +218,25 @@ def draw_outside(rng: np.random.Generator, state: Linearised) -> PlacedEffect:
     if effect.name == "wander":
         values["seed"] = float(rng.integers(1 << 30))
     return PlacedEffect(effect, place, values)
+
+
+def shift_of_places(hidden: Sequence[PlacedEffect], places: Floats, flange: Floats) -> Floats:
+    """Return (n, 3) by how much what is wrong with the set-up moves the places that the tracker measures.
+
+    Parameters
+    ----------
+    hidden : all that is hidden.
+    places : (n, 3) m, where the target is.
+    flange : (n, 3, 3) base_from_flange.
+    """
+    shift = np.zeros_like(places)
+    for one in hidden:
+        if one.effect.name == "target-offset":
+            shift += flange @ np.array([one.values.get(axis, 0.0) for axis in "xyz"])
+        if one.effect.name == "tracker-frame":
+            turn = rotation_from_vector(np.array([one.values.get(axis, 0.0) for axis in ("rx", "ry", "rz")]))
+            shift += places @ (turn - np.eye(3)).T
+    return shift
 
 
 def scaled(one: PlacedEffect, factor: float) -> PlacedEffect:

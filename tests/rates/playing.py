@@ -14,6 +14,7 @@ from stiffcal.identification.observation import Observations, evaluate, free_col
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
+from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -31,6 +32,7 @@ from tests.rates.hiding import (
     draw_inside,
     draw_outside,
     scaled,
+    shift_of_places,
     with_effects,
 )
 
@@ -413,7 +415,12 @@ def _measure(
     rest = solve_balance(springs, robot.chain.model_angles(nominal), np.zeros((n, 6)), plan.setup)
     poses = len(plan.runs)
     off, turn = rng.normal(size=(poses, 3)) * 3e-4, rng.normal(size=(poses, 3)) * 2e-4
-    position = rest.target_position[:, 0] + off[plan.run] + moved[:, :3] + noise[0] * rng.normal(size=(n, 3))
+    _, flange = attached_poses(
+        robot.chain, robot.chain.model_angles(nominal), replace(plan.setup.targets[0], transform=np.eye(4))
+    )
+    still = rest.target_position[:, 0]
+    still = still + shift_of_places(whole.placed, still, flange)
+    position = still + off[plan.run] + moved[:, :3] + noise[0] * rng.normal(size=(n, 3))
     rotation = np.full((n, 1, 3, 3), np.nan)
     if full_pose:
         start = rotation_from_vector(turn[plan.run]) @ rest.target_rotation[:, 0]

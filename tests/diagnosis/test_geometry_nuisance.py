@@ -1,0 +1,75 @@
+"""What the geometry's tolerance explains is no candidate's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
+from stiffcal.diagnosis.scan import scan_candidates
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.geometry import geometry_slope
+from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.least_squares import triangular_of_rows
+from stiffcal.measurements.load_states import LoadStates
+from tests.rates.playing import Hidden, simulate_runs
+
+
+@pytest.fixture(scope="module")
+def campaign() -> Hidden:
+    """A robot whose geometry is off by the default tolerance, with nothing else hidden."""
+    return simulate_runs("only geometry off", np.random.default_rng([14, 1]))
+
+
+@pytest.fixture(scope="module")
+def fit(campaign: Hidden) -> Fit:
+    return identify_parameters(campaign.states, campaign.model)
+
+
+def nuisance_of(states: LoadStates, fit: Fit) -> GeometryNuisance:
+    nuisance = GeometryNuisance.of(states, fit)
+    assert nuisance is not None
+    return nuisance
+
+
+def test_the_score_is_that_of_readings_with_the_geometry_in_their_covariance(campaign: Hidden, fit: Fit) -> None:
+    scan = scan_candidates(fit, [], geometry=nuisance_of(campaign.states, fit))
+    # Turned by an orthogonal matrix, so that the dense covariance is small.
+    rows = triangular_of_rows(scan.space.rows(np.concatenate([scan.columns, scan.residual[None]])))
+    own, errors, residual = rows[:, : scan.n_columns], rows[:, scan.n_columns : -1], rows[:, -1]
+    assert errors.shape[1] > 3
+    # Generalised least squares with the dense covariance I + A Aᵀ (Seber and Lee 2003, section 3.10).
+    root = np.linalg.inv(np.linalg.cholesky(np.eye(len(rows)) + errors @ errors.T))
+    left = root @ residual - (root @ own) @ np.linalg.lstsq(root @ own, root @ residual, rcond=None)[0]
+    assert scan.base.sum_of_squares == pytest.approx(float(left @ left), rel=1e-8)
+
+
+def test_directions_looked_for_in_some_runs_are_those_of_the_whole_chain(campaign: Hidden, fit: Fit) -> None:
+    nuisance = nuisance_of(campaign.states, fit)
+    axis = np.random.default_rng(3).normal(size=len(nuisance.sizes))
+    combined = np.einsum("g,gmn->mn", axis, nuisance.columns)
+    slope = geometry_slope(nuisance.robot, fit.data, axis * nuisance.sizes)
+    assert np.abs(slope - combined).max() < 1e-4 * np.abs(combined).max()
+
+
+def test_directions_from_some_of_the_states_span_nearly_what_all_span(campaign: Hidden, fit: Fit) -> None:
+    scan = scan_candidates(fit, [])
+    whole = nuisance_of(campaign.states, fit)
+    half = fit.data.run % 2 == 0
+    part = replace(whole, chosen=half, columns=whole.columns[:, :, half])
+    rows = [scan.space.rows(n.directions(scan.space, scan.columns)) for n in (whole, part)]
+    own = scan.space.rows(scan.columns)
+    bases = [np.linalg.qr(np.concatenate([own, row]).T)[0] for row in rows]
+    # The foremost direction of all states lies in the space of those found from half of them.
+    foremost = rows[0][0] / np.linalg.norm(rows[0][0])
+    assert np.linalg.norm(bases[1].T @ foremost) > 0.97
+    assert len(rows[1]) >= len(rows[0]) - 6
+
+
+def test_places_that_contradict_the_robot_file_give_no_tolerance(campaign: Hidden, fit: Fit) -> None:
+    fixed = np.array(fit.robot.chain.fixed)
+    fixed[1, :3, 3] += 0.05
+    wrong = replace(fit, robot=replace(fit.robot, chain=replace(fit.robot.chain, fixed=fixed)))
+    assert GeometryNuisance.of(campaign.states, wrong) is None
