@@ -7,13 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
-from stiffcal.diagnosis.scan import scan_candidates
+from stiffcal.diagnosis.judge import judge_choice
+from stiffcal.diagnosis.load_scan import scan_candidates
+from stiffcal.diagnosis.naming import near_best
+from stiffcal.diagnosis.search import search_missing
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import geometry_slope
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.least_squares import triangular_of_rows
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.catalogue import built_in_effects
 from tests.rates.playing import Hidden, simulate_runs
 
 
@@ -73,3 +78,14 @@ def test_places_that_contradict_the_robot_file_give_no_tolerance(campaign: Hidde
     fixed[1, :3, 3] += 0.05
     wrong = replace(fit, robot=replace(fit.robot, chain=replace(fit.robot.chain, fixed=fixed)))
     assert GeometryNuisance.of(campaign.states, wrong) is None
+
+
+def test_no_effect_is_named_for_a_geometry_off_by_twice_its_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.rates.playing.GEOMETRY_OFF", (1e-3, 7e-4))
+    hidden = simulate_runs("only geometry off", np.random.default_rng([14, 58]))
+    assert not search_missing(hidden.states, hidden.model, built_in_effects()).tried
+    # Without the tolerance an effect is supported.
+    fit = identify_parameters(hidden.states, hidden.model)
+    candidates, _ = list_candidates(fit.robot, hidden.states, built_in_effects())
+    scan = scan_candidates(fit, candidates)
+    assert judge_choice(scan, near_best(scan)[0]).supported
