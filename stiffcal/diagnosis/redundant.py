@@ -8,11 +8,13 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.judge import judge, reduction_between
 from stiffcal.diagnosis.search_context import SearchContext, without
 from stiffcal.diagnosis.search_results import F, S
-from stiffcal.diagnosis.thresholds import LEAST_FALL
+from stiffcal.diagnosis.thresholds import LEAST_FALL, STANDARD_ERRORS
 
 
 def redundant_effects(bench: SearchContext[S, F], fit: F, basic: Sequence[str]) -> list[Candidate]:
     """Return effects without which, taken together, the error in held-out poses is no worse.
+
+    It is worse where it rises by more than a hundredth of the noise, or by more than two standard errors over poses.
 
     Of two effects that stand in for each other one is kept: each is judged in the model without those before it.
     Several that are needed only together are kept, too: what all removals cost is held against the present model.
@@ -31,8 +33,10 @@ def redundant_effects(bench: SearchContext[S, F], fit: F, basic: Sequence[str]) 
         candidate = Candidate(placed_effect.effect, placed_effect.place, len(placed_effect.effect.parameters))
         reduced = without(robot, candidate)
         scan = bench.scan(bench.fit(reduced), [candidate], fit)
-        # However few the poses are by which a rise could be judged: what serves is not taken away for want of proof.
-        worse = reduction_between(scan, present)[0] > LEAST_FALL
+        # However few the poses are by which a rise could be judged: what serves is not taken away for want of proof;
+        # nor is what many poses show, however small it is.
+        rise, errors = reduction_between(scan, present)
+        worse = rise > LEAST_FALL or errors > STANDARD_ERRORS
         if not worse and not any(judge(scan, trial).supported for trial in scan.trials):
             candidates.append(candidate)
             robot = reduced
