@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Final, Literal, TypeAlias
 
+from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, Document, Number, OrAbsent, Origin
 from stiffcal.errors import Fault
 from stiffcal.measurements.rms import Rms
@@ -122,6 +123,8 @@ class CampaignOutcome:
     """Thresholds that cannot be judged, in words."""
     warnings: list[str] = field(default_factory=list)
     """What a reader of the numbers must know, a line each."""
+    suspects: OrAbsent[list[Suspect]] = None
+    """Runs and rows that disagree with all the others; only where runs were compared."""
     choices: list[AuthorChoice] = field(default_factory=list)
     """Of the author of campaign.toml."""
     report: str | None = None

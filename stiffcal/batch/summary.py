@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from stiffcal.batch.results import HELD, NOT_HELD, STEPS, AuthorChoice, BatchResult, CampaignOutcome
+from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.errors import InputError
 from stiffcal.escapes import markdown, xml_text
 from stiffcal.fault_codes import FaultCode
@@ -59,6 +60,12 @@ def choice_text(choice: AuthorChoice) -> str:
     return f"{choice.kind}, {choice.place}: {choice.text}"
 
 
+def suspect_text(suspect: Suspect) -> str:
+    """Return a run or row that disagrees with all the others as one line."""
+    row = "" if suspect.row is None else f", row {suspect.row}"
+    return f"suspect run {suspect.run}{row} ({suspect.kind}): {suspect.likely}"
+
+
 def complaints_of(outcome: CampaignOutcome) -> list[str]:
     """Return the failures and errors of a campaign, one line each."""
     if outcome.error is None:
@@ -95,7 +102,7 @@ def junit_text(result: BatchResult) -> str:
     """
     root = ElementTree.Element("testsuites", name="stiffcal batch", time=f"{result.seconds:.3f}")
     for outcome in result.campaigns:
-        cases = [*_steps(outcome), *_checks(outcome), *_choices(outcome)]
+        cases = [*_steps(outcome), *_checks(outcome), *_choices(outcome), *_suspects(outcome)]
         suite = ElementTree.SubElement(
             root,
             "testsuite",
@@ -165,6 +172,16 @@ def _choices(outcome: CampaignOutcome) -> list[ElementTree.Element]:
     return [case]
 
 
+def _suspects(outcome: CampaignOutcome) -> list[ElementTree.Element]:
+    """Return one case that passes and carries the runs that disagree with all the others."""
+    if not outcome.suspects:
+        return []
+    case = _case(outcome, "suspect runs")
+    text = "\n".join(xml_text.characters(suspect_text(suspect)) for suspect in outcome.suspects)
+    ElementTree.SubElement(case, "system-out").text = text
+    return [case]
+
+
 def _with(case: ElementTree.Element, tag: str, message: str, text: str = "", kind: str = "") -> None:
     entry = ElementTree.SubElement(case, tag, message=xml_text.characters(message))
     if kind:
@@ -181,12 +198,14 @@ def markdown_text(result: BatchResult) -> str:
         lines += [_item(outcome.campaign, line) for line in complaints_of(outcome)]
     lines += [f"- {markdown.escaped(warning)}" for warning in result.warnings]
     lines += [""] if lines[-1] else []
-    lines += [
-        "| campaign | verdict | error in held-out poses, mm rms | of the deflection | noise, mm | states | s |",
-        "|---|---|---:|---:|---:|---:|---:|",
-    ]
+    headings = ["error in held-out poses, mm rms", "of the deflection", "noise, mm", "states", "suspects", "s"]
+    lines += [f"| campaign | verdict | {' | '.join(headings)} |", "|---|---|" + "---:|" * len(headings)]
     for outcome in result.campaigns:
         lines.append("| " + " | ".join(_row(outcome)) + " |")
+    suspects = [(entry.campaign, suspect) for entry in result.campaigns for suspect in entry.suspects or ()]
+    if suspects:
+        lines += ["", "### Runs that disagree with all the others", ""]
+        lines += [_item(name, suspect_text(suspect)) for name, suspect in suspects]
     chosen = [(entry.campaign, choice) for entry in result.campaigns for choice in entry.choices]
     if chosen:
         lines += ["", "### Chosen by the authors of the campaigns", ""]
@@ -214,7 +233,12 @@ def _row(outcome: CampaignOutcome) -> list[str]:
     ]
     states = "–" if outcome.n_states is None else str(outcome.n_states)
     took = "unchanged" if outcome.unchanged else f"{outcome.seconds:.1f}"
-    return [markdown.escaped(outcome.campaign), marked, *values, states, took]
+    return [markdown.escaped(outcome.campaign), marked, *values, states, number_of_suspects(outcome), took]
+
+
+def number_of_suspects(outcome: CampaignOutcome) -> str:
+    """Return how many runs and rows disagree with all the others; a dash where runs were not compared."""
+    return "–" if outcome.suspects is None else str(len(outcome.suspects))
 
 
 def _part(measures: Rms | None, name: str) -> float | None:

@@ -192,6 +192,7 @@ def _with_numbers(
         failed=validation.failed,
         not_judged=validation.not_judged,
         warnings=list(dict.fromkeys([*identified.warnings, *validation.warnings])),
+        suspects=identified.suspects,
         origin=data.store.origin_of(VALIDATE),
     )
 

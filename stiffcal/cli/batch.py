@@ -104,9 +104,17 @@ class _BatchPrinter:
 
 def show_batch(console: Console, result: BatchResult) -> None:
     """Draw the summary: a row per campaign, then what does not hold, then the totals."""
-    from stiffcal.batch.summary import choice_text, complaints_of, totals_of, verdict_of
+    from stiffcal.batch.summary import (
+        choice_text,
+        complaints_of,
+        number_of_suspects,
+        suspect_text,
+        totals_of,
+        verdict_of,
+    )
 
-    table = plain_table("campaign", "verdict", "rms in held-out poses>", "of the deflection>", "noise>", "computed")
+    headings = ("rms in held-out poses>", "of the deflection>", "noise>", "suspects>")
+    table = plain_table("campaign", "verdict", *headings, "computed")
     for number, column in enumerate(table.columns):
         column.no_wrap = number not in (2, 4)  # errors of several measures wrap, names do not
     for outcome in result.campaigns:
@@ -121,6 +129,7 @@ def show_batch(console: Console, result: BatchResult) -> None:
             deviation(outcome.rms),
             share(relative),
             "not known" if outcome.noise is None else deviation(outcome.noise),
+            number_of_suspects(outcome),
             computed,
         )
     console.print(table)
@@ -129,6 +138,9 @@ def show_batch(console: Console, result: BatchResult) -> None:
             console.print(f"{outcome.campaign}: {verdict_of(outcome)}: {line}", soft_wrap=True)
         for line in outcome.not_judged:
             console.print(f"{outcome.campaign}: not judged: {line}", soft_wrap=True)
+    for outcome in result.campaigns:
+        for suspect in outcome.suspects or ():
+            console.print(f"{outcome.campaign}: {suspect_text(suspect)}", soft_wrap=True, markup=False)
     for outcome in result.campaigns:
         for choice in outcome.choices:
             console.print(f"{outcome.campaign}: chosen: {choice_text(choice)}", soft_wrap=True)

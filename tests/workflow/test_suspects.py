@@ -10,6 +10,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from stiffcal.batch.results import BatchCounts, BatchResult, BatchTask, BatchWorkers
+from stiffcal.batch.summary import junit_text, markdown_text
+from stiffcal.batch.task import run_task
+from stiffcal.cli.batch import show_batch
 from stiffcal.cli.improve import show_ladder
 from stiffcal.documents import document_of
 from stiffcal.report.blocks import Facts, TableBlock
@@ -67,6 +71,28 @@ def test_check_names_the_run_and_the_lines_to_copy_leave_it_out(folder: Path) ->
     lines = "\n".join(suspect.exclude)
     manifest.write_text(f"{manifest.read_text(encoding='utf-8')}\n{lines}\n", encoding="utf-8")
     assert check_campaign(folder).suspects == []
+
+
+def test_batch_lists_the_run(folder: Path) -> None:
+    outcome = run_task(BatchTask(folder=str(folder), campaign="cell", report=False))
+    (suspect,) = outcome.suspects or []
+    assert (suspect.run, suspect.kind) == ("pose3", "unit")
+    result = BatchResult(
+        passed=True,
+        campaigns=[outcome, replace(outcome, campaign="none", suspects=[]), replace(outcome, suspects=None)],
+        counts=BatchCounts(campaigns=3, held=3, not_held=0, broken=0, unchanged=0),
+        workers=BatchWorkers(kind="processes", count=1),
+        seconds=1.0,
+        peak_memory_bytes=None,
+        warnings=[],
+    )
+    head, *rows = (line for line in markdown_text(result).splitlines() if line.startswith("| "))
+    column = head.split(" | ").index("suspects")
+    assert [row.split(" | ")[column] for row in rows] == ["1", "0", "–"]
+    assert suspect.likely in (junit_text(result).split("<system-out>")[1])
+    with StringIO() as text:
+        show_batch(Console(file=text, width=120), result)
+        assert "suspect run pose3 (unit)" in text.getvalue()
 
 
 def test_a_quick_look_judges_no_run(folder: Path) -> None:
