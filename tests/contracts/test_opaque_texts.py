@@ -71,4 +71,4 @@ def test_all_json_but_the_words_is_equal(campaign: Callable[[Path], Path], tmp_p
     plain, opaque = answers(folder), answers(tmp_path / "opaque", "--opaque")
     assert list(differences(plain, opaque)) == []
     assert {plain[f"{command} exit code"] for command in COMMANDS} == {0}
-    assert json.dumps(opaque).count(PREFIX) > 10  # the sentences were opaque indeed
+    assert json.dumps(opaque).count(PREFIX) > 5  # the sentences were opaque indeed
