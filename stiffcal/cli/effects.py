@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +16,7 @@ from stiffcal.cli.options import HERE, AsJson, Output
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import significant
 from stiffcal.errors import InputError
+from stiffcal.escapes.terminal import escaped
 from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
@@ -35,6 +37,7 @@ ACTS = {
     "coupling": "one joint's torque turns the other",
     "configuration": "it changes what goes into the balance of forces",
     "observation": "it changes what the instruments see",
+    "torque in motion": "it changes the drive's torque while the joint moves",
 }
 # Text wider than this tires the eye.
 WIDEST = 96
@@ -91,7 +94,10 @@ def effects(
         result = replace(result, sketch=sketch_effect(name))
         if output is not None:
             result = replace(result, picture=str(output), drawn=draw_effect(name, output))
-        answer.give(result, show_effect, command_line("add", HERE, ".", name, "--all"))
+        # Split before the answer is made fit for a terminal: that puts every text on one line.
+        sections = [(title, escaped(text)) for title, text in sections_of(result.effects[0].physics)]
+        page = partial(show_effect, sections=sections)
+        answer.give(result, page, command_line("add", HERE, ".", name, "--all"))
     return OK
 
 
@@ -125,8 +131,13 @@ def show_catalogue(console: Console, result: EffectsResult) -> None:
     console.print(table)
 
 
-def show_effect(console: Console, result: EffectsResult) -> None:
-    """Write one effect as a page of a textbook."""
+def show_effect(console: Console, result: EffectsResult, sections: list[tuple[str, str]]) -> None:
+    """Write one effect as a page of a textbook.
+
+    Parameters
+    ----------
+    sections : (heading, text) of its description, as `sections_of` returns them.
+    """
     (effect,) = result.effects
     width = min(console.width, WIDEST)
 
@@ -140,7 +151,7 @@ def show_effect(console: Console, result: EffectsResult) -> None:
         console.print(filled, soft_wrap=True, markup=False, highlight=False)
 
     console.print(f"{effect.name}: {effect.summary}", style="bold", soft_wrap=True, markup=False, highlight=False)
-    for title, text in sections_of(effect.physics):
+    for title, text in sections:
         heading(title)
         equation, separator, words = text.partition(", with ")
         if title == HEADINGS["law"] and separator and len(equation) < width - 10:

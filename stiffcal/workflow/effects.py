@@ -12,6 +12,9 @@ from stiffcal.model.effect import Effect
 from stiffcal.model.plugin_code import PluginCode
 from stiffcal.workflow.command_results import EffectDescription, EffectParameter, EffectsResult
 
+# How an effect of moving joints enters the model, where others have their `Kind`.
+IN_MOTION = "torque in motion"
+
 
 def describe_effects(name: str | None = None, plugins: PluginCode | None = None) -> EffectsResult:
     """Return the description of the effects that a model can hold.
@@ -46,7 +49,7 @@ def _describe(effect: Effect) -> EffectDescription:
     return EffectDescription(
         name=effect.name,
         place={"setup": "set-up"}.get(effect.place_kind, effect.place_kind),
-        kind=effect.kind.value,
+        kind=IN_MOTION if effect.in_motion else effect.kind.value,
         summary=effect.summary,
         physics=effect.describe(),
         parameters=[

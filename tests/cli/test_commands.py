@@ -135,6 +135,15 @@ def test_add_and_remove(campaign: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert "added joint-compliance: j6" in capsys.readouterr().out
 
 
+def test_an_effects_page_has_sections(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("effects", "stribeck") == 0
+    page = capsys.readouterr().out
+    assert "\\n" not in page
+    for heading in ("Physics", "Law", "Assumptions", "Where it ends", "Parameters", "Picture"):
+        assert f"\n{heading}\n" in page
+    assert "the drive's torque while the joint moves" in page
+
+
 def test_effects_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
     document, _ = document_of(capsys, "effects")
     assert "joint-compliance" in [effect["name"] for effect in document["effects"]]
