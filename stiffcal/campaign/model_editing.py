@@ -10,6 +10,7 @@ import tomlkit
 from tomlkit.items import AoT, Comment, Table, Whitespace
 
 from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile, default_model_text, place_names
+from stiffcal.campaign.moved_parameters import move_in_document
 from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import InputError
@@ -164,7 +165,9 @@ def _document(folder: Path, n_joints: int) -> tomlkit.TOMLDocument:
     check_own(folder, MODEL_FILE)
     if path.exists():
         validate(read_toml(path, MODEL_FILE), MODEL_FILE, ModelFile)
-        return tomlkit.parse(read_regular(path, MODEL_FILE, limit=TOML).decode("utf-8-sig"))
+        existing = tomlkit.parse(read_regular(path, MODEL_FILE, limit=TOML).decode("utf-8-sig"))
+        move_in_document(existing)
+        return existing
     document = tomlkit.parse(default_model_text(_experiments(folder)))
     for entry in document["effects"]:
         if entry.get("joints") == "all":

@@ -44,7 +44,7 @@ SYMBOLS = {
     "thermal-drift": "x y z rx ry rz", "seat-shift": "state x y z", "tracker-frame": "rx ry rz",
     "wrench-frame": "rx ry rz", "target-offset": "x y z", "load-point-offset": "x y z",
     "wrench-bias": "fx fy fz mx my mz mass", "clock-offset": "offset",
-    "joint-friction": "coulomb stribeck velocity exponent viscous",
+    "joint-friction": "coulomb viscous",
     "stribeck": "stribeck velocity exponent", "friction-load": "per_Nm", "friction-temperature": "coulomb_K viscous_K",
     "torque-ripple": "a b order", "viscous-power": "factor power", "friction-asymmetry": "offset",
     "presliding": "stiffness angle", "fixture-compliance": "translation rotation", "encoder-drift": "rad_per_s",

@@ -15,7 +15,7 @@ PLACE = EFFECT.places(CHAIN)[2]
 
 def test_friction_forwards_and_backwards_differ_by_twice_the_offset() -> None:
     motion = strokes((0.2, 0.5), 1.0)
-    dry = 50.0 * JointFriction().torque_columns(motion.velocity, {"velocity": 1.0, "exponent": 1.0})["coulomb"]
+    dry = 50.0 * JointFriction().torque_columns(motion.velocity, {})["coulomb"]
     torque = dry + 3.0 * EFFECT.motion_columns(PLACE, CHAIN, motion, {})["offset"]
     np.testing.assert_array_equal(torque, np.where(motion.velocity > 0.0, 53.0, -47.0))
 

@@ -1,29 +1,36 @@
-"""joint-friction: paper 004, eq. 1."""
+"""joint-friction: the Coulomb and viscous terms of paper 004, eq. 1."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from stiffcal.effects.joint_friction import JointFriction
+from stiffcal.effects.stribeck import Stribeck
+from stiffcal.model.drive_motion import DriveMotion
 from tests.laboratory.effect_bench import bare_states, robot_chain
+from tests.laboratory.friction_law import friction_torque
 
 EFFECT = JointFriction()
-VALUES = {"coulomb": 50.0, "stribeck": 20.0, "velocity": 0.1, "exponent": 1.5, "viscous": 80.0}
 
 
-def test_equation_1() -> None:
-    velocity = np.array([-0.3, -0.1, 0.1, 1.0])
-    wanted = (50.0 + 20.0 * np.exp(-((np.abs(velocity) / 0.1) ** 1.5))) * np.sign(velocity) + 80.0 * velocity
-    np.testing.assert_allclose(EFFECT.friction_torque(velocity, VALUES), wanted)
+def test_with_stribeck_it_is_equation_1() -> None:
+    velocity = np.array([-0.3, -0.1, 0.0, 0.1, 1.0])
+    values = {"coulomb": 50.0, "stribeck": 20.0, "velocity": 0.1, "exponent": 1.5, "viscous": 80.0}
+    columns = EFFECT.torque_columns(velocity, {}) | Stribeck().torque_columns(velocity, values)
+    total = sum(values[symbol] * column for symbol, column in columns.items())
+    np.testing.assert_allclose(total, friction_torque(velocity, values))
 
 
 def test_limits() -> None:
-    """At rest none; creeping F_C + F_S; far beyond ω_S dry and viscous alone; odd in ω."""
-    np.testing.assert_array_equal(EFFECT.friction_torque(np.zeros(1), VALUES), [0.0])
-    np.testing.assert_allclose(EFFECT.friction_torque(np.array([1e-9, 5.0]), VALUES), [70.0, 450.0], rtol=1e-6)
-    velocity = np.linspace(0.01, 1.0, 7)
-    np.testing.assert_allclose(EFFECT.friction_torque(-velocity, VALUES), -EFFECT.friction_torque(velocity, VALUES))
+    """At rest none, creeping F_C, odd in ω."""
+    columns = EFFECT.torque_columns(np.array([0.0, 1e-9, -0.4, 0.4]), {})
+    np.testing.assert_allclose(
+        50.0 * columns["coulomb"] + 80.0 * columns["viscous"], [0.0, 50.0, -82.0, 82.0], rtol=1e-6
+    )
 
 
-def test_load_states_are_taken_at_rest() -> None:
+def test_what_is_missing_is_named() -> None:
     assert "friction runs" in str(EFFECT.lacking(robot_chain(), bare_states([0, 0, 0])))
+    one_way = DriveMotion.at_velocity(np.array([0.1, 0.3]))
+    assert "both directions" in str(EFFECT.lacking_motion(robot_chain(), one_way))
+    assert EFFECT.lacking_motion(robot_chain(), DriveMotion.at_velocity(np.array([0.1, -0.3]))) is None

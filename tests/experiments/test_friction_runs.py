@@ -10,7 +10,8 @@ from stiffcal.errors import InputError
 from stiffcal.experiments.friction.clocks import torque_clock
 from stiffcal.experiments.friction.runs import friction_run, moved_joints, reduce_friction
 from stiffcal.reduction.blocks import Blocks, blocks_of
-from tests.laboratory.joint_strokes import LAW, friction_runs, robot
+from tests.laboratory.friction_law import friction_torque
+from tests.laboratory.joint_strokes import friction_runs, robot
 
 VALUES = {"coulomb": 50.0, "stribeck": 0.0, "velocity": 0.05, "exponent": 1.3, "viscous": 80.0}
 
@@ -62,7 +63,7 @@ def test_two_devices_are_aligned_by_the_motion(ahead: float) -> None:
     assert steady is not None
     # a hundredth of a second would put weight and acceleration into the passes
     up, down = (steady.torque[(steady.velocity * way > 0.9) & steady.used].mean() for way in (1.0, -1.0))
-    assert 0.5 * (up - down) == pytest.approx(float(LAW.friction_torque(np.array([1.4]), VALUES)[0]), abs=0.5)
+    assert 0.5 * (up - down) == pytest.approx(float(friction_torque(np.array([1.4]), VALUES)[0]), abs=0.5)
 
 
 def test_a_given_clock_is_taken() -> None:

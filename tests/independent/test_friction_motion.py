@@ -72,4 +72,3 @@ def test_all_joints_at_once_by_the_rigid_body_model() -> None:
     found = np.array([[one.values()["coulomb"], one.values()["viscous"]] for one in fit.joints])
     np.testing.assert_allclose(found[:, 0], DRIVES.loss, rtol=0.06)
     np.testing.assert_allclose(found[:4, 1], DRIVES.damping[:4], rtol=0.10)
-    assert not any(one.detected["stribeck"] for one in fit.joints)

@@ -11,6 +11,7 @@ from stiffcal.effects.joint_friction import JointFriction
 from stiffcal.experiments.friction.runs import FrictionRun
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
+from tests.laboratory.friction_law import friction_torque
 from tests.laboratory.robots import six_axes
 
 INTERVAL = 0.005
@@ -61,7 +62,7 @@ def friction_runs(
     for speed in speeds:
         time, angle = to_and_fro(speed)
         velocity = np.gradient(angle, INTERVAL)
-        torque = LAW.friction_torque(velocity, values) + weight * np.cos(angle) + 15.0 * np.gradient(velocity, INTERVAL)
+        torque = friction_torque(velocity, values) + weight * np.cos(angle) + 15.0 * np.gradient(velocity, INTERVAL)
         torque += 3.0 * np.sin(80.0 * angle) + noise * rng.normal(size=time.size)
         runs.append(run_of(f"{speed:g}", joint, time, angle, torque))
     return runs

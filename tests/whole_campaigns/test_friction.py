@@ -13,7 +13,6 @@ import pandas as pd
 import pytest
 
 from stiffcal.cli.app import main
-from stiffcal.effects.joint_friction import JointFriction
 from stiffcal.experiments.presentation import Table
 from stiffcal.report.building import lay_out
 from stiffcal.workflow.history import read_history
@@ -22,12 +21,13 @@ from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
 from tests.laboratory.friction_campaigns import rehearsed, set_keys
+from tests.laboratory.friction_law import friction_torque
 from tests.whole_campaigns.conftest import Command
 
 SCHEMAS = Path(__file__).resolve().parents[2] / "schemas"
 TRUE = {
-    1: {"coulomb": 60.0, "stribeck": 15.0, "velocity": 0.03, "exponent": 1.3, "viscous": 90.0},
-    2: {"coulomb": 80.0, "stribeck": 0.0, "velocity": 0.03, "exponent": 1.3, "viscous": 120.0},
+    1: {"coulomb": 60.0, "viscous": 90.0},
+    2: {"coulomb": 80.0, "viscous": 120.0},
 }
 FEW = [0.03, 0.15, 0.6, 1.2]
 
@@ -72,17 +72,11 @@ def test_friction_is_found_again(made: Path, command: Command) -> None:
             found = value(document, f"j{joint}.{symbol}")
             assert abs(found["value"] - true[symbol]) < 3.0 * found["std"] + 0.002 * true[symbol], found["name"]
             assert found["std"] < 0.02 * true[symbol]
-    # the curve at crawling speed, where coulomb, stribeck and their shape hang together
-    one, two = document["friction"]["joints"]
-    assert one["optional"]["stribeck"]["seen"]
+    one, _ = document["friction"]["joints"]
     speed = np.array(one["curve"]["velocity"])
-    wanted = JointFriction().friction_torque(speed, TRUE[1])
+    wanted = friction_torque(speed, TRUE[1])
     assert np.all(np.abs(np.array(one["curve"]["torque"]) - wanted) < 4.0 * np.array(one["curve"]["std"]) + 0.2)
-    assert not two["optional"]["stribeck"]["seen"]
-    assert value(document, "j2.stribeck")["value"] is None
-    (gap,) = document["not_identifiable"]
-    assert "joint-friction.j2.stribeck" in gap["parameters"]
-    assert "information criterion" in gap["reason"]
+    assert document["not_identifiable"] == []
     assert document["noise_source"] == "repeats"
     assert document["n_states"] == 0
 

@@ -238,7 +238,7 @@ def test_motor_currents_alone_tell_friction_and_no_play(tmp_path: Path) -> None:
             + "".join(
                 f'"joint-friction.j3.{name}" = {{ value = {value} }}\n'
                 for name, value in (
-                    ("coulomb", 14.0), ("stribeck", 0.0), ("velocity", 0.05), ("exponent", 1.0), ("viscous", 0.0),
+                    ("coulomb", 14.0), ("viscous", 0.0),
                 )
             )
         )  # fmt: skip
