@@ -44,7 +44,7 @@ LEAST_SCATTER = 1e-12
 ENOUGH_DOF = 30
 
 
-NoiseSource: TypeAlias = Literal["repeats", "manifest", "none"]
+NoiseSource: TypeAlias = Literal["repeats", "neighbours", "manifest", "none"]
 
 
 @dataclass(frozen=True)

@@ -97,7 +97,7 @@ def _section(identified: IdentifiedModel) -> FrictionSection | None:
 KIND = FrictionKind(
     "friction",
     default_model=Path(__file__).with_name("default_model.toml"),
-    tables=("friction", "free_motion"),
+    tables=("friction", "friction_samples", "free_motion"),
     fit_tables=("friction_fit",),
     plot_axis="velocity",
 )

@@ -90,11 +90,7 @@ def friction_curves(
                     for parameter in parameters
                     if parameter.value is not None
                 ),
-                remarks=tuple(
-                    f"{symbol} friction is not detected: {term.why}"
-                    for symbol, term in joint.optional.items()
-                    if not term.seen
-                ),
+                remarks=tuple(f"{parameter.name}: {parameter.remark}" for parameter in parameters if parameter.remark),
                 rms=joint.rms,
                 noise=joint.noise,
             )

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments.friction.results import (
     BearingFriction,
     BetweenDirections,
     FittedCurve,
     JointFrictionResult,
-    OptionalTerm,
     SymbolCovariance,
 )
 from stiffcal.experiments.friction.rows import UnknownKind
@@ -114,15 +113,6 @@ def _why_not_fitted(steady: SteadyReadings, joint: int) -> str:
     return "; ".join(str(steady.set_aside[of_joint][k]) for k in sorted(first.tolist()))
 
 
-def heldout_gap(joint: JointFrictionFit) -> UnidentifiedParameters:
-    """Return the optional part of the law that a joint does not show, and why."""
-    names = [parameter.name for parameter in joint.parameters if parameter.value is None]
-    undetected = [symbol for symbol, is_measured in joint.detected.items() if not is_measured]
-    verdicts = "; ".join(joint.verdict[symbol] for symbol in undetected)
-    reason = f"{' and '.join(undetected)} friction is not detected: {verdicts}"
-    return UnidentifiedParameters(parameters=names, known=None, reason=reason)
-
-
 def joint_friction(
     data: MeasuredRuns, fit: FrictionFit, joint_fit: JointFrictionFit, placed: tuple[PlacedEffect, ...]
 ) -> JointFrictionResult:
@@ -130,13 +120,13 @@ def joint_friction(
     from stiffcal.experiments.friction.fitting import friction_curve
 
     of_joint = fit.rows.joint == joint_fit.joint
-    effect = next(placed_effect for placed_effect in placed if placed_effect.place.joints == (joint_fit.joint,))
+    effects = tuple(placed_effect for placed_effect in placed if placed_effect.place.joints == (joint_fit.joint,))
     low, high = joint_fit.lowest, joint_fit.highest
     # half on the slow part, which is drawn on its own
     speed = np.unique(
         np.concatenate([np.linspace(low, high, CURVE_POINTS // 2), np.geomspace(low, high, CURVE_POINTS)])
     )
-    torque, std = friction_curve(joint_fit, effect, speed)
+    torque, std = friction_curve(joint_fit, effects, speed)
     steady = bool(fit.rows.steady[of_joint].any())
     return JointFrictionResult(
         joint=joint_fit.joint,
@@ -148,10 +138,6 @@ def joint_friction(
         highest_speed=high,
         rms=rms_of(fit.residual[of_joint]),
         noise=joint_fit.noise,
-        optional={
-            symbol: OptionalTerm(seen=is_measured, why=joint_fit.verdict.get(symbol, ""))
-            for symbol, is_measured in joint_fit.detected.items()
-        },
         between_directions=between_directions(data, fit, joint_fit.joint),
         curve=FittedCurve(velocity=speed, torque=torque, std=std),
         covariance=SymbolCovariance(symbols=list(joint_fit.free), matrix=joint_fit.covariance),
@@ -163,11 +149,16 @@ def between_directions(data: MeasuredRuns, fit: FrictionFit, joint: int) -> Betw
     of_joint = (fit.rows.joint == joint) & fit.rows.steady
     if not of_joint.any():
         return None
+    common = fit.nuisance + fit.residual
     shared = np.array(
-        [fit.nuisance[of_joint & (fit.rows.piece == piece)].mean() for piece in np.unique(fit.rows.piece[of_joint])]
+        [_both_ways(fit, common, of_joint & (fit.rows.piece == piece)) for piece in np.unique(fit.rows.piece[of_joint])]
     )
-    axis_is_plumb = joint == 1 and bool(
-        np.linalg.norm(np.cross(data.campaign.chain.fixed[0, :3, 2], data.campaign.chain.gravity)) < 1e-6
+    shared = shared[np.isfinite(shared)]
+    if not shared.size:
+        return None
+    axis_is_plumb = not any(
+        unknown.kind is UnknownKind.STRETCH and fit.rows.nuisance[of_joint, k].any()
+        for k, unknown in enumerate(fit.rows.unknown)
     )
     return BetweenDirections(
         mean=float(shared.mean()),
@@ -175,6 +166,12 @@ def between_directions(data: MeasuredRuns, fit: FrictionFit, joint: int) -> Betw
         high=float(shared.max()),
         weight_possible=not axis_is_plumb,
     )
+
+
+def _both_ways(fit: FrictionFit, common: Floats, chosen: Booleans) -> float:
+    """Return the mean over both directions of a torque (k,) N·m in chosen rows; NaN where they moved one way only."""
+    ways = [common[chosen & (fit.rows.velocity * way > 0.0)] for way in (1.0, -1.0)]
+    return 0.5 * float(ways[0].mean() + ways[1].mean()) if all(way.size for way in ways) else math.nan
 
 
 def bearing_frictions(fit: FrictionFit) -> list[BearingFriction]:
@@ -214,17 +211,15 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
                 texts.append(f"{parameter.name}: {parameter.why}")
             elif parameter.at_bound:
                 texts.append(f"{parameter.name} lies on the edge of what is possible")
-        if all((joint_fit.values().get(symbol, 0.0) <= 0.0) for symbol in ("coulomb",) if symbol in joint_fit.values()):
+        if any(p.value is not None and p.value <= 0.0 for p in joint_fit.parameters if p.spec.symbol == "coulomb"):
             texts.append(f"joint {name}: the drive pushes against its motion; check the sign of torque or gear_ratio")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
         texts.append(
-            f"friction: residuals are {math.sqrt(fit.reduced_chi2):.2g} times the scatter between repeats: the curve "
-            "has a shape that the law lacks, and the stated uncertainties cover the scatter only"
+            f"friction: residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise of neighbouring samples: "
+            "the model lacks something, and the stated uncertainties cover the noise only; stiffcal diagnose looks for it"
         )
     if fit.scaled:
-        texts.append(
-            "friction: too few repeats to know the noise; standard uncertainties come from the fit's residuals"
-        )
+        texts.append("friction: the noise is not known; standard uncertainties come from the fit's residuals")
     return texts
 
 
@@ -238,7 +233,7 @@ def expected_words(fit: FrictionFit) -> str:
 
 
 def noise_of_fit(fit: FrictionFit) -> dict[str, float | None]:
-    """Return the scatter of repeats, N·m, over all joints; empty where a joint has too few."""
+    """Return the noise of the means of bins, N·m, over all joints; empty where that of a joint is not known."""
     noise_and_rows = [(joint_fit.noise, joint_fit.n_rows) for joint_fit in fit.joints]
     if not noise_and_rows or any(noise is None for noise, _ in noise_and_rows):
         return {}

@@ -1,23 +1,24 @@
-"""Friction of drives from free motion (paper 004, eq. 1): amplitudes, shapes, and whether there is Stribeck friction.
+"""What the model file gives drives in free motion (paper 004, eq. 1, and what comes on top), fitted joint by joint.
 
-Amplitudes are linear and found inside, shapes outside (variable projection), weight and inertia are projected out. A
-part of the law that an effect calls optional is kept where the information criterion asks for it and the 95 % interval
-of its amplitude leaves zero out; its shape is then refined.
+Amplitudes are linear and found inside, shapes outside (variable projection: Golub and Pereyra 1973), weight and inertia
+are projected out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.experiments.friction.rows import FrictionRows, felt_columns, together
-from stiffcal.experiments.friction.solving import FrictionLaw, PartFit, initial_friction_law
+from stiffcal.experiments.friction.rows import FrictionRows, together
+from stiffcal.experiments.friction.solving import DriveLaw, PartFit, initial_law
+from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole, ParameterSpec
 from stiffcal.uncertainty import NORMAL_95
+
+NOT_IDENTIFIED = "these data do not identify it; the usual value is taken"
 
 
 @dataclass(frozen=True)
@@ -53,17 +54,13 @@ class JointFrictionFit:
     joint: int
     """From 1."""
     parameters: tuple[FrictionParameter, ...]
-    """All parameters, in the effect's order."""
+    """All parameters, in the order of the model and of each effect."""
     free: tuple[str, ...]
-    """Symbols that were estimated."""
+    """Full names of those that were estimated."""
     covariance: Floats
     """(q, q) of ``free``, in that order, SI."""
-    detected: Mapping[str, bool]
-    """Symbol of each optional term's amplitude to whether the data show the term."""
-    verdict: Mapping[str, str]
-    """The reason for each, in words."""
     noise: float | None
-    """N·m of one pass, from repeats; None where there are too few."""
+    """N·m, rms over the means of bins, from the scatter of neighbouring samples; None where these do not show it."""
     n_rows: int
     """Number of equations."""
     n_speeds: int
@@ -74,8 +71,8 @@ class JointFrictionFit:
     """rad/s, the highest speed."""
 
     def values(self) -> dict[str, float]:
-        """Return symbol to value of what is known."""
-        return {parameter.spec.symbol: parameter.value for parameter in self.parameters if parameter.value is not None}
+        """Return full name to value of what is known."""
+        return {parameter.name: parameter.value for parameter in self.parameters if parameter.value is not None}
 
 
 @dataclass(frozen=True)
@@ -106,6 +103,10 @@ class FrictionFit:
     """Condition number of the whitened friction columns of unit length."""
     scaled: bool
     """True where standard uncertainties come from the residuals."""
+    placed: tuple[PlacedEffect, ...]
+    """The effects with the estimated values."""
+    parts: tuple[PartFit, ...]
+    """The fits of rows that share unknowns."""
 
     @property
     def friction_measured(self) -> Floats:
@@ -114,15 +115,21 @@ class FrictionFit:
 
 
 def fit_friction(
-    rows: FrictionRows, placed: tuple[PlacedEffect, ...], fixed: frozenset[str] = frozenset()
+    rows: FrictionRows,
+    placed: tuple[PlacedEffect, ...],
+    chain: Chain,
+    fixed: frozenset[str] = frozenset(),
+    start: FrictionFit | None = None,
 ) -> FrictionFit:
-    """Fit the friction of every joint that has an effect and rows.
+    """Fit what shows in motion of every joint that has an effect and rows.
 
     Parameters
     ----------
     rows : equations; those of joints without an effect are left out.
-    placed : effects that show in motion, one per joint, with the model file's values.
+    placed : effects that show in motion, any number per joint, with the model file's values.
+    chain : the robot.
     fixed : full names held at those values.
+    start : a fit of nearly the same rows, whose shapes are begun with.
 
     Raises
     ------
@@ -133,14 +140,26 @@ def fit_friction(
     if len(rows) == 0:
         raise ValueError("no reading of friction belongs to a joint of the model")
     groups = []
+    shapes = None
+    if start is not None:
+        shapes = {name: value for part in start.parts for name, value in part.values().items()}
     for group in together(rows):
         group_rows = rows.select(group)
-        laws = [initial_friction_law(effect, fixed) for effect in placed if effect.place.joints[0] in group_rows.joint]
-        groups.append((group, PartFit(group_rows, laws).run()))
-    return _whole(rows, groups)
+        laws = [initial_law(effect, fixed) for effect in placed if effect.place.joints[0] in group_rows.joint]
+        if start is not None:
+            _hold_as_in(laws, start)
+        groups.append((group, PartFit(group_rows, laws, chain).run(shapes)))
+    return _whole(rows, groups, placed)
 
 
-def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]]) -> FrictionFit:
+def _hold_as_in(laws: list[DriveLaw], start: FrictionFit) -> None:
+    """Estimate no shape that another fit has held."""
+    free = {law.placed.parameter_name(s) for part in start.parts for law in part.laws for s in law.free_nonlinear}
+    for law in laws:
+        law.free_nonlinear = [symbol for symbol in law.free_nonlinear if law.placed.parameter_name(symbol) in free]
+
+
+def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]], placed: tuple[PlacedEffect, ...]) -> FrictionFit:
     """Put the parts together in the order of the rows."""
     friction, nuisance, sigma = np.zeros(len(rows)), np.zeros(len(rows)), np.ones(len(rows))
     unknowns, spread = np.zeros(rows.nuisance.shape[1]), np.zeros(rows.nuisance.shape[1])
@@ -148,15 +167,18 @@ def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]]) -> Fricti
     condition, dof, chi2, scaled = 1.0, 0, 0.0, False
     for group, fit in groups:
         friction[group], sigma[group] = fit.friction(), fit.sigma
-        felt = felt_columns(rows.nuisance[group])
-        unknowns[felt], spread[felt] = fit.unknowns(), fit.unknowns_std()
-        nuisance[group] = rows.nuisance[np.ix_(group, felt)] @ unknowns[felt]
+        own, own_std = fit.unknowns(), fit.unknowns_std()
+        nuisance[group] = fit.rows.nuisance @ own
+        for k, unknown in enumerate(fit.rows.unknown):
+            number = rows.unknown.index(unknown)
+            unknowns[number], spread[number] = own[k], own_std[k]
         condition = max(condition, fit.condition())
-        estimated = sum(len(law.free_nonlinear) for law in fit.laws) + fit.matrix.shape[1]
+        estimated = sum(len(law.free_nonlinear) + len(law.chosen) for law in fit.laws) + fit.matrix.shape[1]
         dof += len(fit.rows) - fit.basis.shape[1] - estimated
         chi2 += float(fit.residual @ fit.residual)
-        scaled = scaled or any(fit.noise[law.joint] is None for law in fit.laws)
-        joints += [_joint_fit(fit, law) for law in fit.laws]
+        scaled = scaled or not fit.noise_known.all()
+        joints += [_joint_fit(fit, joint) for joint in fit.joints]
+    values = {name: value for _, fit in groups for name, value in fit.values().items()}
     return FrictionFit(
         joints=tuple(sorted(joints, key=lambda joint_fit: joint_fit.joint)),
         rows=rows,
@@ -170,22 +192,35 @@ def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]]) -> Fricti
         reduced_chi2=None if scaled or dof <= 0 else chi2 / dof,
         condition=condition,
         scaled=scaled,
+        placed=tuple(_valued(effect, values) for effect in placed),
+        parts=tuple(fit for _, fit in groups),
     )
 
 
-def _joint_fit(fit: PartFit, law: FrictionLaw) -> JointFrictionFit:
-    free, covariance = fit.covariance(law)
-    speed = np.abs(fit.rows.velocity[fit.rows_of_joint[law.joint]])
-    of_joint = fit.rows_of_joint[law.joint]
-    parameters = tuple(_parameter(fit, law, spec, free, covariance) for spec in law.placed.effect.parameters)
+def _valued(placed: PlacedEffect, values: dict[str, float]) -> PlacedEffect:
+    """Return an effect with what was found of it."""
+    own = {spec.symbol: placed.parameter_name(spec.symbol) for spec in placed.effect.parameters}
+    found = {symbol: values[name] for symbol, name in own.items() if name in values}
+    return replace(placed, values={**placed.values, **found})
+
+
+def _joint_fit(fit: PartFit, joint: int) -> JointFrictionFit:
+    free, covariance = fit.covariance(joint)
+    of_joint = fit.rows_of_joint[joint]
+    speed = np.abs(fit.rows.velocity[of_joint])
+    parameters = tuple(
+        _parameter(fit, law, spec, free, covariance)
+        for law in fit.laws
+        if law.joint == joint
+        for spec in law.placed.effect.parameters
+    )
+    known = fit.noise_known[of_joint].all()
     return JointFrictionFit(
-        joint=law.joint,
+        joint=joint,
         parameters=parameters,
         free=tuple(free),
         covariance=covariance,
-        detected=dict(law.detected),
-        verdict=dict(law.verdict),
-        noise=fit.noise[law.joint],
+        noise=float(np.sqrt(np.mean(fit.sigma[of_joint] ** 2))) if known else None,
         n_rows=int(of_joint.sum()),
         n_speeds=int(np.unique(fit.rows.piece[of_joint]).size),
         lowest=float(speed.min()),
@@ -194,45 +229,45 @@ def _joint_fit(fit: PartFit, law: FrictionLaw) -> JointFrictionFit:
 
 
 def _parameter(
-    fit: PartFit, law: FrictionLaw, spec: ParameterSpec, free: list[str], covariance: Floats
+    fit: PartFit, law: DriveLaw, spec: ParameterSpec, free: list[str], covariance: Floats
 ) -> FrictionParameter:
     name = law.placed.parameter_name(spec.symbol)
     effect = law.placed.effect.name
-    unmeasured = [symbol for symbol, shapes in law.placed.effect.optional.items()
-              if spec.symbol in (symbol, *shapes) and symbol not in law.amplitudes]  # fmt: skip
-    if unmeasured:
-        why = f"{unmeasured[0]} friction is not detected: {law.verdict.get(unmeasured[0], '')}"
-        return FrictionParameter(name, effect, law.joint, spec, None, None, None, False, False, why)
-    shape = spec.role is ParameterRole.NONLINEAR
-    value = law.shape[spec.symbol] if shape else fit.amplitude[law.joint, spec.symbol]
-    if spec.symbol not in free:
-        why = "" if law.held(spec.symbol) else "these data do not identify it; the usual value is taken"
-        return FrictionParameter(name, effect, law.joint, spec, value, None, None, True, False, why)
-    k = free.index(spec.symbol)
+    value = law.shape[spec.symbol] if spec.role is ParameterRole.NONLINEAR else fit.amplitude[name]
+    if name not in free:
+        why = "" if law.held(spec.symbol) or spec.symbol in law.chosen else NOT_IDENTIFIED
+        held = spec.symbol not in law.chosen
+        return FrictionParameter(name, effect, law.joint, spec, value, None, None, held, False, why)
+    k = free.index(name)
     std = float(np.sqrt(covariance[k, k]))
     interval = (max(value - NORMAL_95 * std, spec.lower), min(value + NORMAL_95 * std, spec.upper))
     at_bound = value <= spec.lower or value >= spec.upper
     return FrictionParameter(name, effect, law.joint, spec, value, std, interval, False, at_bound)
 
 
-def friction_curve(joint_fit: JointFrictionFit, placed: PlacedEffect, speed: Floats) -> tuple[Floats, Floats]:
-    """Return (n,) friction and its standard uncertainty at velocities (n,), N·m, as fitted."""
+def friction_curve(
+    joint_fit: JointFrictionFit, placed: tuple[PlacedEffect, ...], speed: Floats
+) -> tuple[Floats, Floats]:
+    """Return (n,) friction and its standard uncertainty at velocities (n,), N·m, of laws of velocity alone."""
     values = joint_fit.values()
-    shape = placed.shape() | {s: values[s] for s in placed.shape() if s in values}
-    columns = placed.effect.torque_columns(speed, shape)
-    torque = np.asarray(sum(values.get(symbol, 0.0) * column for symbol, column in columns.items()))
-    slopes = []
-    for symbol in joint_fit.free:
-        if symbol in columns:
-            slopes.append(columns[symbol])
-            continue
-        small = 1e-4 * shape[symbol]
-        ends = [
-            placed.effect.torque_columns(speed, shape | {symbol: shape[symbol] + direction * small})
-            for direction in (1, -1)
-        ]
-        slope = sum(values.get(s, 0.0) * (ends[0][s] - ends[1][s]) / (2.0 * small) for s in columns)
-        slopes.append(np.asarray(slope))
-    matrix = np.stack(slopes, axis=1) if slopes else np.zeros((speed.size, 0))
+    torque, slopes = np.zeros(speed.size), {name: np.zeros(speed.size) for name in joint_fit.free}
+    for law in placed:
+        full = {symbol: law.parameter_name(symbol) for symbol in (spec.symbol for spec in law.effect.parameters)}
+        shape = law.shape() | {symbol: values[full[symbol]] for symbol in law.shape() if full[symbol] in values}
+        columns = law.effect.torque_columns(speed, shape)
+        for symbol, column in columns.items():
+            torque += values.get(full[symbol], 0.0) * column
+            if full[symbol] in slopes:
+                slopes[full[symbol]] = column
+        for symbol in shape:
+            if columns and full[symbol] in slopes:
+                small = 1e-4 * shape[symbol]
+                ends = [
+                    law.effect.torque_columns(speed, shape | {symbol: shape[symbol] + way * small}) for way in (1, -1)
+                ]
+                slopes[full[symbol]] = np.asarray(
+                    sum(values.get(full[s], 0.0) * (ends[0][s] - ends[1][s]) / (2.0 * small) for s in columns)
+                )
+    matrix = np.stack(list(slopes.values()), axis=1) if slopes else np.zeros((speed.size, 0))
     variance = np.einsum("ni,ij,nj->n", matrix, joint_fit.covariance, matrix)
     return torque, np.sqrt(np.maximum(variance, 0.0))

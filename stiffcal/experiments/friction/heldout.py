@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.experiments.friction.fitting import fit_friction
-from stiffcal.experiments.friction.rows import FrictionRows, felt_columns, together
+from stiffcal.experiments.friction.fitting import FrictionFit, fit_friction
+from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind, together
+from stiffcal.experiments.friction.solving import PartFit, initial_law
+from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
 
 # Two unknowns of a straight line and one to spare.
@@ -27,7 +29,12 @@ class HeldoutFriction:
 
 
 def heldout_friction(
-    rows: FrictionRows, placed: tuple[PlacedEffect, ...], fixed: frozenset[str], holdout: Booleans
+    rows: FrictionRows,
+    chain: Chain,
+    placed: tuple[PlacedEffect, ...],
+    fit: FrictionFit,
+    fixed: frozenset[str],
+    holdout: Booleans,
 ) -> HeldoutFriction:
     """Leave each speed, or each second of other motion, out in turn; rows held out by the fit of all others.
 
@@ -37,7 +44,8 @@ def heldout_friction(
     Parameters
     ----------
     rows : equations, those held out among them. holdout : (k,) True for those.
-    placed, fixed : as for the fit.
+    placed, chain, fixed : as for the fit.
+    fit : of all rows that are not held out.
     """
     residual = np.full(len(rows), np.nan)
     for group in together(rows):
@@ -46,12 +54,12 @@ def heldout_friction(
         if pieces.size >= LEAST_PIECES:
             for piece in pieces:
                 out = fitted[rows.piece[fitted] == piece]
-                residual[out] = _heldout_residual(rows, np.setdiff1d(fitted, out), out, placed, fixed)
+                residual[out] = _heldout_residual(rows, np.setdiff1d(fitted, out), out, (placed, chain, fit, fixed))
         kept_out = np.flatnonzero(group & holdout)
         for piece in np.unique(rows.piece[kept_out]):
             if fitted.size:
                 out = kept_out[rows.piece[kept_out] == piece]
-                residual[out] = _heldout_residual(rows, fitted, out, placed, fixed)
+                residual[out] = _heldout_residual(rows, fitted, out, (placed, chain, fit, fixed))
     if not np.isfinite(residual).any():
         return HeldoutFriction("none", residual)
     kinds = ["each speed"] if rows.steady.any() else []
@@ -63,30 +71,38 @@ def _heldout_residual(
     rows: FrictionRows,
     fitted_rows: NDArray[np.int64],
     out: NDArray[np.int64],
-    placed: tuple[PlacedEffect, ...],
-    fixed: frozenset[str],
+    model: tuple[tuple[PlacedEffect, ...], Chain, FrictionFit, frozenset[str]],
 ) -> Floats:
+    """Return (o,) residuals of rows left out; a constant that only they feel is estimated on them."""
+    placed, chain, whole, fixed = model
     joints = set(rows.joint[fitted_rows].tolist())
     effects = tuple(placed_effect for placed_effect in placed if placed_effect.place.joints[0] in joints)
     in_use = np.zeros(len(rows), dtype=np.bool_)
     in_use[fitted_rows] = True
-    fit = fit_friction(rows.select(in_use), effects, fixed)
-    friction = np.full(out.size, np.nan)
-    values = {placed_effect.joint: placed_effect.values() for placed_effect in fit.joints}
-    for placed_effect in effects:
-        joint = placed_effect.place.joints[0]
-        of_joint = rows.joint[out] == joint
-        shape = placed_effect.shape() | {
-            symbol: values[joint][symbol] for symbol in placed_effect.shape() if symbol in values[joint]
-        }
-        columns = placed_effect.effect.torque_columns(rows.velocity[out][of_joint], shape)
-        friction[of_joint] = sum(values[joint].get(symbol, 0.0) * column for symbol, column in columns.items())
-    residual = np.asarray(rows.torque[out] - friction)
-    steady = rows.steady[out]
-    if steady.any():
-        n = int(steady.sum())
-        residual[steady] = (residual[steady] - residual[steady].mean()) * (np.sqrt(n / (n - 1.0)) if n > 1 else np.nan)
-    if not steady.all():
-        felt = felt_columns(rows.nuisance[in_use])
-        residual[~steady] -= rows.nuisance[np.ix_(out[~steady], felt)] @ fit.unknowns
-    return residual
+    used = rows.select(in_use)
+    fit = fit_friction(used, effects, chain, fixed, whole)
+    values = {name: value for part in fit.parts for name, value in part.values().items()}
+    left = rows.select(out)
+    laws = [initial_law(effect, fixed) for effect in fit.placed if effect.place.joints[0] in left.joint]
+    for law in laws:
+        law.shape |= {s: values[law.placed.parameter_name(s)] for s in law.shape}
+    bare = PartFit(left, laws, chain)
+    residual = left.torque.copy()
+    for law in laws:
+        for symbol, column in bare.columns(law.placed, law.shape).items():
+            residual -= values[law.placed.parameter_name(symbol)] * column
+    residual[~np.isin(left.joint, list(joints))] = np.nan
+    known = dict(zip(used.unknown, fit.unknowns, strict=True))
+    own = []
+    for k, unknown in enumerate(bare.rows.unknown):
+        if unknown in known:
+            residual -= bare.rows.nuisance[:, k] * known[unknown]
+        elif unknown.kind is UnknownKind.STRETCH:
+            own.append(k)
+    for k in own:
+        felt = bare.rows.nuisance[:, k] != 0.0
+        n = int(felt.sum())
+        weight = 1.0 / bare.sigma[felt] ** 2
+        residual[felt] -= float(np.sum(weight * residual[felt]) / weight.sum())
+        residual[felt] *= np.sqrt(n / (n - 1.0)) if n > 1 else np.nan
+    return np.asarray(residual)

@@ -13,7 +13,6 @@ from stiffcal.experiments.presentation import (
     Column,
     Digits,
     Interval,
-    Joints,
     Listing,
     Overview,
     Page,
@@ -30,6 +29,8 @@ from stiffcal.uncertainty import NORMAL_95
 _TITLE = "Friction of the drives"
 _PER_PICTURE = 3
 _SYMBOLS = ("coulomb", "viscous", "stribeck", "velocity", "exponent")
+# The effects whose symbols these are; those of others stand in a table of their own.
+_TABLED = ("joint-friction", "stribeck")
 
 
 def friction_overview(section: FrictionSection, identified: IdentifiedModel) -> Overview:
@@ -43,30 +44,37 @@ def friction_overview(section: FrictionSection, identified: IdentifiedModel) -> 
     friction_parameters = [
         parameter for parameter in identified.parameters if parameter.effect in laws and _joint_of(parameter) in joints
     ]
-    by_name = {
-        (_joint_of(parameter), parameter.name.rsplit(".", 1)[-1]): parameter for parameter in friction_parameters
-    }
+    by_name = {(_joint_of(parameter), _symbol_of(parameter)): parameter for parameter in friction_parameters}
     rows: list[tuple[Words, ...]] = []
     stribeck_rows: list[tuple[Words, ...]] = []
-    without: dict[str, list[int]] = {}
+    more_rows: list[tuple[Words, ...]] = []
     for joint in section.joints:
         number, name = joint.joint, f"joint {joint.joint} ({joint.name})"
         speeds: Words = (Digits(joint.lowest_speed), " … ", Digits(joint.highest_speed))
         cells = {symbol: _value_cell(by_name.get((number, symbol))) for symbol in _SYMBOLS}
         rows.append(((name,), cells["coulomb"], cells["viscous"], speeds, (Digits(joint.rms),)))
-        for symbol, term in joint.optional.items():
-            if term.seen:
-                stribeck_rows.append(((name,), cells["stribeck"], cells["velocity"], cells["exponent"]))
-            else:
-                without.setdefault(f"{symbol} friction is not detected: {term.why}", []).append(number)
+        if (stribeck := by_name.get((number, "stribeck"))) is not None and stribeck.value is not None:
+            stribeck_rows.append(((name,), cells["stribeck"], cells["velocity"], cells["exponent"]))
+        more_rows += [
+            (
+                (name,),
+                (parameter.effect,),
+                (parameter.name.rsplit(".", 1)[-1],),
+                _value_cell(parameter),
+                (parameter.unit,),
+            )
+            for parameter in friction_parameters
+            if _joint_of(parameter) == number and parameter.effect not in _TABLED
+        ]
     parameters = frozenset(parameter.name for parameter in friction_parameters)
     if not rows:
         return Overview((), parameters)
     blocks: list[Sentence | Table] = [Table(_OVERVIEW_COLUMNS, tuple(rows))]
     if stribeck_rows:
         blocks.append(Table(_STRIBECK_COLUMNS, tuple(stribeck_rows)))
+    if more_rows:
+        blocks.append(Table(_MORE_COLUMNS, tuple(more_rows)))
     blocks += [_bearing_sentence(bearing) for bearing in section.bearings or ()]
-    blocks += [Sentence((Joints(tuple(numbers)), f": {words}"), "not-identified") for words, numbers in without.items()]
     return Overview(tuple(blocks), parameters)
 
 
@@ -83,10 +91,21 @@ _STRIBECK_COLUMNS = (
     Column("velocity", "rad/s"),
     Column("exponent"),
 )
+_MORE_COLUMNS = (
+    Column("in addition", numbers=False),
+    Column("effect", numbers=False),
+    Column("parameter", numbers=False),
+    Column("value"),
+    Column("unit", numbers=False),
+)
 
 
 def _joint_of(parameter: IdentifiedParameter) -> int:
     return (parameter.where.joints or [0])[0]
+
+
+def _symbol_of(parameter: IdentifiedParameter) -> str:
+    return parameter.name.rsplit(".", 1)[-1]
 
 
 def _value_cell(parameter: IdentifiedParameter | None) -> Words:
@@ -185,7 +204,7 @@ def _parameters(section: FrictionSection, identified: IdentifiedModel) -> frozen
 def _law_words(curves: tuple[FrictionCurve, ...]) -> str:
     text = (
         "Friction torque at a velocity ω, at the joint's side of the gear: (coulomb + stribeck · exp(−|ω / velocity|^"
-        "exponent)) · sign ω + viscous · ω (paper 004, eq. 1). "
+        "exponent)) · sign ω + viscous · ω (paper 004, eq. 1), stribeck where the model holds it. "
     )
     if any(curve.steady for curve in curves):
         text += (

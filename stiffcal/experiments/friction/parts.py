@@ -17,14 +17,13 @@ from stiffcal.experiments.friction.documents import (
     fit_table,
     friction_warnings,
     gaps,
-    heldout_gap,
     identified_friction_parameter,
     joint_friction,
     noise_of_fit,
     rms_of,
     unknown_parameters,
 )
-from stiffcal.experiments.friction.reduction import FREE_MOTION, FRICTION
+from stiffcal.experiments.friction.reduction import FREE_MOTION, FRICTION, FRICTION_SAMPLES
 from stiffcal.experiments.friction.results import FrictionSection
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
@@ -65,7 +64,7 @@ def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
     if rows is None or not usable:
         return _nothing_identified(data, placed)
     fixed = _fixed(data)
-    fit = fit_friction(rows.select(~_heldout_runs(data, rows)), placed, fixed)
+    fit = fit_friction(rows.select(~_heldout_runs(data, rows)), placed, data.campaign.chain, fixed)
     return _part(data, fit, placed)
 
 
@@ -79,11 +78,13 @@ def friction_readings(data: MeasuredRuns) -> tuple[SteadyReadings | None, FreeMo
 def friction_rows(data: MeasuredRuns) -> FrictionRows | None:
     """Return the equations of all friction runs, None where no reading is used."""
     from stiffcal.experiments.friction.rows import motion_rows, stacked_rows, steady_rows
+    from stiffcal.experiments.friction.samples import samples_from_table
 
-    steady, motion = friction_readings(data)
+    motion = friction_readings(data)[1]
+    samples = data.read(FRICTION_SAMPLES, samples_from_table)
     tables = []
-    if steady is not None and steady.used.any():
-        tables.append(steady_rows(steady))
+    if samples is not None and len(samples):
+        tables.append(steady_rows(samples))
     if motion is not None and motion.one_way.any():
         tables.append(motion_rows(motion, data.campaign.chain))
     return stacked_rows(tables) if tables else None
@@ -102,8 +103,9 @@ def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
     from stiffcal.experiments.friction.fitting import fit_friction
 
     fixed, held_out = _fixed(data), _heldout_runs(data, rows)
-    heldout = heldout_friction(rows, placed, fixed, held_out)
-    fit = fit_friction(rows.select(~held_out), placed, fixed)
+    chain = data.campaign.chain
+    fit = fit_friction(rows.select(~held_out), placed, chain, fixed)
+    heldout = heldout_friction(rows, chain, placed, fit, fixed, held_out)
     warnings = []
     residual = heldout.residual
     if heldout.scheme == "none":
@@ -194,35 +196,28 @@ def _lack_of_fit(fit: FrictionFit) -> VarianceRatio | None:
 def _part(data: MeasuredRuns, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
     """Return the part of a fit."""
     by_joint = {joint_result.joint: joint_result for joint_result in fit.joints}
+    found = {parameter.name: parameter for joint_result in fit.joints for parameter in joint_result.parameters}
     parameters: list[IdentifiedParameter] = []
     for placed_effect in placed:
-        joint_fit = by_joint.get(placed_effect.place.joints[0])
-        parameters += (
-            unknown_parameters(placed_effect)
-            if joint_fit is None
-            else [identified_friction_parameter(parameter) for parameter in joint_fit.parameters]
-        )
+        names = [placed_effect.parameter_name(spec.symbol) for spec in placed_effect.effect.parameters]
+        if placed_effect.place.joints[0] not in by_joint:
+            parameters += unknown_parameters(placed_effect)
+        else:
+            parameters += [identified_friction_parameter(found[name]) for name in names]
     section = FrictionSection(
         effects=[effect.type for effect in effects_in_model(placed)],
         joints=[joint_friction(data, fit, joint_result, placed) for joint_result in fit.joints],
         lack_of_fit=_lack_of_fit(fit),
         bearings=bearing_frictions(fit),
     )
-    effect_of_joint = {placed_effect.place.joints[0]: placed_effect for placed_effect in placed}
-    free = [
-        effect_of_joint[joint_result.joint].parameter_name(symbol)
-        for joint_result in fit.joints
-        for symbol in joint_result.free
-    ]
+    free = [name for joint_result in fit.joints for name in joint_result.free]
     covariance = np.zeros((len(free), len(free)))
     done = 0
     for one_joint in fit.joints:
         span = slice(done, done + len(one_joint.free))
         covariance[span, span] = one_joint.covariance
         done = span.stop
-    unidentified = gaps(data, friction_readings(data)[0], placed, set(by_joint)) + [
-        heldout_gap(joint_result) for joint_result in fit.joints if not all(joint_result.detected.values())
-    ]
+    unidentified = gaps(data, friction_readings(data)[0], placed, set(by_joint))
     return ExperimentFit(
         name="friction",
         section=section,
@@ -231,7 +226,7 @@ def _part(data: MeasuredRuns, fit: FrictionFit, placed: tuple[PlacedEffect, ...]
         effects=effects_in_model(placed),
         rms={"torque": rms_of(fit.residual)},
         noise=noise_of_fit(fit),
-        noise_source="repeats" if any(joint_result.noise is not None for joint_result in fit.joints) else "none",
+        noise_source="neighbours" if any(joint_result.noise is not None for joint_result in fit.joints) else "none",
         n_runs=len(set(fit.rows.run.tolist())),
         n_readings=len(fit.rows),
         reduced_chi2=fit.reduced_chi2,

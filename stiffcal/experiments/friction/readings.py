@@ -138,13 +138,13 @@ def steady_table(readings: SteadyReadings, joint_names: tuple[str, ...]) -> pa.T
         "set_aside": pa.array(readings.set_aside.tolist(), pa.string()),
         "set_aside_code": pa.array(readings.set_aside_code.tolist(), pa.string()),
     }
-    return _with_runs(pa.table(columns), readings.runs, joint_names, STEADY)
+    return with_runs(pa.table(columns), readings.runs, joint_names, STEADY)
 
 
 def steady_from_table(table: pa.Table) -> SteadyReadings:
     """Return the passes of a table that `steady_table` made; ValueError where it is of another kind."""
-    runs, joints = _runs_of(table, STEADY)
-    column = partial(_column, table)
+    runs, joints = runs_of(table, STEADY)
+    column = partial(column_of, table)
     number = {run.name: k for k, run in enumerate(runs)}
     return SteadyReadings(
         runs=runs,
@@ -183,32 +183,37 @@ def motion_table(motion: FreeMotion, joint_names: tuple[str, ...]) -> pa.Table:
     for name, ending in _MOTION.items():
         columns |= {f"{joint}_{ending}": getattr(motion, name)[:, k] for k, joint in enumerate(joint_names)}
     columns |= {f"{joint}_one_way": motion.one_way[:, k] for k, joint in enumerate(joint_names)}
-    return _with_runs(pa.table(columns), motion.runs, joint_names, MOTION)
+    return with_runs(pa.table(columns), motion.runs, joint_names, MOTION)
 
 
 def motion_from_table(table: pa.Table) -> FreeMotion:
     """Return the samples of a table that `motion_table` made; ValueError where it is of another kind."""
-    runs, joints = _runs_of(table, MOTION)
+    runs, joints = runs_of(table, MOTION)
     number = {run.name: k for k, run in enumerate(runs)}
 
     def block(ending: str) -> Floats:
-        return np.stack([_column(table, f"{joint}_{ending}") for joint in joints], axis=1)
+        return np.stack([column_of(table, f"{joint}_{ending}") for joint in joints], axis=1)
 
     return FreeMotion(
         runs=runs,
         run=np.array([number[name] for name in table.column("run").to_pylist()], dtype=np.int64),
-        time=_column(table, "time_s"),
+        time=column_of(table, "time_s"),
         **{name: block(ending) for name, ending in _MOTION.items()},
         one_way=block("one_way").astype(np.bool_),
     )
 
 
-def _column(table: pa.Table, name: str) -> Floats:
+def column_of(table: pa.Table, name: str) -> Floats:
+    """Return a column of numbers."""
     return np.asarray(table.column(name).to_numpy(), dtype=np.float64)
 
 
-def _with_runs(table: pa.Table, runs: Sequence[RunInfo], joint_names: tuple[str, ...], schema: str) -> pa.Table:
+def with_runs(
+    table: pa.Table, runs: Sequence[RunInfo], joint_names: tuple[str, ...], schema: str, **more: object
+) -> pa.Table:
+    """Return a table that names its schema, its runs and joints, and ``more``, in its metadata."""
     document = {
+        **more,
         "schema": schema,
         "joints": list(joint_names),
         "runs": [
@@ -219,7 +224,8 @@ def _with_runs(table: pa.Table, runs: Sequence[RunInfo], joint_names: tuple[str,
     return table.replace_schema_metadata({_KEY: json.dumps(document)})
 
 
-def _runs_of(table: pa.Table, schema: str) -> tuple[tuple[RunInfo, ...], list[str]]:
+def runs_of(table: pa.Table, schema: str) -> tuple[tuple[RunInfo, ...], list[str]]:
+    """Return the runs and joints of a table; ValueError where it is of another schema."""
     document = json.loads((table.schema.metadata or {}).get(_KEY, b"{}"))
     if document.get("schema") != schema:
         raise ValueError(f"this table is not {schema}; ingest again")

@@ -11,6 +11,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
 from stiffcal.experiments.friction.readings import motion_table, steady_table
 from stiffcal.experiments.friction.runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
+from stiffcal.experiments.friction.samples import samples_table
 from stiffcal.experiments.reduction import RunsReduction
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
@@ -19,7 +20,7 @@ from stiffcal.store.provenance import IngestSettings
 if TYPE_CHECKING:
     import pyarrow as pa
 
-FRICTION, FREE_MOTION = "friction", "free_motion"
+FRICTION, FREE_MOTION, FRICTION_SAMPLES = "friction", "free_motion", "friction_samples"
 
 
 class FrictionRunsReduction(RunsReduction):
@@ -45,11 +46,13 @@ class FrictionRunsReduction(RunsReduction):
         self.entries += [_entry(run, self._friction) for run in self._runs]
 
     def tables(self, settings: IngestSettings) -> dict[str, pa.Table]:
-        """Return passes, and samples of other motion."""
+        """Return passes, samples within them, and samples of other motion."""
         tables: dict[str, pa.Table] = {}
         names = self.campaign.chain.joint_names
         if self._friction is not None and self._friction.steady is not None:
             tables[FRICTION] = steady_table(self._friction.steady, names)
+        if self._friction is not None and self._friction.samples is not None:
+            tables[FRICTION_SAMPLES] = samples_table(self._friction.samples, names)
         if self._friction is not None and self._friction.motion is not None:
             tables[FREE_MOTION] = motion_table(self._friction.motion, names)
         return tables

@@ -10,14 +10,6 @@ from stiffcal.measurements.rms import VarianceRatio
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OptionalTerm:
-    """Whether a term of the law that need not be there is identified."""
-
-    seen: bool
-    why: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class BetweenDirections:
     """What both directions share: weight, the torque's zero, friction that differs by direction."""
 
@@ -48,6 +40,7 @@ class SymbolCovariance:
     """Covariance of the estimated parameters."""
 
     symbols: list[str]
+    """Full names of the parameters."""
     matrix: Matrix
     """Square, in the order of `symbols`."""
 
@@ -70,9 +63,7 @@ class JointFrictionResult:
     rms: float
     """Of what the law leaves, N·m."""
     noise: Number
-    """Scatter of repeats, N·m."""
-    optional: dict[str, OptionalTerm]
-    """By the symbol of the term."""
+    """Of the means over bins, from the scatter of neighbouring samples, N·m; null where these do not show it."""
     between_directions: BetweenDirections | None
     curve: FittedCurve
     covariance: SymbolCovariance

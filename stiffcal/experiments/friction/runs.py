@@ -13,6 +13,7 @@ from stiffcal.errors import InputError
 from stiffcal.experiments.friction.clocks import torque_clock
 from stiffcal.experiments.friction.free_motion import free_motion
 from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings, stacked_motion
+from stiffcal.experiments.friction.samples import PassSamples, pass_samples
 from stiffcal.experiments.friction.steady import JointLog, JointPass, angle_noise, readings_of, steady_passes
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import RunInfo
@@ -48,6 +49,8 @@ class FrictionRun:
     """(n, J) N·m."""
     velocity: Floats | None
     """(n, J) rad/s as logged, or None."""
+    temperature: Floats | None = None
+    """(n,) K, the first logged one; None where none is logged, or on a clock that nothing ties to the angles'."""
     clocks: Mapping[str, SourceClockOffset] = field(default_factory=dict)
     """Source to how much its clock shows more than the first source's."""
 
@@ -60,6 +63,8 @@ class FrictionReduction:
     """Passes at constant velocity; None where there are none."""
     motion: FreeMotion | None
     """Other motion; None where there is none."""
+    samples: PassSamples | None = None
+    """Within the passes that are used; None where there are none."""
     dropped: Mapping[str, tuple[UnusedStretch, ...]] = field(default_factory=dict)
     """Run to what was not used of it."""
     warnings: tuple[str, ...] = ()
@@ -118,7 +123,20 @@ def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
         )  # fmt: skip
     angle, needed = _evenly(even, time, angle), _evenly(even, time, needed)
     velocity = None if velocity is None else _evenly(even, time, velocity)
-    return FrictionRun(info, run.moved_joint, even, angle, needed, velocity, clocks)
+    warm = _temperature(logs, lead, clocks, even)
+    return FrictionRun(info, run.moved_joint, even, angle, needed, velocity, warm, clocks)
+
+
+def _temperature(
+    logs: Mapping[str, Blocks], lead: str, clocks: Mapping[str, SourceClockOffset], even: Floats
+) -> Floats | None:
+    """Return the first logged temperature at the times of the lead's log, K; None where there is none."""
+    source = _source_of(logs, "temperature")
+    if source is None or (source != lead and (source not in clocks or lead not in clocks)):
+        return None
+    shift = 0.0 if source == lead else (clocks[source].value or 0.0) - (clocks[lead].value or 0.0)
+    blocks = logs[source]
+    return np.asarray(np.interp(even + shift, blocks.time, blocks.mean["temperature"][:, 0]))
 
 
 def _in_common(
@@ -259,7 +277,8 @@ def reduce_friction(runs: Sequence[FrictionRun], chain: Chain) -> FrictionReduct
     steady = _steady(tuple(run.info for run in runs), passes)
     if steady is not None:
         warnings += _one_way_words(steady, chain)
-    return FrictionReduction(steady, stacked_motion(motions) if motions else None, dropped, tuple(warnings))
+    samples = None if steady is None else pass_samples(runs, passes, steady, chain)
+    return FrictionReduction(steady, stacked_motion(motions) if motions else None, samples, dropped, tuple(warnings))
 
 
 def _joints_in_motion(run: FrictionRun, chain: Chain) -> list[int]:

@@ -1,88 +1,109 @@
-"""Solving for friction: amplitudes inside, shapes outside, weight and inertia projected out, optional parts judged."""
+"""Solving for what drives' motion makes: amplitudes inside, shapes outside, weight and inertia projected out."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import InputError
-from stiffcal.experiments.friction.rows import FrictionRows
+from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind
 from stiffcal.fault_codes import FaultCode
+from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import ParameterRole
-from stiffcal.uncertainty import NORMAL_95
+from stiffcal.model.effect import ParameterRole, ParameterSpec
 
 # Singular values below this share of the largest: combinations of inertial numbers that no motion shows.
 RANK = 1e-7
-ROUNDING = 1e-12
-# A pooled variance of repeats with fewer degrees of freedom is worse known than that of the residuals.
-LEAST_REPEATS = 4
 # The weights have settled when no standard deviation changes by more than this share; they gain a digit a round.
 SETTLED, MOST_ROUNDS = 1e-6, 100
+# A shape whose standard uncertainty is more than this share of it is not determined.
+UNDETERMINED = 0.5
 
 
 @dataclass
-class FrictionLaw:
-    """The law of one joint while it is being fitted: which amplitudes and shapes are in, and with which values."""
+class DriveLaw:
+    """One effect of one joint while it is being fitted: its shape, and what of it is free."""
 
     placed: PlacedEffect
     fixed: frozenset[str]
-    amplitudes: list[str]
     shape: dict[str, float]
     free_nonlinear: list[str] = field(default_factory=list)
-    detected: dict[str, bool] = field(default_factory=dict)
-    verdict: dict[str, str] = field(default_factory=dict)
+    """Symbols of the continuous shape parameters that are estimated."""
+    chosen: list[str] = field(default_factory=list)
+    """Symbols of the discrete ones, chosen among the values of a grid."""
+    bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Symbol of each free shape parameter to how far it may go."""
 
     @property
     def joint(self) -> int:
         """The joint's number, from 1."""
         return self.placed.place.joints[0]
 
+    @property
+    def amplitudes(self) -> list[str]:
+        """Symbols of the amplitudes."""
+        return [spec.symbol for spec in self.placed.specs(ParameterRole.AMPLITUDE)]
+
     def held(self, symbol: str) -> bool:
         """Return whether the model file holds a parameter at its value."""
         return self.placed.parameter_name(symbol) in self.fixed
 
-    def columns(self, velocity: Floats, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
-        """Return symbol to (n,) torque per unit, at velocities (n,) and the present shape or another."""
-        return self.placed.effect.torque_columns(velocity, self.shape if shape is None else shape)
 
-
-def initial_friction_law(placed: PlacedEffect, fixed: frozenset[str]) -> FrictionLaw:
-    """Begin without the optional parts, but for those that the model file gives."""
-    optional = placed.effect.optional
-    amplitudes = [spec.symbol for spec in placed.specs(ParameterRole.AMPLITUDE)]
-    initial = [s for s in amplitudes if s not in optional or placed.parameter_name(s) in fixed]
-    return FrictionLaw(placed, fixed, initial, dict(placed.shape()))
+def initial_law(placed: PlacedEffect, fixed: frozenset[str]) -> DriveLaw:
+    """Begin with the model file's shapes, else usual ones, and all free that is not fixed."""
+    shapes = [spec for spec in placed.specs(ParameterRole.NONLINEAR) if placed.parameter_name(spec.symbol) not in fixed]
+    return DriveLaw(
+        placed,
+        fixed,
+        dict(placed.shape()),
+        [spec.symbol for spec in shapes if not spec.discrete],
+        [spec.symbol for spec in shapes if spec.discrete],
+    )
 
 
 class PartFit:
     """The fit of rows that share unknowns, in whitened form with weight and inertia projected out."""
 
-    def __init__(self, rows: FrictionRows, laws: list[FrictionLaw]) -> None:
-        self.rows, self.laws = rows, laws
-        self.rows_of_joint = {law.joint: rows.joint == law.joint for law in laws}
-        self.noise = {law.joint: _repeat_noise(rows, rows.joint == law.joint) for law in laws}
-        self.sigma = np.ones(len(rows))
+    def __init__(self, rows: FrictionRows, laws: list[DriveLaw], chain: Chain) -> None:
         for law in laws:
-            spread = float(rows.torque[self.rows_of_joint[law.joint]].std()) or 1.0
-            self.sigma[self.rows_of_joint[law.joint]] = self.noise[law.joint] or spread
+            if law.placed.effect.constant_torque:
+                # The constants at each speed would absorb it.
+                rows = rows.without(UnknownKind.STRETCH, law.joint)
+        self.rows, self.laws, self.chain = rows, laws, chain
+        self.joints = sorted({law.joint for law in laws})
+        self.rows_of_joint = {joint: rows.joint == joint for joint in self.joints}
+        self.motion = {joint: rows.motion_of(joint) for joint in self.joints}
+        self._row_of_sample = {joint: rows.row[rows.joint[rows.row] == joint] for joint in self.joints}
+        self._count = np.maximum(np.bincount(rows.row, minlength=len(rows)), 1)
+        self.noise_known = np.isfinite(rows.sigma)
+        spread = np.ones(len(rows))
+        for joint in self.joints:
+            spread[self.rows_of_joint[joint]] = float(rows.torque[self.rows_of_joint[joint]].std()) or 1.0
+        self.sigma = np.where(self.noise_known, rows.sigma, spread)
         self._whiten()
 
-    def run(self) -> PartFit:
-        """Find weights, then the optional parts, then all together."""
+    def run(self, start: Mapping[str, float] | None = None) -> PartFit:
+        """Find weights, then shapes.
+
+        Parameters
+        ----------
+        start : shapes by full name to begin with, of a fit of nearly the same rows; grids are tried where None.
+        """
         self._reweigh()
         for law in self.laws:
-            for symbol in law.placed.effect.optional:
-                if symbol not in law.amplitudes:
-                    self._try(law, symbol)
-        self._refine([law for law in self.laws if law.free_nonlinear])
-        for law in self.laws:
-            self._judge(law)
-        self._refine([law for law in self.laws if law.free_nonlinear])
+            if start is not None:
+                own = {symbol: law.placed.parameter_name(symbol) for symbol in law.shape}
+                law.shape |= {symbol: start[name] for symbol, name in own.items() if name in start}
+                self._set_bounds(law)
+            elif law.free_nonlinear or law.chosen:
+                self._try_shapes(law)
+        self._refine()
+        if start is None:
+            self._hold_undetermined()
         self._reweigh()
         return self
 
@@ -97,60 +118,66 @@ class PartFit:
         return np.asarray(column - self.basis @ (self.basis.T @ column))
 
     def _reweigh(self) -> None:
-        """Weigh the rows by what is left of them, until the weights stand still."""
+        """Weigh rows whose noise is not known by what is left of them, until the weights stand still."""
+        self.solve()
+        if self.noise_known.all():
+            return
         largest = float(np.abs(self.rows.torque).max(initial=0.0))
         for _ in range(MOST_ROUNDS):
-            self.solve()
             before = self.sigma.copy()
-            for law in self.laws:
-                of_joint = self.rows_of_joint[law.joint]
+            for joint in self.joints:
+                of_joint = self.rows_of_joint[joint] & ~self.noise_known
                 for steady in (True, False):
                     chosen = of_joint & (self.rows.steady == steady)
-                    if chosen.any() and not (steady and self.noise[law.joint]):
+                    if chosen.any():
                         residual = self.residual[chosen] * self.sigma[chosen]
                         share = max(1.0 - self._unknowns(chosen) / chosen.sum(), 0.2)
                         self.sigma[chosen] = max(float(np.sqrt(np.mean(residual**2) / share)), 1e-12)
             self._whiten()
+            self.solve()
             # What is left of data without noise is rounding, and never the same.
             if np.all(np.abs(self.sigma - before) <= SETTLED * self.sigma + 1e-9 * largest):
-                break
-        else:
-            joints = ", ".join(str(law.joint) for law in self.laws)
-            raise InputError.at(
-                FaultCode.NO_CONVERGENCE,
-                "campaign.toml", "runs", f"the noise of the friction runs of joint {joints} does not settle",
-                "measure each steady velocity more than once, or leave out runs whose torque follows nothing",
-            )  # fmt: skip
-        self.solve()
+                return
+        joints = ", ".join(str(joint) for joint in self.joints)
+        raise InputError.at(
+            FaultCode.NO_CONVERGENCE,
+            "campaign.toml", "runs", f"the noise of the friction runs of joint {joints} does not settle",
+            "measure each steady velocity more than once, or leave out runs whose torque follows nothing",
+        )  # fmt: skip
 
     def _unknowns(self, chosen: Booleans) -> float:
         """Unknowns that these rows pay for: those other than friction by their leverage, and the amplitudes."""
         return float((self.basis[chosen] ** 2).sum()) + 2.0
 
-    def whitened(self, law: FrictionLaw, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
-        """Return the columns of one joint, whitened and projected, for all rows."""
-        of_joint = self.rows_of_joint[law.joint]
-        whitened_columns = {}
-        for symbol, column in law.columns(self.rows.velocity[of_joint], shape).items():
-            wide = np.zeros(len(self.rows))
-            wide[of_joint] = column / self.sigma[of_joint]
-            whitened_columns[symbol] = self._project_out(wide)
-        return whitened_columns
+    def columns(self, placed: PlacedEffect, shape: Mapping[str, float]) -> dict[str, Floats]:
+        """Return symbol to (k,) torque per unit, averaged over the samples of each row; 0 for other joints' rows."""
+        joint = placed.place.joints[0]
+        per_sample = placed.effect.motion_columns(placed.place, self.chain, self.motion[joint], shape)
+        row, k = self._row_of_sample[joint], len(self.rows)
+        return {
+            symbol: np.asarray(np.bincount(row, weights=column, minlength=k) / self._count)
+            for symbol, column in per_sample.items()
+        }
+
+    def whitened(self, law: DriveLaw, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
+        """Return the columns of one law, whitened and projected, for all rows."""
+        columns = self.columns(law.placed, law.shape if shape is None else shape)
+        return {symbol: self._project_out(column / self.sigma) for symbol, column in columns.items()}
 
     def solve(self) -> Floats:
         """Find all amplitudes at the present shapes; return the whitened residual."""
         from scipy.optimize import lsq_linear
 
         target = self.target.copy()
-        self.names: list[tuple[FrictionLaw, str]] = []
+        self.names: list[tuple[DriveLaw, str]] = []
         columns: list[Floats] = []
-        self.amplitude: dict[tuple[int, str], float] = {}
+        self.amplitude: dict[str, float] = {}
         for law in self.laws:
             column = self.whitened(law)
             for symbol in law.amplitudes:
                 if law.held(symbol):
                     value = law.placed.values[symbol]
-                    self.amplitude[law.joint, symbol] = value
+                    self.amplitude[law.placed.parameter_name(symbol)] = value
                     target = target - value * column[symbol]
                 else:
                     self.names.append((law, symbol))
@@ -159,68 +186,80 @@ class PartFit:
         if columns:
             lower = np.array([law.placed.effect.spec(symbol).lower for law, symbol in self.names])
             upper = np.array([law.placed.effect.spec(symbol).upper for law, symbol in self.names])
-            solution = np.asarray(np.linalg.lstsq(self.matrix, target, rcond=RANK)[0])
+            size = np.linalg.norm(self.matrix, axis=0)
+            scale = np.where(size > 0.0, size, 1.0)
+            solution = np.asarray(np.linalg.lstsq(self.matrix / scale, target, rcond=RANK)[0]) / scale
             if (solution < lower).any() or (solution > upper).any():
-                solution = lsq_linear(self.matrix, target, (lower, upper), tol=1e-12).x
+                solution = lsq_linear(self.matrix / scale, target, (lower * scale, upper * scale), tol=1e-12).x / scale
             for (law, symbol), amplitude in zip(self.names, solution, strict=True):
-                self.amplitude[law.joint, symbol] = float(amplitude)
+                self.amplitude[law.placed.parameter_name(symbol)] = float(amplitude)
             target = target - self.matrix @ solution
         self.residual = target
         return target
 
-    def _try(self, law: FrictionLaw, symbol: str) -> None:
-        """Put an optional part in where some shape of it explains more than chance would."""
-        of_joint = self.rows_of_joint[law.joint]
-        if not (of_joint & self.rows.steady).any():
-            law.detected[symbol] = False
-            law.verdict[symbol] = "not looked for, as no steady velocity was measured"
+    def shapes(self, law: DriveLaw) -> list[dict[str, float]]:
+        """Return the shapes to try: those of the effect's grid that are possible, what the model file holds kept."""
+        effect = law.placed.effect
+        grid = effect.motion_grid(law.placed.place, self.chain, self.rows.motion_of(law.joint, with_travel=True))
+        values = [[law.shape[symbol]] if law.held(symbol) else grid[symbol].tolist() for symbol in grid]
+        shapes = [law.shape | dict(zip(grid, combination, strict=True)) for combination in product(*values)]
+        return [shape for shape in shapes if effect.impossible(shape) is None]
+
+    def _try_shapes(self, law: DriveLaw) -> None:
+        """Take the shape of the effect's grid that leaves least, everything else refitted."""
+        shapes = self.shapes(law)
+        self._set_bounds(law)
+        if not shapes:
             return
-        speed = np.abs(self.rows.velocity[of_joint])
+        others = [column for (owner, _), column in zip(self.names, self.matrix.T, strict=True) if owner is not law]
+        basis = np.linalg.qr(np.stack(others, axis=1))[0] if others else np.zeros((len(self.rows), 0))
+        held = {symbol: law.placed.values[symbol] for symbol in law.amplitudes if law.held(symbol)}
+        own = [symbol for symbol in law.amplitudes if symbol not in held]
+        present = self.whitened(law)
+        target = self.residual + sum(
+            self.amplitude[law.placed.parameter_name(symbol)] * present[symbol] for symbol in law.amplitudes
+        )
+        best, least = shapes[0], np.inf
+        for shape in shapes:
+            columns = self.whitened(law, shape)
+            rest = target - sum(value * columns[symbol] for symbol, value in held.items())
+            rest = rest - basis @ (basis.T @ rest)
+            matrix = np.stack([columns[symbol] - basis @ (basis.T @ columns[symbol]) for symbol in own], axis=1)
+            if not own:
+                left = float(rest @ rest)
+            else:
+                solution = np.linalg.lstsq(matrix, rest, rcond=1e-9)[0]
+                lower = np.array([law.placed.effect.spec(symbol).lower for symbol in own])
+                left = float(np.sum((rest - matrix @ np.maximum(solution, lower)) ** 2))
+            if left < least * (1.0 - 1e-12):
+                best, least = shape, left
+        law.shape = dict(best)
+        self._set_bounds(law)
         self.solve()
-        basis = np.linalg.qr(self.matrix)[0]
-        before = float(self.residual @ self.residual)
-        best, best_shape = 0.0, dict(law.shape)
-        for shape in _grid(law, symbol, speed):
-            column = self.whitened(law, shape)[symbol]
-            column = column - basis @ (basis.T @ column)
-            size = float(column @ column)
-            along = float(column @ self.residual)
-            if size > 1e-9 and along > 0.0 and along**2 / size > best:
-                best, best_shape = along**2 / size, shape
-        law.shape = best_shape
-        own_part = float(self.residual[of_joint] @ self.residual[of_joint])
-        n = self._effective(of_joint)
-        gain = n * np.log(own_part / max(own_part - best, 1e-12 * own_part)) if best > 0.0 else 0.0
-        cost = (1.0 + len(law.placed.effect.optional[symbol])) * np.log(max(n, 2.0))
-        law.detected[symbol] = bool(gain > cost and before > 0.0)
-        law.verdict[symbol] = f"the information criterion falls by {gain:.3g} against a cost of {cost:.3g}"
-        if law.detected[symbol]:
-            law.amplitudes.append(symbol)
-            law.free_nonlinear = [
-                symbol_of_shape
-                for symbol_of_shape in law.placed.effect.optional[symbol]
-                if not law.held(symbol_of_shape)
-            ]
 
-    def _effective(self, of_joint: Booleans) -> float:
-        """Return how many independent readings a joint's rows are worth.
+    def _set_bounds(self, law: DriveLaw) -> None:
+        """Let each shape go as far as its effect's grid reaches, and no further than what is possible."""
+        effect = law.placed.effect
+        grid = effect.motion_grid(law.placed.place, self.chain, self.rows.motion_of(law.joint))
+        for symbol in law.free_nonlinear:
+            spec, value = effect.spec(symbol), law.shape[symbol]
+            values = np.sort(grid.get(symbol, np.array([value])))
+            low, high = _reach(spec, values, value)
+            for first, second in pairwise(values.tolist()):
+                if effect.impossible(law.shape | {symbol: 0.5 * (first + second)}) is not None:
+                    low, high = (max(low, second), high) if second <= value else (low, min(high, first))
+            law.bounds[symbol] = (low, high)
 
-        Each stretch costs one, its mean weight; samples of other motion overlap by half.
-        """
-        steady = of_joint & self.rows.steady
-        n_stretches = np.unique(self.rows.piece[steady]).size
-        return float(steady.sum() - n_stretches + 0.5 * (of_joint & ~self.rows.steady).sum())
-
-    def _refine(self, laws: list[FrictionLaw]) -> None:
+    def _refine(self) -> None:
         """Find the shapes of all that have some, from where they are."""
         from scipy.optimize import least_squares
 
-        where = [(law, symbol) for law in laws for symbol in law.free_nonlinear]
+        where = [(law, symbol) for law in self.laws for symbol in law.free_nonlinear]
         if not where:
+            self.solve()
             return
-        bounds = [np.log(_shape_bounds(law, symbol, np.abs(self.rows.velocity[self.rows_of_joint[law.joint]])))
-                  for law, symbol in where]  # fmt: skip
-        lower, upper = np.array(bounds).T
+        lower, upper = np.log(np.array([law.bounds[symbol] for law, symbol in where])).T
+        upper = np.maximum(upper, lower + 1e-9)
 
         def at(logs: Floats) -> Floats:
             for (law, symbol), value in zip(where, logs, strict=True):
@@ -228,7 +267,8 @@ class PartFit:
             return self.solve()
 
         start = np.array([np.log(law.shape[symbol]) for law, symbol in where])
-        solution = least_squares(at, np.clip(start, lower + 1e-6, upper - 1e-6), bounds=(lower, upper), xtol=1e-8)
+        inside = 1e-3 * (upper - lower)
+        solution = least_squares(at, np.clip(start, lower + inside, upper - inside), bounds=(lower, upper), xtol=1e-8)
         if solution.status <= 0:
             names = ", ".join(law.placed.parameter_name(symbol) for law, symbol in where)
             raise InputError.at(
@@ -237,34 +277,27 @@ class PartFit:
             )  # fmt: skip
         at(solution.x)
 
-    def _judge(self, law: FrictionLaw) -> None:
-        """Take an optional part out again where its interval holds zero; hold shapes that nothing determines."""
-        for symbol, shapes in law.placed.effect.optional.items():
-            if not law.detected.get(symbol):
-                continue
-            free, covariance = self.covariance(law)
-            for shape in reversed(shapes):
-                if shape in free:
-                    std = float(np.sqrt(covariance[free.index(shape), free.index(shape)]))
-                    spec = law.placed.effect.spec(shape)
-                    if std > 0.5 * law.shape[shape] and shape != shapes[0]:
-                        law.free_nonlinear.remove(shape)
-                        law.shape = law.shape | {shape: spec.typical}
-                        self._refine([law])
-                        free, covariance = self.covariance(law)
-            value = self.amplitude[law.joint, symbol]
-            std = float(np.sqrt(covariance[free.index(symbol), free.index(symbol)]))
-            if not value - NORMAL_95 * std > 0.0:
-                law.detected[symbol] = False
-                law.verdict[symbol] += f", but its 95 % interval ({value:.3g} ± {NORMAL_95 * std:.2g} N·m) holds zero"
-                law.amplitudes.remove(symbol)
-                law.free_nonlinear = [shape_symbol for shape_symbol in law.free_nonlinear if shape_symbol not in shapes]
-                self.solve()
+    def _hold_undetermined(self) -> None:
+        """Hold shapes that nothing determines at their usual values, but for the first of each law."""
+        changed = False
+        for joint in self.joints:
+            free, covariance = self.covariance(joint)
+            for law in (law for law in self.laws if law.joint == joint):
+                for symbol in law.free_nonlinear[:0:-1]:
+                    k = free.index(law.placed.parameter_name(symbol))
+                    if np.sqrt(covariance[k, k]) > UNDETERMINED * law.shape[symbol]:
+                        law.free_nonlinear.remove(symbol)
+                        law.shape = law.shape | {symbol: law.placed.effect.spec(symbol).typical}
+                        changed = True
+                        break
+        if changed:
+            self._refine()
+            self._hold_undetermined()
 
-    def covariance(self, law: FrictionLaw) -> tuple[list[str], Floats]:
-        """Return the free symbols of a joint and their covariance: amplitudes, then shapes."""
-        names, matrix = self._jacobian()
-        inverse = np.linalg.pinv(matrix.T @ matrix, rcond=1e-13)
+    def covariance(self, joint: int) -> tuple[list[str], Floats]:
+        """Return the full names of a joint's free parameters and their covariance: amplitudes, then shapes."""
+        names, matrix = self.jacobian()
+        inverse = _inverse_normal(matrix)
         whole = inverse
         moving = ~self.rows.steady
         if moving.any():  # neighbouring samples err alike: by whole pieces of motion (White 1980, in clusters)
@@ -274,19 +307,22 @@ class PartFit:
             robust = inverse @ (scores.T @ scores) @ inverse * len(scores) / max(len(scores) - 1, 1)
             larger = np.sqrt(np.maximum(np.diagonal(robust) / np.diagonal(inverse), 1.0))
             whole = inverse * larger[:, None] * larger[None, :]
-        columns_of_law = [k for k, (owner, _) in enumerate(names) if owner is law]
-        return [names[k][1] for k in columns_of_law], np.asarray(
-            whole[np.ix_(columns_of_law, columns_of_law)], dtype=np.float64
-        )
+        chosen = [k for k, (owner, _) in enumerate(names) if owner.joint == joint]
+        full = [names[k][0].placed.parameter_name(names[k][1]) for k in chosen]
+        return full, np.asarray(whole[np.ix_(chosen, chosen)], dtype=np.float64)
 
     def friction(self) -> Floats:
-        """Return (k,) N·m, the friction of every row as fitted."""
+        """Return (k,) N·m, what the laws make of every row as fitted."""
         torque = np.zeros(len(self.rows))
         for law in self.laws:
-            of_joint = self.rows_of_joint[law.joint]
-            columns = law.columns(self.rows.velocity[of_joint])
-            torque[of_joint] = sum(self.amplitude[law.joint, symbol] * columns[symbol] for symbol in law.amplitudes)
+            for symbol, column in self.columns(law.placed, law.shape).items():
+                torque += self.amplitude[law.placed.parameter_name(symbol)] * column
         return torque
+
+    def values(self) -> dict[str, float]:
+        """Return full name to value of every parameter."""
+        shapes = {law.placed.parameter_name(symbol): v for law in self.laws for symbol, v in law.shape.items()}
+        return {**self.amplitude, **shapes}
 
     def unknowns(self) -> Floats:
         """Return (m,) weight, inertia and zeros."""
@@ -315,59 +351,41 @@ class PartFit:
             return 1.0
         return float(np.linalg.cond(self.matrix / size))
 
-    def _jacobian(self) -> tuple[list[tuple[FrictionLaw, str]], Floats]:
+    def jacobian(self) -> tuple[list[tuple[DriveLaw, str]], Floats]:
+        """Return the free parameters and their (k, p) whitened, projected columns: amplitudes, then shapes."""
         names, columns = list(self.names), [self.matrix]
+        for law, symbol, slope in self.shape_slopes():
+            names.append((law, symbol))
+            columns.append(self._project_out(slope / self.sigma)[:, None])
+        return names, np.concatenate(columns, axis=1)
+
+    def shape_slopes(self) -> list[tuple[DriveLaw, str, Floats]]:
+        """Return each free shape parameter with the (k,) change of torque per unit of it, N·m."""
+        slopes = []
         for law in self.laws:
             for symbol in law.free_nonlinear:
                 small = 1e-4 * law.shape[symbol]
-                ends = [
-                    self.whitened(law, law.shape | {symbol: law.shape[symbol] + direction * small})
-                    for direction in (1, -1)
-                ]
-                slope = sum(
-                    self.amplitude[law.joint, amplitude_symbol]
-                    * (ends[0][amplitude_symbol] - ends[1][amplitude_symbol])
-                    / (2.0 * small)
-                    for amplitude_symbol in law.amplitudes
-                )
-                names.append((law, symbol))
-                columns.append(np.asarray(slope)[:, None])
-        return names, np.concatenate(columns, axis=1)
+                ends = [self._torque_of(law, law.shape | {symbol: law.shape[symbol] + way * small}) for way in (1, -1)]
+                slopes.append((law, symbol, (ends[0] - ends[1]) / (2.0 * small)))
+        return slopes
+
+    def _torque_of(self, law: DriveLaw, shape: Mapping[str, float]) -> Floats:
+        total = np.zeros(len(self.rows))
+        for symbol, column in self.columns(law.placed, shape).items():
+            total += self.amplitude[law.placed.parameter_name(symbol)] * column
+        return total
 
 
-def _grid(law: FrictionLaw, symbol: str, speed: Floats) -> list[dict[str, float]]:
-    """Return shapes to try: fading within the slower part of the speeds, bluntly or sharply."""
-    values = []
-    for shape in law.placed.effect.optional[symbol]:
-        low, high = _shape_bounds(law, shape, speed)
-        spec = law.placed.effect.spec(shape)
-        if law.held(shape):
-            values.append([law.placed.values[shape]])
-        elif spec.unit == "rad/s":
-            values.append(list(np.geomspace(low, high, 13)))
-        else:
-            values.append([spec.typical])
-    names = law.placed.effect.optional[symbol]
-    return [law.shape | dict(zip(names, combination, strict=True)) for combination in product(*values)]
+def _reach(spec: ParameterSpec, grid: Floats, value: float) -> tuple[float, float]:
+    """Return how far a shape may go: to its bounds, or as far as a grid of speeds and angles reaches in these data."""
+    if spec.unit in ("rad/s", "rad") and grid.size > 1:
+        low, high = max(spec.lower, float(grid[0])), min(spec.upper, float(grid[-1]))
+        return min(low, value), max(high, value)
+    return min(spec.lower, value), max(spec.upper, value)
 
 
-def _shape_bounds(law: FrictionLaw, symbol: str, speed: Floats) -> tuple[float, float]:
-    """A speed of fading outside the slower half of what was measured would be dry or viscous friction."""
-    spec = law.placed.effect.spec(symbol)
-    if spec.unit != "rad/s":
-        return spec.lower, spec.upper
-    low = max(spec.lower, 0.5 * float(speed.min()))
-    return low, max(min(spec.upper, 0.5 * float(speed.max())), 1.01 * low)
-
-
-def _repeat_noise(rows: FrictionRows, of_joint: Booleans) -> float | None:
-    """Return the pooled standard deviation of a joint's repeats, N·m; None where there are too few."""
-    chosen = of_joint & rows.steady
-    squares, dof = 0.0, 0
-    for number in np.unique(rows.repeat[chosen]):
-        same = rows.torque[chosen & (rows.repeat == number)]
-        squares += float(((same - same.mean()) ** 2).sum())
-        dof += same.size - 1
-    # Repeats that agree to rounding are copies: they carry no information on the noise.
-    least = len(rows.torque) * (ROUNDING * float(np.abs(rows.torque[chosen]).max(initial=0.0))) ** 2
-    return float(np.sqrt(squares / dof)) if dof >= LEAST_REPEATS and squares > least else None
+def _inverse_normal(matrix: Floats) -> Floats:
+    """Return (p, p) the inverse of the columns' inner products, of columns of unit length within."""
+    size = np.linalg.norm(matrix, axis=0)
+    scale = np.where(size > 0.0, size, 1.0)
+    return np.asarray(np.linalg.pinv((matrix / scale).T @ (matrix / scale), rcond=1e-13) / np.outer(scale, scale))

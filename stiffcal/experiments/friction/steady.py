@@ -59,6 +59,8 @@ class Pass:
     """(k,) N·m, at the joint's side of the gear."""
     velocity: float
     """rad/s, signed, mean as logged."""
+    turned_at: float = float("nan")
+    """rad, where the direction of motion last changed; NaN where that is not logged."""
 
     @property
     def low(self) -> float:
@@ -134,14 +136,17 @@ def steady_passes(log: JointLog) -> tuple[list[Pass], list[UnusedStretch]]:
     dropped : strokes that never held a velocity, with the reason.
     """
     noise = angle_noise(log.angle)
-    strokes = [_without_rests(log.angle, first, last) for first, last in pairwise(turning_points(log.angle))]
+    turns = turning_points(log.angle)
+    strokes = [_without_rests(log.angle, first, last) for first, last in pairwise(turns)]
+    # What the joint did before the log began is not known.
+    turned_at = [float("nan"), *log.angle[turns[1:-1]].tolist()]
     longest = max(abs(float(log.angle[last] - log.angle[first])) for first, last in strokes)
     passes: list[Pass] = []
     dropped: list[UnusedStretch] = []
-    for first, last in strokes:
+    for (first, last), turn in zip(strokes, turned_at, strict=True):
         steady_piece = _longest_steady_piece(log.time[first : last + 1], log.angle[first : last + 1], noise)
         if steady_piece is not None:
-            passes.append(_pass_of(log, slice(first + steady_piece[0], first + steady_piece[1] + 1)))
+            passes.append(_pass_of(log, slice(first + steady_piece[0], first + steady_piece[1] + 1), turn))
         elif abs(float(log.angle[last] - log.angle[first])) > 0.5 * longest:  # others are moves to the start
             dropped.append(_never_steady(log, first, last))
     return passes, dropped
@@ -226,10 +231,10 @@ def _narrow_to_steady(time: Floats, angle: Floats, width: int) -> tuple[int, int
     return int(longest[0]) + margin, int(longest[-1]) + width - margin
 
 
-def _pass_of(log: JointLog, rows: slice) -> Pass:
+def _pass_of(log: JointLog, rows: slice, turned_at: float) -> Pass:
     time, angle = log.time[rows], log.angle[rows]
     velocity = _slope(time, angle) if log.velocity is None else float(log.velocity[rows].mean())
-    return Pass(time, angle, log.torque[rows], velocity)
+    return Pass(time, angle, log.torque[rows], velocity, turned_at)
 
 
 def _slope(time: Floats, value: Floats) -> float:

@@ -10,6 +10,7 @@ from stiffcal.experiments.friction.documents import friction_fit_columns
 from stiffcal.experiments.friction.fitting import FrictionFit
 from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.experiments.friction.rows import steady_rows
+from stiffcal.experiments.friction.samples import PassSamples, samples_table
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.measurements.set_aside import OF_PASSES
 from stiffcal.measurements.table_specimens import ColumnDescription, TableSpecimen, cause_column
@@ -34,6 +35,25 @@ FRICTION: Mapping[str, ColumnDescription] = {
     "set_aside_code": cause_column("pass", OF_PASSES),
 }
 
+FRICTION_SAMPLES: Mapping[str, ColumnDescription] = {
+    "run": ColumnDescription("the run's id"),
+    "joint": ColumnDescription("the joint that moved"),
+    "reading": ColumnDescription("the pass: its row in the table `friction`, from 0"),
+    "stretch": ColumnDescription("as in the table `friction`"),
+    "pose": ColumnDescription("number of the place where the other joints stood"),
+    "n_readings": ColumnDescription("neighbouring samples averaged"),
+    "carries_weight": ColumnDescription("true where gravity acts about the joint's axis"),
+    "time_s": ColumnDescription("on the log's clock", "s"),
+    "velocity_radps": ColumnDescription("the pass's mean as logged; its sign is the direction", "rad/s"),
+    "angle_rad": ColumnDescription("of the joint as logged", "rad"),
+    "torque_Nm": ColumnDescription("of the drive at the joint's side of the gear", "N·m"),
+    "load_Nm": ColumnDescription("of the weight on the drive; 0 where the masses are not known", "N·m"),
+    "temperature_K": ColumnDescription("the first that is logged; not a number where none is", "K"),
+    "travel_rad": ColumnDescription(
+        "since the direction of motion last changed; not a number where that is not logged", "rad"
+    ),
+}
+
 FREE_MOTION: Mapping[str, ColumnDescription] = {
     "run": ColumnDescription("the run's id"),
     "time_s": ColumnDescription("on the log's clock", "s"),
@@ -49,7 +69,9 @@ FREE_MOTION: Mapping[str, ColumnDescription] = {
 FRICTION_FIT: Mapping[str, ColumnDescription] = {
     "run": ColumnDescription("the run's id"),
     "joint": ColumnDescription("the joint"),
-    "steady": ColumnDescription("true for a pass at constant velocity, false for a sample of other motion"),
+    "steady": ColumnDescription(
+        "true for a mean within passes at constant velocity, false for a sample of other motion"
+    ),
     "velocity_radps": ColumnDescription("of the drive, at the joint's side of the gear", "rad/s"),
     "friction_measured_Nm": ColumnDescription("measured torque less weight, inertia and zeros as fitted", "N·m"),
     "friction_Nm": ColumnDescription("the fitted friction", "N·m"),
@@ -67,13 +89,18 @@ def friction_specimens() -> dict[str, TableSpecimen]:
             steady_table(_passes(), joints),
             FRICTION,
         ),
+        "friction_samples": TableSpecimen(
+            "The table `friction_samples`: one row per mean of neighbouring samples within the passes that are used.",
+            samples_table(_samples(), joints),
+            FRICTION_SAMPLES,
+        ),
         "free_motion": TableSpecimen(
             "The table `free_motion`: one row per sample of a motion in the air that is not steady.",
             motion_table(_motion(), joints),
             FREE_MOTION,
         ),
         "friction_fit": TableSpecimen(
-            "The table `friction_fit`: one row per pass or sample of a joint that was fitted.",
+            "The table `friction_fit`: one row per bin of passes, or sample of other motion, of a joint that was fitted.",
             table_of(friction_fit_columns(_friction_fit(), joints)),
             FRICTION_FIT,
         ),
@@ -89,6 +116,15 @@ def _passes() -> SteadyReadings:
     )  # fmt: skip
 
 
+def _samples() -> PassSamples:
+    first = np.ones(1, dtype=np.int64)
+    return PassSamples(
+        runs=(RunInfo("run"),), run=_FIRST, joint=first, reading=_FIRST, stretch=_FIRST, pose=_FIRST, time=_ONE,
+        velocity=_ONE, angle=_ONE, torque=_ONE, load=_ONE, carries_weight=np.ones(1, dtype=np.bool_),
+        temperature=_ONE, travel=_ONE, n_readings=first, logged_travel={1: (0.0, 0.0)}, first_temperature={1: 0.0},
+    )  # fmt: skip
+
+
 def _motion() -> FreeMotion:
     zero = np.zeros((1, 1))
     return FreeMotion(
@@ -97,5 +133,5 @@ def _motion() -> FreeMotion:
 
 
 def _friction_fit() -> FrictionFit:
-    rows = steady_rows(_passes())
-    return FrictionFit((), rows, _ONE, _ONE, _ONE, _ONE, _ONE, _ONE, 0, None, 1.0, False)
+    rows = steady_rows(_samples())
+    return FrictionFit((), rows, _ONE, _ONE, _ONE, _ONE, _ONE, _ONE, 0, None, 1.0, False, (), ())
