@@ -54,7 +54,7 @@ def list_candidates(
         if not places:
             not_tried.append(UntestableEffect(effect.name, f"no place on this robot: it sits on {effect.place_kind}"))
         for place in places:
-            if (effect.name, place) in in_model or _stands_in_the_way(effect, place, robot):
+            if (effect.name, place) in in_model or stands_in_the_way(effect, place, robot):
                 continue
             free = sum(1 for spec in effect.parameters if not spec.scales_load)
             forms = effect.forms_to_try(states)
@@ -62,7 +62,7 @@ def list_candidates(
     return candidates, not_tried
 
 
-def _stands_in_the_way(effect: Effect, place: Place, robot: CompliantRobot) -> bool:
+def stands_in_the_way(effect: Effect, place: Place, robot: CompliantRobot) -> bool:
     """Return whether the model holds, at this place, what includes or excludes the effect."""
     return any(
         placed_effect.place == place
@@ -74,13 +74,16 @@ def _stands_in_the_way(effect: Effect, place: Place, robot: CompliantRobot) -> b
     )
 
 
-def variants(candidate: Candidate, state: RegressorMaker) -> Iterator[Regressor]:
-    """Return the candidate's regressors, one for each form of its law and combination of its shape grid."""
+def variants(candidate: Candidate, state: RegressorMaker, most: int = MANY_SHAPES) -> Iterator[Regressor]:
+    """Return the candidate's regressors, one for each form of its law and combination of its shape grid.
+
+    Laws with more combinations than ``most`` are left to a search of their own.
+    """
     for effect in candidate.forms or (candidate.effect,):
         shapes: list[dict[str, float]] = [{}]
         if any(spec.role is ParameterRole.NONLINEAR for spec in effect.parameters):
             shapes = state.shapes(effect, candidate.place)
-        if len(shapes) > MANY_SHAPES:
+        if len(shapes) > most:
             continue
         for shape in shapes:
             regressor = state.regressor(effect, candidate.place, shape)

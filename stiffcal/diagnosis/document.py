@@ -8,7 +8,6 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import confidence_by_class
 from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, rms_after_choosing, size_at_tool
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice
-from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.patterns import find_pattern
 from stiffcal.diagnosis.results import (
@@ -20,7 +19,7 @@ from stiffcal.diagnosis.results import (
     SearchPace,
     UndecidedEffect,
 )
-from stiffcal.diagnosis.scan import ROUNDING, Trial
+from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
@@ -40,13 +39,15 @@ def effect_at(candidate: Candidate) -> EffectAt:
     return EffectAt(effect=candidate.effect.name, where=Where.of(candidate.place))
 
 
-def _against_noise(lack: LackOfFit | None) -> VarianceRatio | None:
+def against_noise(lack: LackOfFit | None) -> VarianceRatio | None:
+    """Return residuals against noise; None where that is not known."""
     if lack is None:
         return None
     return VarianceRatio(statistic=lack.statistic, dof=[lack.dof[0], finite(lack.dof[1])], p_value=lack.p_value)
 
 
-def _proposed(missing_effect: MissingEffect) -> ProposedEffect:
+def proposed(missing_effect: MissingEffect) -> ProposedEffect:
+    """Return an effect to add."""
     at = effect_at(missing_effect.candidate)
     alternatives = [effect_at(candidate) for candidate in missing_effect.alternatives]
     return ProposedEffect(effect=at.effect, where=at.where, alternatives=alternatives)
@@ -94,8 +95,8 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         adequate=adequate,
         noise=noise,
         rms=before,
-        lack_of_fit=_against_noise(search.before),
-        missing=[_proposed(missing_effect) for missing_effect in search.found],
+        lack_of_fit=against_noise(search.before),
+        missing=[proposed(missing_effect) for missing_effect in search.found],
         contradicted=list(search.contradicted),
         undecided=_undecided(states, search),
         could_be=_by_effect(search.could_be),
@@ -230,24 +231,25 @@ def _findings(search: Search, before: Rms) -> list[Finding]:
                 effect=at.effect,
                 where=at.where,
                 verdict="rejected" if not judgement.supported else "supported" if leads else "possible",
-                explains=_explains(scan, trial),
+                explains=share_explained(scan, trial),
                 size_m=size_at_tool(scan, trial),
                 p_value=judgement.p_value,
                 heldout_rms_before=before,
                 heldout_rms_after=after,
                 heldout_rms_after_choosing=after_choosing if leads else None,
                 confidence=shares.get(name, 0.0),
-                parameters=_parameters(trial),
+                parameters=parameters_of(trial),
                 alternatives=[effect_at(candidate) for candidate in alternatives],
                 places=trial.places,
-                why=explanation.text if explanation is not None else _why_rejected(scan, trial),
+                why=explanation.text if explanation is not None else why_rejected(scan, trial),
                 evidence=explanation,
             )
         )
     return findings
 
 
-def _parameters(trial: Trial) -> list[CandidateParameter]:
+def parameters_of(trial: Trial) -> list[CandidateParameter]:
+    """Return a candidate's values as fitted with it."""
     effect = trial.candidate.effect
     return [
         CandidateParameter(symbol=symbol, value=finite(value), unit=effect.spec(symbol).unit)
@@ -255,7 +257,7 @@ def _parameters(trial: Trial) -> list[CandidateParameter]:
     ]
 
 
-def _explains(scan: LoadScan, trial: Trial) -> float | None:
+def share_explained(scan: Scan, trial: Trial) -> float | None:
     """Return the share of the avoidable error that goes, whitened."""
     before, after = float(scan.base.heldout.sum()), float(trial.score.heldout.sum())
     floor = float(scan.dof) if scan.fit.noise is not None else 0.0
@@ -265,7 +267,8 @@ def _explains(scan: LoadScan, trial: Trial) -> float | None:
     return (before - after) / (before - floor) if abs(before - after) > ROUNDING * before else 0.0
 
 
-def _why_rejected(scan: LoadScan, trial: Trial) -> str:
+def why_rejected(scan: Scan, trial: Trial) -> str:
+    """Return why a candidate is not supported, in words."""
     judgement = judge(scan, trial)
     if trial.places is not None and trial.places.contradicted:
         return f"absolute places speak against it, {places_in_words(trial.places)}"

@@ -101,7 +101,9 @@ class Finding:
     explains: Number
     """Share of the avoidable error that goes with it; null where the error is no more than noise."""
     size_m: Number
-    """m, rms of what it adds at the tool."""
+    """m, rms of what it adds at the tool; null for effects of moving joints."""
+    size_Nm: OrAbsent[float] = None
+    """N·m, rms of what it adds to a drive's torque; of effects of moving joints."""
     p_value: Number
     """Probability of so large a fall of the error by chance, all candidates counted."""
     heldout_rms_before: Rms
@@ -139,7 +141,9 @@ class ResidualDependence:
     """Something that the unexplained error follows."""
 
     follows: str
-    """"joint angle", "load", "branch", "time" or "temperature"."""
+    """"joint angle", "load", "branch", "time" or "temperature"; of moving joints also "time in the run", "position" or
+    "speed".
+    """
     share: Number
     """Of the avoidable squares."""
     seen: str

@@ -12,7 +12,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.results import AgreementWithPlaces
 from stiffcal.diagnosis.scoring import Score, fold_products, quadratic, score_variants, solve_within
-from stiffcal.diagnosis.thresholds import CHOICE_FOLDS
+from stiffcal.diagnosis.thresholds import CHOICE_FOLDS, MANY_SHAPES
 from stiffcal.identification.regressors import Regressor, RegressorMaker, StoredRegressor
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, ParameterRole
@@ -277,10 +277,10 @@ def scan_rows(
     return tuple(trials), max(n_tried, 1)
 
 
-def try_candidate(candidate: Candidate, ground: BaseRows) -> Trial | None:
-    """Try one candidate, in the best of its shapes; None where it does not show."""
+def try_candidate(candidate: Candidate, ground: BaseRows, most: int = MANY_SHAPES) -> Trial | None:
+    """Try one candidate, in the best of its shapes, ``most`` at most; None where it does not show."""
     shapes = _BestShapes(ground)
-    for regressor in variants(candidate, ground.state):
+    for regressor in variants(candidate, ground.state, most):
         shapes.add(regressor)
     if not shapes.n_tried:
         return None

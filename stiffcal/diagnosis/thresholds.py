@@ -77,3 +77,7 @@ SPECIAL_CASE = 0.01
 # A set-up error whose fitted value differs from what absolute places show by more than so many standard errors is not
 # supported: with a handful of such candidates one campaign in a hundred would lose a right one.
 PLACES_ERRORS = 3.0
+# Of torque over motion each combination of shapes costs a refit of some hundred rows: all orders of a ripple are tried.
+MANY_ROW_SHAPES = 2000
+# What is left out in turn: with fewer speeds or seconds of motion nothing is judged.
+LEAST_FOLDS = 3

@@ -94,7 +94,7 @@ def explain(
     if before is not None and after is not None:
         effect_text += f"; with it the error in held-out poses goes from {1e3 * before:.3g} to {1e3 * after:.3g} mm"
     effect_text += f" and falls in {helped} of {poses} poses."
-    means = f"That is {effect.name}: {effect.summary}{_values_in_words(trial)}."
+    means = f"That is {effect.name}: {effect.summary}{values_in_words(trial)}."
     if trial.places is not None and trial.places.supported:
         means += f" Absolute places support it, {places_in_words(trial.places)}."
     look_alike_text = ""
@@ -106,7 +106,8 @@ def explain(
     return Explanation(seen=effect_text, means=means, alike=look_alike_text, check=check)
 
 
-def _values_in_words(trial: Trial) -> str:
+def values_in_words(trial: Trial) -> str:
+    """Return a candidate's values, in brackets; "" where all are nothing."""
     texts = []
     for symbol, value in fitted_values(trial).items():
         spec = trial.candidate.effect.spec(symbol)

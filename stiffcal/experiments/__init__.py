@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
+    from stiffcal.experiments.row_search import RowProblem
     from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.simulation.kinds import RunSimulation
 
@@ -97,6 +98,10 @@ class ExperimentKind:
         identified : the result of ``identify``.
         """
         return None
+
+    def problems(self, data: MeasuredRuns) -> tuple[RowProblem, ...]:
+        """Return the rows in which ``diagnose`` looks for missing effects; none where load states hold all readings."""
+        return ()
 
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return the overview that ``identify`` prints in the terminal; None where it holds nothing of this kind."""

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
+    from stiffcal.experiments.row_search import RowProblem
     from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.simulation.kinds import RunSimulation
 
@@ -65,6 +66,12 @@ class FrictionKind(ExperimentKind):
 
         section = _section(identified)
         return None if section is None else FittedLaw("Friction", "at held-out speeds", section.lack_of_fit)
+
+    def problems(self, data: MeasuredRuns) -> tuple[RowProblem, ...]:
+        """Return the joints' rows."""
+        from stiffcal.experiments.friction.parts import problems_of
+
+        return problems_of(data)
 
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return coulomb, viscous and Stribeck terms joint by joint."""

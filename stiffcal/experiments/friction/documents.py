@@ -216,7 +216,7 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
         texts.append(
             f"friction: residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise of neighbouring samples: "
-            "the model lacks something, and the stated uncertainties cover the noise only; stiffcal diagnose looks for it"
+            "the model lacks something, and uncertainties cover the noise only; stiffcal diagnose looks for it"
         )
     if fit.scaled:
         texts.append("friction: the noise is not known; standard uncertainties come from the fit's residuals")

@@ -177,7 +177,7 @@ def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]], placed: t
         dof += len(fit.rows) - fit.basis.shape[1] - estimated
         chi2 += float(fit.residual @ fit.residual)
         scaled = scaled or not fit.noise_known.all()
-        joints += [_joint_fit(fit, joint) for joint in fit.joints]
+        joints += [joint_fit(fit, joint) for joint in fit.joints]
     values = {name: value for _, fit in groups for name, value in fit.values().items()}
     return FrictionFit(
         joints=tuple(sorted(joints, key=lambda joint_fit: joint_fit.joint)),
@@ -204,7 +204,8 @@ def _valued(placed: PlacedEffect, values: dict[str, float]) -> PlacedEffect:
     return replace(placed, values={**placed.values, **found})
 
 
-def _joint_fit(fit: PartFit, joint: int) -> JointFrictionFit:
+def joint_fit(fit: PartFit, joint: int) -> JointFrictionFit:
+    """Return what a fit of several joints found of one."""
     free, covariance = fit.covariance(joint)
     of_joint = fit.rows_of_joint[joint]
     speed = np.abs(fit.rows.velocity[of_joint])

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.friction.fitting import FrictionFit
     from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings
     from stiffcal.experiments.friction.rows import FrictionRows
+    from stiffcal.experiments.row_search import RowProblem
     from stiffcal.identification.fit_results import IdentifiedParameter
     from stiffcal.model.composite import PlacedEffect
 
@@ -138,6 +139,18 @@ def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
         n_readings=int(judged.sum()),
         warnings=warnings,
     )
+
+
+def problems_of(data: MeasuredRuns) -> tuple[RowProblem, ...]:
+    """Return the rows in which the diagnosis looks for missing effects, runs held out left aside."""
+    from stiffcal.experiments.friction.problem import friction_problems
+
+    rows = friction_rows(data)
+    if rows is None:
+        return ()
+    rows = rows.select(~_heldout_runs(data, rows))
+    placed = moving_effects(data.campaign)
+    return friction_problems(rows, placed, data.campaign.chain, _fixed(data)) if len(rows) and placed else ()
 
 
 def _fixed(data: MeasuredRuns) -> frozenset[str]:

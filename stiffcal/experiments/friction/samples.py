@@ -205,7 +205,7 @@ def samples_from_table(table: pa.Table) -> PassSamples:
     number = {run.name: k for k, run in enumerate(runs)}
     document = json.loads((table.schema.metadata or {})[b"stiffcal"])
     travel, first = document["logged_travel"], document["first_K"]
-    numbers = {name: column_of(table, name).astype(np.int64) for name in _NUMBERS}
+    numbers: dict[str, Any] = {name: column_of(table, name).astype(np.int64) for name in _NUMBERS}
     values: dict[str, Any] = {field: column_of(table, name) for field, name in _UNITS.items()}
     return PassSamples(
         runs=runs,

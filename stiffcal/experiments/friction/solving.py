@@ -74,7 +74,7 @@ class PartFit:
                 # The constants at each speed would absorb it.
                 rows = rows.without(UnknownKind.STRETCH, law.joint)
         self.rows, self.laws, self.chain = rows, laws, chain
-        self.joints = sorted({law.joint for law in laws})
+        self.joints = sorted(set(rows.joint.tolist()))
         self.rows_of_joint = {joint: rows.joint == joint for joint in self.joints}
         self.motion = {joint: rows.motion_of(joint) for joint in self.joints}
         self._row_of_sample = {joint: rows.row[rows.joint[rows.row] == joint] for joint in self.joints}

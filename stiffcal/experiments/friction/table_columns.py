@@ -100,7 +100,7 @@ def friction_specimens() -> dict[str, TableSpecimen]:
             FREE_MOTION,
         ),
         "friction_fit": TableSpecimen(
-            "The table `friction_fit`: one row per bin of passes, or sample of other motion, of a joint that was fitted.",
+            "The table `friction_fit`: one row per bin of passes or sample of other motion that was fitted.",
             table_of(friction_fit_columns(_friction_fit(), joints)),
             FRICTION_FIT,
         ),

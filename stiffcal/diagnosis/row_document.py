@@ -1,0 +1,339 @@
+"""What a search in rows that are no load states found, as `diagnose` answers it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.choosing import choice_without_each_group, confidence_by_class
+from stiffcal.diagnosis.document import against_noise, effect_at, parameters_of, proposed, share_explained, why_rejected
+from stiffcal.diagnosis.judge import judge, judge_choice, reduction_between
+from stiffcal.diagnosis.naming import near_best
+from stiffcal.diagnosis.results import (
+    DiagnoseResult,
+    Explanation,
+    Finding,
+    SearchPace,
+    UndecidedEffect,
+    UntestableEffect,
+)
+from stiffcal.diagnosis.row_context import RowSearchContext
+from stiffcal.diagnosis.row_scan import RowScan
+from stiffcal.diagnosis.scan import Trial
+from stiffcal.diagnosis.scoring import fold_products, score_variants
+from stiffcal.diagnosis.search_results import SearchOf
+from stiffcal.diagnosis.thresholds import LEAST_FOLDS, LOOK_ALIKE_SHARE
+from stiffcal.diagnosis.words import candidate_in_words, place_in_words, values_in_words
+from stiffcal.experiments.row_search import RowFit, RowProblem
+from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.composite import PlacedEffect
+
+RowSearch = SearchOf[RowScan, RowFit]
+
+
+def row_diagnosis(context: RowSearchContext, search: RowSearch) -> DiagnoseResult:
+    """Return the result document of ``diagnose`` for the rows of one problem.
+
+    Parameters
+    ----------
+    context : the rows and the catalogue.
+    search : what was found.
+    """
+    problem, scan, final = context.problem, search.first, search.final_scan
+    before = left_out_rms(scan, None, problem)
+    noise = _noise(search.final, problem)
+    structure = context.follows(final if search.found else scan)
+    adequate = None if search.before is None else not search.tried and search.before.adequate
+    parameters = list(search.final.parameters) if search.found else []
+    with_missing = left_out_rms(final, None, problem) if search.found else before
+    changes = (
+        values_before_and_after(estimated_parameters(list(scan.fit.parameters)), estimated_parameters(parameters))
+        if search.found
+        else []
+    )
+    return DiagnoseResult(
+        warnings=_warnings(context, search),
+        adequate=adequate,
+        noise=noise,
+        rms=before,
+        lack_of_fit=against_noise(search.before),
+        missing=[proposed(missing) for missing in search.found],
+        undecided=[
+            UndecidedEffect(
+                effect=effect_at(rival.candidate).effect,
+                where=effect_at(rival.candidate).where,
+                share=rival.share,
+                deciding_runs=[],
+            )
+            for rival in search.undecided
+        ],
+        could_be=[effect_at(candidate) for candidate in search.could_be],
+        findings=_findings(context, search, before),
+        next_measurement=None,
+        not_tried=[*search.not_tried, *_indistinct(scan)],
+        unexplained=search.unexplained or None if search.after is None else search.unexplained,
+        structure=structure if search.unexplained or search.after is None else [],
+        explained_by_missing=search.explained.share if search.tried else None,
+        explained_interval=[search.explained.low, search.explained.high] if search.tried else None,
+        heldout_rms_with_missing=with_missing,
+        heldout_rms_after_choosing=_rms_after_choosing(scan, problem),
+        parameters_with_missing=parameters,
+        before_after=changes,
+        n_candidates=len(scan.trials),
+        n_signatures=scan.n_tried,
+        pace=SearchPace(
+            models=search.pace.models,
+            candidates=search.pace.candidates,
+            signatures=search.pace.regressors,
+            seconds=search.pace.seconds,
+            candidates_per_second=search.pace.candidates / max(search.pace.seconds, 1e-9),
+        ),
+        summary=_summary(context, search, [dependence.follows for dependence in structure], before, noise),
+        superfluous=[],
+        evidence=[],
+        fit_id="",
+        key="",
+    )
+
+
+def too_few_folds(problem: RowProblem, fit: RowFit) -> DiagnoseResult | None:
+    """Return the answer where too little can be left out for any effect to be judged; None where there is enough."""
+    n_folds = len(np.unique(fit.fold))
+    if n_folds >= LEAST_FOLDS:
+        return None
+    nothing = Rms(None, None)
+    needs = f"at least {LEAST_FOLDS} {problem.folds_in_words}"
+    return DiagnoseResult(
+        warnings=[],
+        adequate=None,
+        noise=_noise(fit, problem),
+        rms=nothing,
+        lack_of_fit=None,
+        missing=[],
+        could_be=[],
+        findings=[],
+        next_measurement=None,
+        not_tried=[UntestableEffect("every effect of moving joints", needs)],
+        unexplained=None,
+        structure=[],
+        heldout_rms_after_choosing=nothing,
+        parameters_with_missing=[],
+        pace=SearchPace(models=0, candidates=0, signatures=0, seconds=0.0, candidates_per_second=0.0),
+        summary=f"{_who(problem)}: whether the model is good enough cannot be judged: it takes {needs}.",
+        superfluous=[],
+        evidence=[],
+        fit_id="",
+        key="",
+    )
+
+
+def left_out_residual(scan: RowScan, trial: Trial | None) -> Floats:
+    """Return (k,) residuals with each fold left out in turn, free constants taken out and their freedom counted."""
+    score = scan.base if trial is None else trial.score
+    columns = scan.columns[:, 0] if trial is None else np.concatenate([scan.columns, trial.regressor.columns])[:, 0]
+    residual = scan.residual[0].copy()
+    for number, members in enumerate(scan.folds):
+        residual[members] -= score.without[number] @ columns[:, members]
+    for members in scan.space.members:
+        weight = 1.0 / scan.fit.sigma[members] ** 2
+        residual[members] -= float(np.sum(weight * residual[members]) / weight.sum())
+        residual[members] *= np.sqrt(members.size / max(members.size - 1, 1))
+    return np.asarray(residual)
+
+
+def left_out_rms(scan: RowScan, trial: Trial | None, problem: RowProblem) -> Rms:
+    """Return the rms of what is left out."""
+    return _as_rms(left_out_residual(scan, trial), problem)
+
+
+def _rms_after_choosing(scan: RowScan, problem: RowProblem) -> Rms:
+    chosen = choice_without_each_group(scan)[scan.groups]
+    residual = scan.residual[0].copy()
+    for number in np.unique(chosen):
+        rows = np.concatenate([scan.folds[k] for k in np.flatnonzero(chosen == number)])
+        residual[rows] = left_out_residual(scan, None if number == 0 else scan.trials[number - 1])[rows]
+    return _as_rms(residual, problem)
+
+
+def _as_rms(values: Floats, problem: RowProblem) -> Rms:
+    return Rms.of({"translation": None, "rotation": None, problem.measure: float(np.sqrt(np.mean(values**2)))})
+
+
+def _noise(fit: RowFit, problem: RowProblem) -> Rms | None:
+    return None if fit.noise is None else _as_rms(fit.sigma, problem)
+
+
+def _findings(context: RowSearchContext, search: RowSearch, before: Rms) -> list[Finding]:
+    """Return the ranking for the next single step, best first."""
+    scan, problem = search.first, context.problem
+    near = [trial.candidate for trial in near_best(scan)]
+    names = [candidate.name for candidate in near]
+    shares = confidence_by_class(scan)
+    after_choosing = _rms_after_choosing(scan, problem)
+    ranked = sorted(
+        scan.trials,
+        key=lambda trial: names.index(trial.candidate.name) if trial.candidate.name in names else len(names),
+    )
+    findings = []
+    for rank, trial in enumerate(ranked):
+        leads = rank == 0 and bool(near)
+        judgement = judge_choice(scan, trial) if leads else judge(scan, trial)
+        name = trial.candidate.name
+        after = left_out_rms(scan, trial, problem)
+        alike = [candidate for candidate in near if candidate.name != name] if name in names else []
+        explanation = _explain(scan, trial, problem, alike, before, after) if judgement.supported else None
+        at = effect_at(trial.candidate)
+        findings.append(
+            Finding(
+                effect=at.effect,
+                where=at.where,
+                verdict="rejected" if not judgement.supported else "supported" if leads else "possible",
+                explains=share_explained(scan, trial),
+                size_m=None,
+                size_Nm=_size(scan, trial),
+                p_value=judgement.p_value,
+                heldout_rms_before=before,
+                heldout_rms_after=after,
+                heldout_rms_after_choosing=after_choosing if leads else None,
+                confidence=shares.get(name, 0.0),
+                parameters=parameters_of(trial),
+                alternatives=[effect_at(candidate) for candidate in alike],
+                why=explanation.text if explanation is not None else why_rejected(scan, trial),
+                evidence=explanation,
+            )
+        )
+    return findings
+
+
+def _size(scan: RowScan, trial: Trial) -> float:
+    """Return the rms of what a candidate adds, N·m, free constants taken out."""
+    count = len(trial.regressor.symbols)
+    amplitude = trial.score.solution[len(trial.score.solution) - count :]
+    added = np.einsum("qmk,q->mk", trial.regressor.columns, amplitude)
+    return float(np.sqrt(np.mean((scan.space.rows(added[None])[0] * scan.fit.sigma) ** 2)))
+
+
+def _explain(
+    scan: RowScan, trial: Trial, problem: RowProblem, alike: list[Candidate], before: Rms, after: Rms
+) -> Explanation:
+    effect = trial.candidate.effect
+    helped, n_folds = int(np.count_nonzero(trial.score.heldout < scan.base.heldout)), len(scan.folds)
+    first, second = (dict(rms.items()).get(problem.measure) or 0.0 for rms in (before, after))
+    seen = (
+        f"At {place_in_words(trial.candidate.place)}: {effect.fingerprint or effect.summary}, by "
+        f"{_size(scan, trial):.2g} {problem.unit} rms; with it the error {problem.left_out} goes from {first:.3g} to "
+        f"{second:.3g} {problem.unit} and falls at {helped} of {n_folds} {problem.folds_in_words}."
+    )
+    names = " and ".join(candidate_in_words(candidate) for candidate in alike)
+    return Explanation(
+        seen=seen,
+        means=f"That is {effect.name}: {effect.summary}{values_in_words(trial)}.",
+        alike=f"In these runs {names} would look the same." if names else "",
+        check=f"To check on the machine: {effect.how_to_check}" if effect.how_to_check else "",
+    )
+
+
+def _indistinct(scan: RowScan) -> list[UntestableEffect]:
+    needs = "more travel: neighbouring orders fit as well"
+    return [UntestableEffect(name, needs) for name in dict.fromkeys(c.effect.name for c in scan.indistinct)]
+
+
+def _warnings(context: RowSearchContext, search: RowSearch) -> list[str]:
+    """Return what a reader must know of what was found."""
+    texts = []
+    if search.before is None:
+        texts.append(f"{_who(context.problem)}: the noise is not known, so whether the model is good enough is not")
+    for missing in search.found:
+        if _time_would_do(context, search, missing.candidate):
+            texts.append(
+                f"{candidate_in_words(missing.candidate)}: time would do as well as temperature in these runs, which "
+                "warm up once; repeat them cold, warm and cold again to distinguish the two"
+            )
+        if missing.candidate.effect.constant_torque:
+            texts.append(
+                f"{candidate_in_words(missing.candidate)}: the zero of the torque sensor would be the same constant, "
+                "unless it is known"
+            )
+    return texts
+
+
+def _time_would_do(context: RowSearchContext, search: RowSearch, candidate: Candidate) -> bool:
+    """Return whether an effect that follows the temperature would fit as well if it followed the time."""
+    placed = next(
+        (
+            placed
+            for placed in search.final.robot.placed
+            if placed.effect.name == candidate.effect.name and placed.place == candidate.place
+        ),
+        None,
+    )
+    timed = None
+    if placed is not None:
+        timed = context.problem.with_time_for_temperature(placed.effect, placed.place, placed.shape())
+    if placed is None or timed is None:
+        return False
+    scan = search.final_scan
+    own = scan.ground.state.regressor(placed.effect, placed.place, placed.shape())
+    kept = [k for k, column in enumerate(scan.columns) if not any(np.array_equal(column, c) for c in own.columns)]
+    added = sum(placed.amplitude(s) * column for s, column in zip(own.symbols, own.columns, strict=True))
+    columns = np.concatenate([scan.columns[kept], timed.columns, (scan.residual + added)[None]])
+    rows = scan.space.rows(columns)
+    free = np.full(len(columns) - 1, np.inf)
+    score = score_variants([fold_products(rows, list(scan.folds))], -free, free, scan.groups)
+    errors = [float(np.sqrt(each.heldout.sum() / scan.dof)) for each in (score, scan.base)]
+    # As far as look-alikes are told by their held-out error; the noise of a tenth of the rows is 5 % of it.
+    return errors[0] - errors[1] <= max(LOOK_ALIKE_SHARE, 0.05 * abs(_error_without(context, search, placed)))
+
+
+def _error_without(context: RowSearchContext, search: RowSearch, placed: PlacedEffect) -> float:
+    """Return by how much the error over the noise rises without an effect."""
+    from dataclasses import replace
+
+    robot = search.final.robot
+    without = replace(robot, placed=tuple(other for other in robot.placed if other is not placed))
+    return reduction_between(context.scan(context.fit(without), []), search.final_scan)[0]
+
+
+def _who(problem: RowProblem) -> str:
+    joints = sorted({joint for placed in problem.robot.placed for joint in placed.place.joints})
+    if not joints:
+        return "Torque over motion"
+    return f"Torque over motion of joint{'s' if len(joints) > 1 else ''} {', '.join(str(joint) for joint in joints)}"
+
+
+def _summary(context: RowSearchContext, search: RowSearch, follows: list[str], before: Rms, noise: Rms | None) -> str:
+    """Return the answer in one or two sentences."""
+    problem = context.problem
+    against = f"{_number(before, problem)} {problem.unit} {problem.left_out}"
+    if noise is not None:
+        against += f", noise {_number(noise, problem)} {problem.unit}"
+    remainder = ""
+    if search.unexplained:
+        followed = " and ".join(follows)
+        remainder = f" What is left follows {followed or 'none of what was logged'}."
+    names = " and ".join(candidate_in_words(missing.candidate) for missing in search.found)
+    between = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided)
+    if search.undecided:
+        text = f"undecided between {between}: without one of the {problem.folds_in_words} another explains it better"
+    elif search.found and not search.unexplained:
+        text = f"missing: {names}"
+    elif search.found:
+        text = f"missing: {names}; something else is left that nothing in the catalogue accounts for"
+    elif search.unexplained:
+        text = "something is missing, and no effect in the catalogue accounts for it"
+    elif search.before is None:
+        text = "nothing is supported; without a known noise nobody can say whether that is good enough"
+    else:
+        text = "nothing is missing: the error is that of the instruments"
+    more = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided_next)
+    further = f" One more is undecided between {more}: add this first, and diagnose again." if more else ""
+    return f"{_who(problem)}: {text} ({against}).{remainder}{further}"
+
+
+def _number(rms: Rms, problem: RowProblem) -> str:
+    measures: Mapping[str, float | None] = dict(rms.items())
+    return f"{measures.get(problem.measure) or 0.0:.3g}"

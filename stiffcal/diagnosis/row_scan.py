@@ -1,0 +1,114 @@
+"""The catalogue as additions to a model of rows that are no load states: torque over motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.scan import BaseRows, Scan, Trial, scan_rows, try_candidate
+from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
+from stiffcal.experiments.row_search import RowFit
+from stiffcal.measurements.load_states import members_of
+
+
+@dataclass(frozen=True)
+class RowProjection:
+    """Whitens rows (q, 1, k) and takes their free constants out."""
+
+    sigma: Floats
+    """(k,) standard uncertainty of each row."""
+    members: tuple[Integers, ...]
+    """Rows of each free constant."""
+
+    @classmethod
+    def of(cls, fit: RowFit) -> RowProjection:
+        """Prepare."""
+        numbers = np.unique(fit.constant[fit.constant >= 0])
+        return cls(fit.sigma, tuple(np.flatnonzero(fit.constant == number) for number in numbers))
+
+    def rows(self, stack: Floats) -> Floats:
+        """Return (q, k) whitened rows."""
+        white = np.array(stack[:, 0] / self.sigma, dtype=np.float64)
+        for members in self.members:
+            unit = 1.0 / self.sigma[members]
+            unit = unit / np.linalg.norm(unit)
+            white[:, members] -= (white[:, members] @ unit)[:, None] * unit
+        return white
+
+
+@dataclass(frozen=True)
+class RowScan(Scan):
+    """All candidates as additions to one model of rows."""
+
+    fit: RowFit
+    """The model to which they are added."""
+    space: RowProjection
+    """Whitened rows."""
+    ground: BaseRows
+    """The model's rows, to which more can be added."""
+    indistinct: tuple[Candidate, ...]
+    """Candidates that take no part: these data do not distinguish the best value of a discrete shape from the next."""
+
+    def mean_square(self) -> float:
+        """Return the residuals' mean square, in the measure's unit."""
+        return float(np.sum(self.fit.residual**2))
+
+
+def scan_row_candidates(
+    fit: RowFit, candidates: Sequence[Candidate], n_searches: int = 1, like: RowFit | None = None
+) -> RowScan:
+    """Try every candidate as an addition to a fit of rows.
+
+    Parameters
+    ----------
+    fit : the present model's.
+    candidates : who is tried.
+    n_searches : searches of other rows that are made with this one; chance has as many more opportunities.
+    like : a fit whose noise is taken in place of the fit's own.
+    """
+    space = RowProjection.of(fit if like is None or fit.noise is not None else like)
+    folds = members_of(fit.fold)
+    stack = np.concatenate([fit.columns, fit.residual[None]])[:, None]
+    ground = BaseRows.of(fit.maker, space, stack, folds, *fit.bounds)
+    dof = len(fit.residual) - len(space.members)
+    indistinct: list[Candidate] = []
+
+    def try_one(candidate: Candidate) -> Trial | None:
+        trial = try_candidate(candidate, ground, MANY_ROW_SHAPES)
+        if trial is not None and not _distinct(trial, ground, dof - len(fit.columns)):
+            indistinct.append(candidate)
+            return None
+        return trial
+
+    trials, n_tried = scan_rows(ground, candidates, try_one=try_one)
+    return RowScan(
+        fit=fit, base=ground.base, trials=trials, folds=tuple(folds), groups=ground.groups, dof=dof,
+        n_columns=len(fit.columns), n_tried=n_tried * n_searches, space=space, columns=fit.columns[:, None],
+        residual=fit.residual[None], bounds=fit.bounds, ground=ground, indistinct=tuple(indistinct),
+    )  # fmt: skip
+
+
+def _distinct(trial: Trial, ground: BaseRows, residual_dof: int) -> bool:
+    """Return whether the best value of a discrete shape is better than the next values of the grid, as it has to be.
+
+    Each of the values that were tried had its chance: 2 ln n of them in addition.
+    """
+    effect, place, shape = trial.candidate.effect, trial.candidate.place, trial.regressor.shape
+    for spec in effect.parameters:
+        if not (spec.discrete and spec.distinct_by and spec.symbol in shape):
+            continue
+        values = np.unique([other[spec.symbol] for other in ground.state.shapes(effect, place)])
+        at = int(np.searchsorted(values, shape[spec.symbol]))
+        # Where more is missing than this, what is left scatters wider than the noise.
+        scale = max(1.0, trial.score.sum_of_squares / max(residual_dof, 1))
+        least = (spec.distinct_by + 2.0 * np.log(max(trial.n_variants, 1))) * scale
+        for number in (at - 1, at + 1):
+            if 0 <= number < len(values):
+                other = ground.state.regressor(effect, place, {**shape, spec.symbol: float(values[number])})
+                if ground.sum_of_squares(other) - trial.score.sum_of_squares < least:
+                    return False
+    return True

@@ -1,0 +1,59 @@
+"""What a remainder of torque over motion follows when no effect accounts for it.
+
+For each thing that was logged a smooth curve over it is added to the model, once whatever the direction and once with
+the direction's sign, and judged as effects are: in what is left out of the fit, so that passes which err each in its
+own way follow nothing by chance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.diagnosis.judge import f_tail, rms_reduction
+from stiffcal.diagnosis.results import ResidualDependence
+from stiffcal.diagnosis.row_scan import RowScan
+from stiffcal.diagnosis.scoring import fold_products, score_variants
+from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P, LEAST_FALL, STANDARD_ERRORS
+from stiffcal.experiments.row_search import RowProblem
+
+# Below this share nothing is reported as followed.
+LEAST_SHARE = 0.1
+# A smooth curve: up to the cube.
+DEGREE = 3
+
+
+def what_rows_follow(scan: RowScan, problem: RowProblem) -> list[ResidualDependence]:
+    """Return what the residual of the scan's model follows, largest share first."""
+    if len(scan.folds) < 2:
+        return []
+    before = scan.base.heldout
+    total = float(before.sum())
+    floor = float(scan.dof) if scan.fit.noise is not None else 0.0
+    direction, found = problem.direction(), []
+    covariates = problem.covariates()
+    for covariate in covariates:
+        curves = _curves(covariate.value, direction)
+        rows = scan.space.rows(np.concatenate([scan.columns, curves[:, None], scan.residual[None]]))
+        free = np.full(len(curves), np.inf)
+        low, high = np.concatenate([scan.bounds[0], -free]), np.concatenate([scan.bounds[1], free])
+        score = score_variants([fold_products(rows, list(scan.folds))], low, high, scan.groups, scan.base)
+        fall, errors = rms_reduction(before, score.heldout, score.prediction_change, scan.dof)
+        residual_dof = scan.dof - scan.n_columns - len(curves)
+        if residual_dof <= 0 or fall <= LEAST_FALL or errors <= STANDARD_ERRORS:
+            continue
+        drop = (scan.base.sum_of_squares - score.sum_of_squares) / len(curves)
+        statistic = drop / max(score.sum_of_squares / residual_dof, 1e-300)
+        if f_tail(statistic, len(curves), residual_dof) * len(covariates) > LACK_OF_FIT_P:
+            continue
+        share = float(np.clip((total - score.heldout.sum()) / max(total - floor, 1e-12), 0.0, 1.0))
+        if share > LEAST_SHARE:
+            found.append(ResidualDependence(follows=covariate.name, share=share, seen=covariate.words))
+    return sorted(found, key=lambda dependence: -(dependence.share or 0.0))
+
+
+def _curves(value: Floats, direction: Floats) -> Floats:
+    """Return (2 · DEGREE, k) powers of a covariate (k,), whatever the direction and with its sign."""
+    scaled = 2.0 * (value - value.min()) / np.ptp(value) - 1.0
+    powers = np.stack([np.polynomial.legendre.Legendre.basis(degree)(scaled) for degree in range(1, DEGREE + 1)])
+    return np.concatenate([powers, powers * direction])

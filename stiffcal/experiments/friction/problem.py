@@ -1,0 +1,207 @@
+"""Friction runs as rows for the diagnosis: joints that share unknowns are one problem."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.experiments.friction.documents import identified_friction_parameter
+from stiffcal.experiments.friction.fitting import joint_fit
+from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind, together
+from stiffcal.experiments.friction.solving import RANK, PartFit, initial_law
+from stiffcal.experiments.row_search import RowCovariate, RowFit, RowNoise, RowProblem
+from stiffcal.identification.regressors import Regressor
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Effect, Place
+
+
+@dataclass(frozen=True)
+class _Maker:
+    """Makes the regressors of effects that show in motion."""
+
+    fit: PartFit
+
+    def shapes(self, effect: Effect, place: Place) -> list[dict[str, float]]:
+        """Return the combinations of the effect's grid."""
+        motion = self.fit.rows.motion_of(place.joints[0], with_travel=True)
+        grid = effect.motion_grid(place, self.fit.chain, motion)
+        shapes = [dict(zip(grid, values, strict=True)) for values in product(*(grid[s].tolist() for s in grid))]
+        usual = {spec.symbol: spec.typical for spec in effect.parameters}
+        return [shape for shape in shapes if effect.impossible({**usual, **shape}) is None]
+
+    def regressor(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor:
+        """Return an effect's torque per unit of its amplitudes, (q, 1, k)."""
+        columns = self.fit.columns(PlacedEffect(effect, place), shape)
+        k = len(self.fit.rows)
+        stack = np.stack([column[None] for column in columns.values()]) if columns else np.zeros((0, 1, k))
+        return Regressor(effect, place, dict(shape), tuple(columns), stack, np.zeros((1, k)))
+
+
+class FrictionProblem(RowProblem):
+    """Friction rows of joints that share unknowns.
+
+    Parameters
+    ----------
+    rows : of these joints. placed : effects of the model file that show in their motion.
+    chain : the robot. fixed : full names of parameters that the model file fixes.
+    """
+
+    measure, unit = "torque", "N·m"
+
+    def __init__(
+        self, rows: FrictionRows, placed: tuple[PlacedEffect, ...], chain: Chain, fixed: frozenset[str]
+    ) -> None:
+        self._rows, self._chain, self._fixed = rows, chain, fixed
+        self._robot = CompliantRobot(chain, placed)
+        self._joints = sorted(set(rows.joint.tolist()))
+        self._bare = PartFit(rows, [], chain)
+        steady = bool(rows.steady.all())
+        self.left_out = "at held-out speeds" if steady else "in held-out seconds of motion"
+        self.folds_in_words = "speeds" if steady else "seconds of motion"
+
+    @property
+    def robot(self) -> CompliantRobot:
+        """The present model of these joints."""
+        return self._robot
+
+    def fit(self, robot: CompliantRobot) -> RowFit:
+        """Fit a model to the rows."""
+        fit = PartFit(self._rows, [initial_law(placed, self._fixed) for placed in robot.placed], self._chain).run()
+        values = fit.values()
+        columns, low = self._columns(fit)
+        constant, shared = _constants(fit.rows)
+        nuisance = fit.rows.nuisance[:, shared] / fit.sigma[:, None]
+        if nuisance.shape[1]:
+            size = np.linalg.norm(nuisance, axis=0)
+            u, s, _ = np.linalg.svd(nuisance / np.where(size > 0.0, size, 1.0), full_matrices=False)
+            basis = u[:, s > RANK * s.max(initial=1e-300)].T * fit.sigma
+            columns = np.concatenate([columns, basis])
+            low = np.concatenate([low, np.full(len(basis), -np.inf)])
+        residual = fit.rows.torque - fit.friction() - fit.rows.nuisance[:, shared] @ fit.unknowns()[shared]
+        known = bool(fit.noise_known.all())
+        parameters = [
+            identified_friction_parameter(parameter)
+            for joint in fit.joints
+            for parameter in joint_fit(fit, joint).parameters
+        ]
+        return RowFit(
+            robot=robot.with_values(values),
+            noise=RowNoise(float(fit.rows.noise_dof.min()), "neighbours") if known else None,
+            sigma=fit.sigma,
+            columns=columns,
+            bounds=(low, np.full(len(low), np.inf)),
+            residual=residual,
+            constant=constant,
+            fold=fit.rows.piece,
+            run=np.unique(fit.rows.run, return_inverse=True)[1].astype(np.int64),
+            maker=_Maker(fit),
+            parameters=tuple(parameters),
+        )
+
+    def _columns(self, fit: PartFit) -> tuple[Floats, Floats]:
+        """Return (p, k) of the free amplitudes and shapes, and (p,) how far each can go down."""
+        columns, low = [], []
+        for law in fit.laws:
+            made = fit.columns(law.placed, law.shape)
+            for symbol in law.amplitudes:
+                if not law.held(symbol):
+                    columns.append(made[symbol])
+                    value = fit.amplitude[law.placed.parameter_name(symbol)]
+                    low.append(min(0.0, -value) if law.placed.effect.spec(symbol).lower == 0.0 else -np.inf)
+        for _, _, slope in fit.shape_slopes():
+            columns.append(slope)
+            low.append(-np.inf)
+        stack = np.stack(columns) if columns else np.zeros((0, len(fit.rows)))
+        return stack, np.array(low)
+
+    def places(self, effect: Effect) -> list[Place]:
+        """Return the joints of an effect that shows in motion."""
+        if not effect.in_motion:
+            return []
+        return [place for place in effect.places(self._chain) if place.joints and place.joints[0] in self._joints]
+
+    def lacking(self, effect: Effect, place: Place) -> str | None:
+        """Return the data missing to determine an effect of a joint, or None."""
+        joint = place.joints[0]
+        of_joint = self._rows.joint == joint
+        constants = (UnknownKind.STRETCH, UnknownKind.TORQUE_ZERO)
+        absorbed = any(
+            unknown.kind in constants and self._rows.nuisance[of_joint, k].any()
+            for k, unknown in enumerate(self._rows.unknown)
+        )
+        if effect.constant_torque and absorbed:
+            return "an axis about which no weight acts: next to weight, free constants absorb a constant torque"
+        return effect.lacking_motion(self._chain, self._rows.motion_of(joint, with_travel=True))
+
+    def covariates(self) -> list[RowCovariate]:
+        """Return temperature, time, time in the run, position, speed and load, as far as they were logged and vary."""
+        rows, motion = self._rows, self._rows.motion
+        time = rows.means(motion.time)
+        in_run = time.copy()
+        for name in np.unique(rows.run):
+            in_run[rows.run == name] -= float(time[rows.run == name].min())
+        several = np.unique(rows.run).size > 1
+        found = [
+            RowCovariate("temperature", rows.means(motion.temperature), "the residual follows the logged temperature"),
+            RowCovariate("time", time, "the residual drifts with the time since the first sample"),
+            RowCovariate(
+                "time in the run", in_run if several else np.zeros(len(rows)), "in each run the residual drifts alike"
+            ),
+            RowCovariate("position", rows.means(motion.angle), "the residual follows the joint's angle"),
+            RowCovariate("speed", np.log(np.abs(rows.velocity) + 1e-12), "the residual follows the speed"),
+            RowCovariate("load", np.abs(rows.means(motion.load)), "the residual follows the torque of the weight"),
+        ]
+        return [
+            covariate for covariate in found if np.isfinite(covariate.value).all() and np.ptp(covariate.value) > 0.0
+        ]
+
+    def direction(self) -> Floats:
+        """Return (k,) the direction of motion of each row."""
+        return np.asarray(np.sign(self._rows.velocity))
+
+    def with_time_for_temperature(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor | None:
+        """Return an effect's regressor with the time in place of the temperature; None where it follows none."""
+        motion = self._rows.motion_of(place.joints[0])
+        if not np.isfinite(motion.temperature).all() or np.ptp(motion.time) <= 0.0:
+            return None
+        warm = effect.motion_columns(place, self._chain, motion, shape)
+        cold = effect.motion_columns(place, self._chain, replace(motion, temperature=np.zeros(len(motion))), shape)
+        if all(np.array_equal(warm[symbol], cold[symbol]) for symbol in warm):
+            return None
+        clock = motion.time / np.ptp(motion.time) * np.ptp(motion.temperature)
+        timed = effect.motion_columns(place, self._chain, replace(motion, temperature=clock), shape)
+        samples = self._rows.joint[self._rows.row] == place.joints[0]
+        k = len(self._rows)
+        count = np.maximum(np.bincount(self._rows.row, minlength=k), 1)
+        stack = [np.bincount(self._rows.row[samples], weights=column, minlength=k) / count for column in timed.values()]
+        return Regressor(effect, place, dict(shape), tuple(timed), np.stack(stack)[:, None], np.zeros((1, k)))
+
+
+def friction_problems(
+    rows: FrictionRows, placed: tuple[PlacedEffect, ...], chain: Chain, fixed: frozenset[str]
+) -> tuple[RowProblem, ...]:
+    """Return the problems of all joints; of joints that share no unknown each is one by itself."""
+    problems = []
+    for group in together(rows):
+        own = rows.select(group)
+        joints = set(own.joint.tolist())
+        effects = tuple(effect for effect in placed if effect.place.joints[0] in joints)
+        problems.append(FrictionProblem(own, effects, chain, fixed))
+    return tuple(problems)
+
+
+def _constants(rows: FrictionRows) -> tuple[Integers, Integers]:
+    """Return (k,) which free constant each row carries, −1 for none, and the numbers of the other unknowns."""
+    constant = np.full(len(rows), -1, dtype=np.int64)
+    shared = []
+    for number, unknown in enumerate(rows.unknown):
+        if unknown.kind is UnknownKind.STRETCH:
+            constant[rows.nuisance[:, number] != 0.0] = number
+        else:
+            shared.append(number)
+    return constant, np.array(shared, dtype=np.int64)

@@ -1,0 +1,113 @@
+"""What a kind of experiment gives the diagnosis: its readings as rows of equations that models are fitted to.
+
+The search for missing effects, its judge and its words are the same for all kinds; what differs is in here.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.regressors import Regressor, RegressorMaker
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Effect, Place
+
+
+@dataclass(frozen=True)
+class RowNoise:
+    """The noise of rows."""
+
+    dof: float
+    """Degrees of freedom behind it."""
+    source: str
+    """As `NoiseSource`."""
+
+
+@dataclass(frozen=True)
+class RowCovariate:
+    """Something logged that a remainder may follow."""
+
+    name: str
+    """As in `ResidualDependence`."""
+    value: Floats
+    """(k,) of each row."""
+    words: str
+    """The dependence in words."""
+
+
+@dataclass(frozen=True)
+class RowFit:
+    """A model fitted to k rows, linear about the fit."""
+
+    robot: CompliantRobot
+    """The model with the estimated values."""
+    noise: RowNoise | None
+    """None where the noise is not known; ``sigma`` is then the residuals' own size."""
+    sigma: Floats
+    """(k,) standard uncertainty of each row, in the measure's unit."""
+    columns: Floats
+    """(p, k) change of each row per unit of the free parameters, and of what else is fitted with them."""
+    bounds: tuple[Floats, Floats]
+    """(p,) lower and upper, how far these can go from where they are."""
+    residual: Floats
+    """(k,) measured minus predicted, free constants not taken out."""
+    constant: Integers
+    """(k,) number of the free constant that a row carries; −1 where it carries none."""
+    fold: Integers
+    """(k,) number of what is left out together."""
+    run: Integers
+    """(k,) number of the row's run."""
+    maker: RegressorMaker
+    """Makes the regressors of effects."""
+    parameters: tuple[IdentifiedParameter, ...]
+    """As ``identify`` answers them."""
+
+
+class RowProblem(ABC):
+    """Rows of one kind of experiment that share parameters with each other and with no other rows."""
+
+    measure: str
+    """What is measured, as in `Rms`: "torque"."""
+    unit: str
+    """SI, of the measure."""
+    left_out: str
+    """Where models are judged: "at held-out speeds"."""
+    folds_in_words: str
+    """What is left out in turn: "speeds"."""
+
+    @property
+    @abstractmethod
+    def robot(self) -> CompliantRobot:
+        """The present model, as far as these rows show it."""
+
+    @abstractmethod
+    def fit(self, robot: CompliantRobot) -> RowFit:
+        """Fit a model to the rows."""
+
+    @abstractmethod
+    def places(self, effect: Effect) -> list[Place]:
+        """Return the places of an effect that these rows could show; empty for effects of another kind."""
+
+    @abstractmethod
+    def lacking(self, effect: Effect, place: Place) -> str | None:
+        """Return the data missing to determine an effect at a place, or None."""
+
+    @abstractmethod
+    def covariates(self) -> list[RowCovariate]:
+        """Return what a remainder may follow."""
+
+    @abstractmethod
+    def direction(self) -> Floats:
+        """Return (k,) the direction of motion of each row, 1 or −1."""
+
+    def with_time_for_temperature(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor | None:
+        """Return an effect's regressor with the time in place of the temperature; None where it follows none."""
+        return None
+
+
+def merged_lacking(reasons: Mapping[str, list[str]]) -> list[tuple[str, str]]:
+    """Return (effect, what it needs), reasons of several places joined."""
+    return [(effect, "; ".join(dict.fromkeys(texts))) for effect, texts in reasons.items()]
