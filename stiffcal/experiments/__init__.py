@@ -103,6 +103,15 @@ class ExperimentKind:
         """Return the rows in which ``diagnose`` looks for missing effects; none where load states hold all readings."""
         return ()
 
+    def basic_effects(self) -> tuple[str, ...]:
+        """Return the names of the effects that a model of this kind begins with, and that are never superfluous."""
+        if self.default_model is None:
+            return ()
+        import tomllib
+
+        document = tomllib.loads(self.default_model.read_text(encoding="utf-8"))
+        return tuple(effect["type"] for effect in document.get("effects", ()))
+
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return the overview that ``identify`` prints in the terminal; None where it holds nothing of this kind."""
         return None

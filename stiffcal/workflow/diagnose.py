@@ -7,12 +7,14 @@ from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
 from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, SeparatingMeasurement, UntestableEffect, WithSuspects
 from stiffcal.documents import Origin, document_of
 from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.store.document_shape import result_from
+from stiffcal.workflow.diagnose_rows import diagnose_rows
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, diagnoses_with, evidence_of
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_document, up_to_date_states
@@ -52,8 +54,10 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     if stored is not None:
         return replace(stored, origin=data.store.origin_of(DIAGNOSE))
     fit_id, key = identified.fit_id, diagnosis_key(data, identified)
+    rows = diagnose_rows(data, context)
     if len(data.states) == 0:
-        diagnosis = replace(without_states(data, identified, context), fit_id=fit_id, key=key)
+        diagnosis = merged_diagnosis(rows) if rows else without_states(data, identified, context)
+        diagnosis = replace(diagnosis, fit_id=fit_id, key=key)
         data.commit({}, {DIAGNOSE: document_of(diagnosis)}, command="diagnose")
         return replace(diagnosis, origin=cast(Origin, data.origin))
     loss = identified.loss
@@ -65,6 +69,8 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     table, evidence = evidence_of(sound, search)
     diagnosis = replace(diagnosis, evidence=evidence, fit_id=fit_id, key=key, registration=data.registration)
     diagnosis = _with_suspects(diagnosis, suspicion, (data, sound), search, loss, context)
+    falls = tuple(missing.judgement.fall for missing in search.found)
+    diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, falls, len(sound.states)), *rows])
     data.commit(
         {EVIDENCE: table},
         lambda stored: {

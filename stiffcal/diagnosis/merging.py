@@ -1,0 +1,108 @@
+"""One answer of `diagnose` for a campaign in which several searches share no parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import sqrt
+
+from stiffcal.diagnosis.results import DiagnoseResult, SearchPace
+from stiffcal.measurements.rms import Rms
+
+
+@dataclass(frozen=True)
+class PartialDiagnosis:
+    """The answer of one search."""
+
+    result: DiagnoseResult
+    """As if it were the only one."""
+    falls: tuple[float, ...]
+    """By how much the error in what is left out falls with each effect in ``missing``, in units of the noise."""
+    n_rows: int
+    """Readings that it rests on."""
+
+
+def merged_diagnosis(parts: Sequence[PartialDiagnosis]) -> DiagnoseResult:
+    """Return one answer: most important first, adequate where all are.
+
+    What is undecided in one search waits for what another names: of both only the second is an instruction.
+    """
+    first, results = parts[0].result, [part.result for part in parts]
+    if len(parts) == 1:
+        return first
+    missing = sorted(
+        ((fall, effect) for part in parts for fall, effect in zip(part.falls, part.result.missing, strict=True)),
+        key=lambda pair: -pair[0],
+    )
+    noises = [result.noise for result in results]
+    return replace(
+        first,
+        warnings=list(dict.fromkeys(text for result in results for text in result.warnings)),
+        adequate=_all_of([result.adequate for result in results]),
+        noise=None if all(noise is None for noise in noises) else _pooled(parts, lambda result: result.noise),
+        rms=_pooled(parts, lambda result: result.rms) or first.rms,
+        lack_of_fit=next((result.lack_of_fit for result in results if result.lack_of_fit is not None), None),
+        missing=[effect for _, effect in missing],
+        contradicted=[setting for result in results for setting in result.contradicted],
+        undecided=[] if missing else next((result.undecided for result in results if result.undecided), []),
+        could_be=[effect for result in results for effect in result.could_be],
+        findings=[finding for result in _by_fall(parts) for finding in result.findings],
+        not_tried=list(dict.fromkeys(effect for result in results for effect in result.not_tried)),
+        unexplained=_any_of([result.unexplained for result in results]),
+        structure=sorted(
+            (dependence for result in results for dependence in result.structure),
+            key=lambda dependence: -(dependence.share or 0.0),
+        ),
+        explained_by_missing=first.explained_by_missing,
+        heldout_rms_with_missing=_pooled(parts, lambda result: result.heldout_rms_with_missing),
+        heldout_rms_after_choosing=_pooled(parts, lambda result: result.heldout_rms_after_choosing)
+        or first.heldout_rms_after_choosing,
+        parameters_with_missing=[parameter for result in results for parameter in result.parameters_with_missing],
+        before_after=[change for result in results for change in result.before_after],
+        n_candidates=sum(result.n_candidates or 0 for result in results),
+        n_signatures=sum(result.n_signatures or 0 for result in results),
+        pace=_pace([result.pace for result in results]),
+        summary=" ".join(result.summary for result in results),
+        superfluous=[effect for result in results for effect in result.superfluous],
+    )
+
+
+def _by_fall(parts: Sequence[PartialDiagnosis]) -> list[DiagnoseResult]:
+    return [part.result for part in sorted(parts, key=lambda part: -max(part.falls, default=0.0))]
+
+
+def _all_of(answers: Sequence[bool | None]) -> bool | None:
+    if False in answers:
+        return False
+    return None if None in answers else True
+
+
+def _any_of(answers: Sequence[bool | None]) -> bool | None:
+    if True in answers:
+        return True
+    return None if None in answers else False
+
+
+def _pooled(parts: Sequence[PartialDiagnosis], of: Callable[[DiagnoseResult], Rms | None]) -> Rms | None:
+    """Return each measure's root mean square over the readings of all parts that have it."""
+    squares: dict[str, float] = {}
+    counts: dict[str, int] = {}
+    for part in parts:
+        rms = of(part.result)
+        for measure, value in rms.items() if rms is not None else ():
+            if value is not None:
+                squares[measure] = squares.get(measure, 0.0) + part.n_rows * value**2
+                counts[measure] = counts.get(measure, 0) + part.n_rows
+    known = {measure: sqrt(squares[measure] / counts[measure]) for measure in squares if counts[measure]}
+    return Rms.of({"translation": None, "rotation": None, **known}) if known else None
+
+
+def _pace(paces: Sequence[SearchPace]) -> SearchPace:
+    seconds, candidates = sum(pace.seconds for pace in paces), sum(pace.candidates for pace in paces)
+    return SearchPace(
+        models=sum(pace.models for pace in paces),
+        candidates=candidates,
+        signatures=sum(pace.signatures for pace in paces),
+        seconds=seconds,
+        candidates_per_second=candidates / max(seconds, 1e-9),
+    )
