@@ -21,8 +21,8 @@ JOINT_2 = PlacedEffect(LAW, Place("joints", (2,)))
 
 def fitted(values: Mapping[str, float], **how: float) -> FrictionFit:
     reduction = reduce_friction(friction_runs(values, **how), robot())  # type: ignore[arg-type]
-    assert reduction.steady is not None
-    return fit_friction(steady_rows(reduction.steady), (JOINT_2,))
+    assert reduction.samples is not None
+    return fit_friction(steady_rows(reduction.samples), (JOINT_2,), robot())
 
 
 def test_friction_over_speed_is_found_again() -> None:
@@ -34,24 +34,25 @@ def test_friction_over_speed_is_found_again() -> None:
         assert one.std is not None
         assert abs(one.value - TRUE[one.spec.symbol]) < 3.0 * one.std, one.name
     assert fit.reduced_chi2 is not None
-    assert 0.5 < fit.reduced_chi2 < 1.6
-    # a pass averages 5 N·m over hundreds of samples
+    # the gear ripple of 80 waves a turn is too fine for the means within passes, and counts as noise
+    assert 0.2 < fit.reduced_chi2 < 1.3
+    # 5 N·m of a sample, over means of one to hundreds of samples
     assert joint.noise is not None
-    assert 0.1 < joint.noise < 0.6
+    assert 0.3 < joint.noise < 3.0
 
 
 def test_weight_does_not_matter() -> None:
     light, heavy = (fitted(TRUE, weight=weight).joints[0].values() for weight in (0.0, 900.0))
-    for symbol in ("coulomb", "viscous"):
+    for symbol in ("joint-friction.j2.coulomb", "joint-friction.j2.viscous"):
         assert light[symbol] == pytest.approx(heavy[symbol], abs=0.05)
 
 
 def test_values_of_the_model_file_hold() -> None:
     reduction = reduce_friction(friction_runs(TRUE), robot())
-    assert reduction.steady is not None
+    assert reduction.samples is not None
     placed = PlacedEffect(LAW, Place("joints", (2,)), {"viscous": 75.0})
     fixed = frozenset({"joint-friction.j2.viscous"})
-    (joint,) = fit_friction(steady_rows(reduction.steady), (placed,), fixed).joints
+    (joint,) = fit_friction(steady_rows(reduction.samples), (placed,), robot(), fixed).joints
     by_symbol = {one.spec.symbol: one for one in joint.parameters}
     assert by_symbol["viscous"].fixed
     assert by_symbol["viscous"].value == 75.0
@@ -61,7 +62,7 @@ def test_values_of_the_model_file_hold() -> None:
 def test_the_band_holds_the_truth() -> None:
     fit = fitted(TRUE)
     speed = np.linspace(0.02, 2.0, 40)
-    torque, std = friction_curve(fit.joints[0], JOINT_2, speed)
+    torque, std = friction_curve(fit.joints[0], (JOINT_2,), speed)
     assert np.all(np.abs(torque - friction_torque(speed, TRUE)) < 4.0 * std + 1e-3)
     assert std.max() < 1.0
 
@@ -80,26 +81,27 @@ def test_a_joint_that_only_swings_is_modelled() -> None:
     assert reduction.steady is None
     assert reduction.motion is not None
     assert "modelled" in reduction.warnings[0]
-    (joint,) = fit_friction(motion_rows(reduction.motion, robot()), (JOINT_2,)).joints
-    assert joint.values()["coulomb"] == pytest.approx(50.0, rel=0.02)
-    assert joint.values()["viscous"] == pytest.approx(80.0, rel=0.02)
+    (joint,) = fit_friction(motion_rows(reduction.motion, robot()), (JOINT_2,), robot()).joints
+    assert joint.values()["joint-friction.j2.coulomb"] == pytest.approx(50.0, rel=0.02)
+    assert joint.values()["joint-friction.j2.viscous"] == pytest.approx(80.0, rel=0.02)
 
 
 def test_rows_of_both_kinds_go_together() -> None:
-    steady = reduce_friction(friction_runs(TRUE), robot()).steady
-    assert steady is not None
-    rows = steady_rows(steady)
+    samples = reduce_friction(friction_runs(TRUE), robot()).samples
+    assert samples is not None
+    rows = steady_rows(samples)
     both = stacked_rows([rows, rows])
     assert len(both) == 2 * len(rows)
     assert both.nuisance.shape[1] == 2 * rows.nuisance.shape[1]
-    assert not set(both.repeat[: len(rows)]) & set(both.repeat[len(rows) :])
+    assert not set(both.piece[: len(rows)]) & set(both.piece[len(rows) :])
+    np.testing.assert_allclose(both.means(both.motion.velocity), both.velocity)
 
 
 def test_no_reading_of_a_joint_of_the_model() -> None:
-    steady = reduce_friction(friction_runs(TRUE, (0.5, 1.0)), robot()).steady
-    assert steady is not None
+    samples = reduce_friction(friction_runs(TRUE, (0.5, 1.0)), robot()).samples
+    assert samples is not None
     with pytest.raises(ValueError, match="no reading"):
-        fit_friction(steady_rows(steady), (PlacedEffect(LAW, Place("joints", (5,))),))
+        fit_friction(steady_rows(samples), (PlacedEffect(LAW, Place("joints", (5,))),), robot())
 
 
 def test_a_run_that_never_reached_its_velocity_is_dropped_with_a_word() -> None:

@@ -12,7 +12,6 @@ from stiffcal.experiments.friction.results import (
     FittedCurve,
     FrictionSection,
     JointFrictionResult,
-    OptionalTerm,
     SymbolCovariance,
 )
 
@@ -28,7 +27,6 @@ def one_joint() -> JointFrictionResult:
         highest_speed=1.5,
         rms=0.2,
         noise=None,
-        optional={"stribeck": OptionalTerm(seen=False, why="it lowers χ² by 1")},
         between_directions=BetweenDirections(mean=1.0, low=0.5, high=1.5, weight_possible=True),
         curve=FittedCurve(velocity=np.array([0.01, 1.5]), torque=np.array([9.0, 12.0]), std=np.array([0.1, 0.2])),
         covariance=SymbolCovariance(symbols=["coulomb"], matrix=np.array([[0.04]])),

@@ -33,7 +33,7 @@ def run_of(name: str, time: Floats, angles: Floats, torque: Floats) -> FrictionR
 
 
 def fitted(rows: FrictionRows, *joints: int) -> FrictionFit:
-    return fit_friction(rows, tuple(PlacedEffect(LAW, Place("joints", (joint,))) for joint in joints))
+    return fit_friction(rows, tuple(PlacedEffect(LAW, Place("joints", (joint,))) for joint in joints), CHAIN)
 
 
 def test_steady_velocities_both_ways() -> None:
@@ -51,8 +51,10 @@ def test_steady_velocities_both_ways() -> None:
     reduction = reduce_friction(runs, CHAIN)
     assert reduction.steady is not None
     assert reduction.steady.used.all()
-    (joint,) = fitted(steady_rows(reduction.steady), 2).joints
-    assert joint.values() == pytest.approx({"coulomb": 50.0, "viscous": 80.0}, rel=1e-3)
+    assert reduction.samples is not None
+    (joint,) = fitted(steady_rows(reduction.samples), 2).joints
+    found = {name.rsplit(".", 1)[-1]: value for name, value in joint.values().items()}
+    assert found == pytest.approx({"coulomb": 50.0, "viscous": 80.0}, rel=1e-3)
 
 
 def test_all_joints_at_once_by_the_rigid_body_model() -> None:
@@ -69,6 +71,6 @@ def test_all_joints_at_once_by_the_rigid_body_model() -> None:
     assert reduction.steady is None
     assert reduction.motion is not None
     fit = fitted(motion_rows(reduction.motion, CHAIN), *range(1, 7))
-    found = np.array([[one.values()["coulomb"], one.values()["viscous"]] for one in fit.joints])
+    found = np.array([list(one.values().values()) for one in fit.joints])
     np.testing.assert_allclose(found[:, 0], DRIVES.loss, rtol=0.06)
     np.testing.assert_allclose(found[:4, 1], DRIVES.damping[:4], rtol=0.10)
