@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.choosing import chosen_in_every_fold
-from stiffcal.diagnosis.scan import FittedModel, Scan, Trial
+from stiffcal.diagnosis.scan import ModelFit, Scan, Trial
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import (
     ADEQUATE_RATIO,
@@ -63,7 +63,7 @@ def f_tail(statistic: float, dof: float, denominator_dof: float) -> float:
     return float(fdtrc(dof, denominator_dof, statistic))
 
 
-def lack_of_fit(fit: FittedModel, scan: Scan) -> LackOfFit | None:
+def lack_of_fit(fit: ModelFit, scan: Scan) -> LackOfFit | None:
     """Return how the model's residuals stand against the noise; None where no noise is known."""
     if fit.noise is None:
         return None

@@ -41,7 +41,7 @@ class KnownNoise(Protocol):
         """Where it is known from, as in `NoiseSource`."""
 
 
-class FittedModel(Protocol):
+class ModelFit(Protocol):
     """A fit of any kind of experiment, as far as the search and the judge ask for it."""
 
     @property
@@ -83,7 +83,7 @@ class Scan:
     m quantities are measured in each of n states (or means over bins of samples, which are called states here).
     """
 
-    fit: FittedModel
+    fit: ModelFit
     """The model to which they are added."""
     base: Score
     """The model's own errors, as a candidate without columns."""

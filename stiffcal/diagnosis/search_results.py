@@ -11,7 +11,7 @@ from stiffcal.diagnosis.explained import Explained
 from stiffcal.diagnosis.judge import Judgement, LackOfFit
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import UntestableEffect
-from stiffcal.diagnosis.scan import FittedModel, Scan
+from stiffcal.diagnosis.scan import ModelFit, Scan
 from stiffcal.diagnosis.setting_results import ContradictedSetting, WrongGeometry
 from stiffcal.identification.fit import Fit
 
@@ -31,7 +31,7 @@ class MissingEffect:
 
 
 S = TypeVar("S", bound=Scan)
-F = TypeVar("F", bound=FittedModel)
+F = TypeVar("F", bound=ModelFit)
 
 
 @dataclass(frozen=True)
