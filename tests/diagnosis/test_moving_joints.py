@@ -26,7 +26,7 @@ NOISE = 1.0
 
 
 def searched(law: Law, joint: int = 1, temperature: bool = True, seed: int = 0) -> tuple[RowSearchContext, RowSearch]:
-    """Return the search in runs at eight speeds; ``law`` gives torque at angle, velocity and temperature above 20 °C."""
+    """Return the search in runs at eight speeds; ``law`` gives torque at angle, velocity and warmth, K."""
     rng = np.random.default_rng(seed)
     runs, begins = [], 0.0
     for number in rng.permutation(len(SPEEDS)):
