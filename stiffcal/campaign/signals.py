@@ -240,7 +240,7 @@ class MassSigma(TomlTable):
 
 
 class DeadWeight(Signal):
-    """A known mass hung on as the load: mass × gravity at `point`."""
+    """A known mass hung on as the load: mass × gravity at `point`; next to a wrench only compared with it."""
 
     mass_column: Name
     point: Name

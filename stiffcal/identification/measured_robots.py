@@ -23,7 +23,6 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import RZ
 
 KGF = 9.80665  # N, third General Conference on Weights and Measures (1901)
-LBF = 4.4482216152605  # N, by the international pound of 1959
 MM_PER_INCH = 25.4
 
 
@@ -66,13 +65,12 @@ WELL_KNOWN = 0.3  # standard uncertainty over value
 UNITS: tuple[tuple[float, str], ...] = (
     (KGF, "forces in kgf in a column of N"),
     (1.0 / KGF, "forces in N in a column of kgf"),
-    (LBF, "forces in lbf in a column of N"),
-    (1.0 / LBF, "forces in N in a column of lbf"),
     (1.0 / MM_PER_INCH, "displacements in inches in a column of mm"),
     (MM_PER_INCH, "displacements in mm in a column of inches"),
 )
 """What a stiffness is to be multiplied by where a campaign has this mistake throughout, and its words. All that fit are
-named, as these factors differ by less than robots do.
+named, as these factors differ by less than robots do. Pounds (4.4 N) are not among them: that much robots differ
+themselves, and only a known weight shows them (`stiffcal.reduction.known_weights`).
 """
 
 
@@ -159,5 +157,5 @@ def _sentence(unusual: UnusualStiffness, names: Sequence[str], reach: float) -> 
     return (
         f"the stiffness of {joints} is {min(ratios):.2g} to {max(ratios):.2g} times {side} what has been measured on "
         f"robots of such a reach ({reach:.2g} m): look at the units of force and displacement of the whole "
-        f"campaign{units}"
+        f"campaign{units}; lbf cannot be checked so: hang on known masses and log them as dead_weight next to the force"
     )

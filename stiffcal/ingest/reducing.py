@@ -26,6 +26,7 @@ from stiffcal.readers import WantedColumns
 from stiffcal.reduction.blocks import BlockAverager, Blocks
 from stiffcal.reduction.excluded_rows import RowExclusions
 from stiffcal.reduction.holds import Holds, given_holds
+from stiffcal.reduction.known_weights import weight_warnings
 from stiffcal.reduction.logs import is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.outliers import reject_outliers
@@ -105,6 +106,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
         warnings=[warning for run in runs for warning in run.warnings]
         + non_load.warnings
         + quality.remarks()
+        + weight_warnings(gathered)
         + warnings,
         n_states=int(states.used.sum()),
         n_set_aside=int((~states.used).sum()),

@@ -53,6 +53,7 @@ def check_campaign(
     from stiffcal.ingest.data_quality import DataQuality, check_load_states
     from stiffcal.ingest.non_load_runs import NonLoadRuns
     from stiffcal.ingest.reducing import ReadingOptions, collect_raw_states, placed_states
+    from stiffcal.reduction.known_weights import weight_warnings
     from stiffcal.reduction.outliers import reject_outliers
     from stiffcal.workflow.suspects import suspects_in
 
@@ -88,6 +89,7 @@ def check_campaign(
             result = replace(
                 result,
                 warnings=quality.remarks()
+                + weight_warnings(gathered)
                 + warnings
                 + [warning for reduction in reduced for warning in reduction.warnings],
                 runs=_load_runs(campaign, states, reduced),
