@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
+from stiffcal.experiments.clamped.simulated_observation import compliance_of_fixture, drift_of_readings
 from stiffcal.experiments.clamped.simulation_settings import Clamping
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
@@ -92,7 +93,7 @@ def simulate_clamped(
     planned : its program is a motion; its load point is where the fixture holds.
     frames : the frames that instruments look at.
     tool : what hangs on the flange.
-    fixture : (6, 6) compliance of the fixture, m/N and rad/(N·m), base axes.
+    fixture : (6, 6) compliance of the fixture, m/N and rad/(N·m), base axes; what the model adds to it not included.
 
     Raises
     ------
@@ -103,9 +104,8 @@ def simulate_clamped(
     assert isinstance(program, MotionProgram)
     # Without a memory the same motor angles meet the same wrench: each place is solved once.
     distinct, index_of_node = _distinct(program.joints[:, program.moved_joint - 1], robot.has_memory)
-    clamped = _ClampedRobot(
-        robot, _nodes_of(program, distinct), planned.load_point, tool, fixture, int(index_of_node[0])
-    )
+    whole = fixture + compliance_of_fixture(robot)
+    clamped = _ClampedRobot(robot, _nodes_of(program, distinct), planned.load_point, tool, whole, int(index_of_node[0]))
     wrench, balance = clamped.solve(planned.name)
     later = np.append(True, np.diff(program.node) > 0.0)  # without a rest before or after, two nodes share a moment
     moving = np.gradient(program.joints[later], program.node[later], axis=0)[np.cumsum(later) - 1]
@@ -113,7 +113,8 @@ def simulate_clamped(
     carried = -(balance.joint_torque @ drives)[index_of_node]
     time = program.node
     torque = carried + friction_torque(robot, program.joints, moving, carried, time, planned.warmer(time))
-    solved_program = replace(program, wrench_at_node=wrench[index_of_node], torque=torque)
+    read = program.joints + drift_of_readings(robot, time, planned.warmer(time) - planned.warmer(np.zeros(1)))
+    solved_program = replace(program, joints=read, wrench_at_node=wrench[index_of_node], torque=torque)
     setup = replace(clamped.setup, targets=tuple(frames.values()), target_names=tuple(frames))
     model_angles = robot.chain.model_angles(program.joints[distinct])
     solved = solve_balance(robot, model_angles, wrench, setup, clamped.order)
