@@ -17,7 +17,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from types import MappingProxyType
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -220,8 +219,6 @@ class Effect(ABC):
     """True where the law holds whatever its place can do: it is no rival of what it holds as a special case."""
     curve: ClassVar[tuple[str, ...]] = ()
     """Symbols of the law's curved form (`form`), where it has one in addition to the straight."""
-    optional: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
-    """Amplitudes that are kept only where the data show them, and the shape parameters that go with each."""
 
     def __init_subclass__(cls, **named: Any) -> None:
         """Take methods that a plugin defines by the names they had before."""

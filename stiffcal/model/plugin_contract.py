@@ -80,8 +80,6 @@ def _wrong_attribute(member: type[Effect]) -> str:
     for flag in _FLAGS:
         if not isinstance(getattr(member, flag), bool):
             return f"{flag} is neither True nor False: {_shown(getattr(member, flag))}"
-    if not isinstance(member.optional, Mapping):
-        return f"optional is no mapping: {_shown(member.optional)}"
     if not (member.__doc__ is None or isinstance(member.__doc__, str)):
         return f"__doc__ is no text: {_shown(member.__doc__)}"
     for method in _ANSWERS:
