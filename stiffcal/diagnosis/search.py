@@ -8,13 +8,14 @@ the best in that last look is its look-alike.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.deletions import rivals_without_a_pose, too_many_alike
+from stiffcal.diagnosis.deletions import Rival, rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import explained_share
 from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values
 from stiffcal.diagnosis.naming import near_best, ties_with_named
@@ -260,18 +261,11 @@ def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[Missin
     unexplained = unexplained or mimicked
     withheld = mimicked or (unexplained and explained.too_little)
     supported = () if withheld else tried
-    # A single pose may decide on any of them; of too many look-alikes only the effect that matters most may not be one.
-    open_effects = [
-        missing_effect
-        for number, missing_effect in enumerate(supported)
-        if missing_effect.rivals and (number == 0 or any(rival.deciding for rival in missing_effect.rivals))
-    ]
-    leading_open = bool(open_effects) and open_effects[0] is supported[0]
-    named = () if leading_open else tuple(effect for effect in supported if effect not in open_effects)
+    decision = decide(supported)
     could_be = sufficient_alone(first) if unexplained and not supported and not mimicked else ()
     return SearchOf(
         first,
-        named,
+        decision.named,
         tried,
         fit,
         scan,
@@ -281,11 +275,44 @@ def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[Missin
         unexplained,
         tuple(not_tried),
         bench.pace(),
-        open_effects[0].rivals if leading_open else (),
-        open_effects[0].rivals if open_effects and not leading_open else (),
+        decision.undecided,
+        decision.undecided_next,
         could_be=could_be,
         wrong_geometry=geometry,
     )
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Which of the supported effects are named, and which stay undecided."""
+
+    named: tuple[MissingEffect, ...]
+    """Empty where the first is undecided."""
+    undecided: tuple[Rival, ...]
+    """Between which candidates the first effect is undecided."""
+    undecided_next: tuple[Rival, ...]
+    """The same for a lesser effect, where the first is named."""
+
+
+def decide(supported: Sequence[MissingEffect]) -> Decision:
+    """Return what is named of effects that the evidence supports.
+
+    A lesser effect that is undecided leaves the others named: it is looked at again when they are in the model. A
+    single pose may decide on any of them; only the first must not be one of too many look-alikes.
+
+    Parameters
+    ----------
+    supported : what matters most first.
+    """
+    open_effects = [
+        missing_effect
+        for number, missing_effect in enumerate(supported)
+        if missing_effect.rivals and (number == 0 or any(rival.deciding for rival in missing_effect.rivals))
+    ]
+    if open_effects and open_effects[0] is supported[0]:
+        return Decision((), open_effects[0].rivals, ())
+    named = tuple(effect for effect in supported if effect not in open_effects)
+    return Decision(named, (), open_effects[0].rivals if open_effects else ())
 
 
 def _mere_noise(bench: SearchContext[S, F], scan: S, after: LackOfFit) -> bool:

@@ -31,6 +31,9 @@ from stiffcal.mechanics.chain import Chain
 MASSLESS = 1e-12
 """kg and kg·m²: MuJoCo refuses moving bodies without inertia; this weighs 1e-11 N."""
 
+MOST_FREEDOMS = 6
+"""MuJoCo's, of one body."""
+
 SETTLED = 1e-14
 """rad or m: the last step's size at which a state counts as settled."""
 
@@ -77,12 +80,14 @@ class Cable:
     joints : joint number to lever: the spring's length is the sum of lever times angle; slack as commanded.
     ends : body and point (m, in its frame) of either end of a spring through space, in place of ``joints``.
     slack : m, length of a spring through space up to which it does not pull.
+    strut : pushes where it is shorter than that.
     """
 
     stiffness: float
     joints: Mapping[int, float] = field(default_factory=dict)
     ends: tuple[tuple[int, tuple[float, float, float]], ...] = ()
     slack: float = 0.0
+    strut: bool = False
 
 
 @dataclass(frozen=True)
@@ -270,7 +275,7 @@ def _mjcf(
         own = 0.0 if chain.mechanical[k - 1] else float(stiffness[k - 1])
         hinge = f'<joint name="joint{k}" type="hinge" axis="0 0 1" stiffness="{own!r}"/>'
         mass = _inertia(float(chain.link_mass[k - 1]), chain.link_com[k - 1])
-        inner = _body(f"link{k}", chain.fixed[k - 1], hinge + _extra(springs, k), mass, sites, k, inner)
+        inner = _body(f"link{k}", chain.fixed[k - 1], [hinge, *_extra(springs, k)], mass, sites, k, inner)
     base = _body("base", np.eye(4), _extra(springs, 0), _inertia(0.0, np.zeros(3)), {}, 0, inner)
     gravity = _numbers(chain.gravity if weights else np.zeros(3))
     return (
@@ -299,7 +304,8 @@ def _cables(cables: Sequence[Cable]) -> str:
         named = f'name="cable{number}" stiffness="{float(cable.stiffness)!r}"'
         if cable.ends:
             ends = "".join(f'<site site="cable{number}_{end}"/>' for end in range(len(cable.ends)))
-            text += f'<spatial {named} springlength="{_numbers((0.0, cable.slack))}">{ends}</spatial>'
+            length = (cable.slack if cable.strut else 0.0, cable.slack)
+            text += f'<spatial {named} springlength="{_numbers(length)}">{ends}</spatial>'
         else:
             parts = [f'<joint joint="joint{k}" coef="{float(lever)!r}"/>' for k, lever in cable.joints.items()]
             text += f"<fixed {named}>{''.join(parts)}</fixed>"
@@ -307,10 +313,21 @@ def _cables(cables: Sequence[Cable]) -> str:
 
 
 def _body(
-    name: str, placed: Floats, joints: str, inertia: str, sites: dict[int, str], number: int, inner: str = ""
+    name: str, placed: Floats, joints: Sequence[str], inertia: str, sites: dict[int, str], number: int, inner: str = ""
 ) -> str:
-    """Write one body with what hangs on it."""
-    return f'<body name="{name}" {_place(placed)}>{joints}{inertia}{sites.get(number, "")}{inner}</body>'
+    """Write one body with what hangs on it, or several one in the other where six freedoms are not enough."""
+    count = 0
+    while count < len(joints) and _freedoms(joints[: count + 1]) <= MOST_FREEDOMS:
+        count += 1
+    own, more = "".join(joints[:count]), joints[count:]
+    if more:
+        nested = _body(f"{name}_", np.eye(4), more, inertia, sites, number, inner)
+        return f'<body name="{name}" {_place(placed)}>{own}{_inertia(0.0, np.zeros(3))}{nested}</body>'
+    return f'<body name="{name}" {_place(placed)}>{own}{inertia}{sites.get(number, "")}{inner}</body>'
+
+
+def _freedoms(joints: Sequence[str]) -> int:
+    return sum(3 if 'type="ball"' in joint else 1 for joint in joints)
 
 
 def _sites(setup: MeasurementSetup, cables: Sequence[Cable]) -> dict[int, str]:
@@ -327,9 +344,9 @@ def _sites(setup: MeasurementSetup, cables: Sequence[Cable]) -> dict[int, str]:
     return sites
 
 
-def _extra(springs: Sequence[Spring], body: int) -> str:
+def _extra(springs: Sequence[Spring], body: int) -> list[str]:
     """Write the further springs of one body."""
-    return "".join(_spring(spring) for spring in springs if spring.body == body)
+    return [_spring(spring) for spring in springs if spring.body == body]
 
 
 def _spring(spring: Spring) -> str:

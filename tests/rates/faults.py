@@ -14,13 +14,14 @@ from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import NoBalanceError, solve_balance
+from stiffcal.model.equilibrium import NoBalanceError
 from stiffcal.reduction.outliers import reject_outliers
 from tests.laboratory.mujoco_robot import Spring
 from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign
 from tests.laboratory.random_robots import DrawnRobot, draw_robot, draw_setup
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.rates.hiding import draw_inside, with_effects
+from tests.rates.measuring import Player, move
 from tests.rates.playing import Ruler, joint_springs, simulate_runs
 
 FORMS = ("rows", "pairs", "cycles", "mujoco")
@@ -60,29 +61,32 @@ class Faulty:
     settings: str
 
 
-def draw_faulty(rng: np.random.Generator, form: str, fault: str, hidden: str = "") -> Faulty:
+def draw_faulty(
+    rng: np.random.Generator, form: str, fault: str, hidden: str = "", player: Player = "balance"
+) -> Faulty:
     """Draw campaigns until one finds its balance.
 
     Parameters
     ----------
     hidden : "" for joint springs alone, "anywhere" for an effect that the model lacks at four times the noise,
         "few poses" for one that has `MOST_IN_FEW` of its squares in a quarter of the runs.
+    player : what moves the robot; the form "mujoco" is always MuJoCo's.
     """
     for _ in range(2000):
         try:
-            campaign = _drawn(rng, form, fault, hidden)
+            campaign = _drawn(rng, form, fault, hidden, player)
         except NoBalanceError:
             continue
         return campaign
     raise RuntimeError("no campaign found its balance")
 
 
-def _drawn(rng: np.random.Generator, form: str, fault: str, hidden: str) -> Faulty:
+def _drawn(rng: np.random.Generator, form: str, fault: str, hidden: str, player: Player) -> Faulty:
     if form == "mujoco":
         states, truth, noise, words = _by_mujoco(rng, hidden)
         model = CompliantRobot(truth.chain, tuple(PlacedEffect(one.effect, one.place) for one in truth.placed))
     elif form == "cycles":
-        played = simulate_runs("one 4x" if hidden else "none", rng)
+        played = simulate_runs("one 4x" if hidden else "none", rng, player=player)
         states, truth, noise = played.states, played.truth, played.noise
         words, model = played.settings, played.model
         if hidden == "few poses":
@@ -99,7 +103,7 @@ def _drawn(rng: np.random.Generator, form: str, fault: str, hidden: str) -> Faul
                 _refuse_unless_in_few(with_effects(truth, effect), (effect,), plan, noise)
             words += f", hidden {effect.effect.name} {effect.place.label}"
             truth = with_effects(truth, effect)
-        states = _table_measured(rng, plan, truth, robot, noise, full_pose)
+        states = _table_measured(rng, plan, truth, robot, noise, full_pose, player)
         if stated:
             sigma = Sigma(noise[0], noise[1] if full_pose else None, *_wrench_noise(robot))
             states = replace(states, setup=replace(states.setup, sigma=sigma))
@@ -215,8 +219,10 @@ def _table_measured(
     robot: DrawnRobot,
     noise: tuple[float, float],
     full_pose: bool,
+    player: Player,
 ) -> LoadStates:
-    moved = predict_observations(truth, observe(plan, robot.chain)).T
+    motion = move(player, plan, joint_springs(robot), truth)
+    moved = motion.moved if full_pose else motion.moved[:, :3]
     n = len(plan)
     force, moment = _wrench_noise(robot)
     wrench = plan.wrench + np.repeat([force, moment], 3) * rng.normal(size=(n, 6)) * (plan.wrench != 0.0).any(
@@ -227,12 +233,11 @@ def _table_measured(
         deflection = plan.deflection.copy()
         deflection[:, 0, : moved.shape[1]] = moved + off[:, : moved.shape[1]]
         return replace(plan, wrench=wrench, deflection=deflection)
-    rest = solve_balance(joint_springs(robot), robot.chain.model_angles(plan.joints), np.zeros((n, 6)), plan.setup)
     wander = rng.normal(size=(len(plan.runs), 3)) * 3e-4
-    position = rest.target_position[:, 0] + wander[plan.run] + moved[:, :3] + off[:, :3]
+    position = motion.position + wander[plan.run] + moved[:, :3] + off[:, :3]
     rotation = plan.rotation
     if full_pose:
-        turned = rotation_from_vector(off[:, 3:]) @ rotation_from_vector(moved[:, 3:]) @ rest.target_rotation[:, 0]
+        turned = rotation_from_vector(off[:, 3:]) @ rotation_from_vector(moved[:, 3:]) @ motion.rotation
         rotation = turned[:, None]
     return replace(plan, wrench=wrench, position=position[:, None], rotation=rotation)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -13,16 +14,15 @@ from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
-from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
-from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import NoBalanceError, solve_balance
+from stiffcal.model.equilibrium import NoBalanceError
 from stiffcal.reduction.outliers import reject_outliers
-from tests.laboratory.random_robots import DrawnRobot, draw_robot, draw_setup
+from tests.laboratory.random_robots import DrawnRobot, draw_robot
 from tests.rates.hiding import (
     FAINT,
     INSIDE,
@@ -32,12 +32,11 @@ from tests.rates.hiding import (
     draw_inside,
     draw_outside,
     scaled,
-    shift_of_places,
     with_effects,
 )
+from tests.rates.measuring import Player, bumped, measure, move
+from tests.rates.plans import cycles, spreadsheet
 
-LEVELS = np.array([0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0])
-ONE_CYCLE = np.concatenate([LEVELS, -LEVELS])
 # A joint's own law, backlash and friction apart, stays below what its spring gives: gears are not that bad.
 MOST_OF_SPRING = 1.5
 # An effect of which the springs absorb more than nine tenths would have to be ten times as large as what is seen.
@@ -50,7 +49,13 @@ ENCODER = 1e-6
 CLASSES = (
     "none", "one 4x", "one 1x", "one 0.5x", "several", "outside 4x", "outside 1x", "seat-shift", "servo",
     "no repeats", "noise half", "noise double", "geometry off", "wrong start", "ten apart", "outside 0.7x",
+    "faulty run", "faulty row",
 )  # fmt: skip
+# Campaigns in which nothing but a run or a row is wrong: `tests.rates.faulty`.
+FAULTY = ("faulty run", "faulty row")
+# The classes up to here are all played by the balance, as earlier rates were; of the others MuJoCo plays every third.
+PLAYED_BY_BALANCE = CLASSES[: CLASSES.index("no repeats")]
+MUJOCO_PLAYS_EVERY = 3
 # Classes of measurements as they are: spreadsheets of 24 poses with two loads each and no load twice …
 SPREADSHEET = {"no repeats": None, "noise half": 0.5, "noise double": 2.0}
 """… with the stated noise over the true one; None where none is stated."""
@@ -75,6 +80,7 @@ class Hidden:
     alike : per hidden effect the names of candidates with 95 % the same signature.
     noise : the tracker's, m and rad per axis.
     settings : words on poses, position only, masses, bumps.
+    player : what moved the robot.
     """
 
     kind: str
@@ -86,28 +92,38 @@ class Hidden:
     noise: tuple[float, float]
     settings: str
     bumped: tuple[int, ...]
+    player: Player
 
 
-def simulate_runs(kind: str, rng: np.random.Generator, only: str = "") -> Hidden:
+def player_of(chosen: Player | Literal["mixed"], kind: str, number: int) -> Player:
+    """Return what plays a campaign: what was chosen, or each its share."""
+    if chosen != "mixed":
+        return chosen
+    if kind in PLAYED_BY_BALANCE or number % MUJOCO_PLAYS_EVERY:
+        return "balance"
+    return "mujoco"
+
+
+def simulate_runs(kind: str, rng: np.random.Generator, only: str = "", player: Player = "balance") -> Hidden:
     """Draw campaigns until one finds its balance and its effects are such as machines have."""
     for _ in range(200):
         try:
-            return _play(kind, rng, only)
+            return _play(kind, rng, only, player)
         except NoBalanceError:
             continue
     raise RuntimeError("no campaign found its balance")
 
 
-def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
+def _play(kind: str, rng: np.random.Generator, only: str, player: Player) -> Hidden:
     robot = draw_robot(rng)
     full_pose = bool(rng.uniform() < 0.6)
     truth = joint_springs(robot)
     force_only = only == "load-point-offset" or bool(rng.uniform() < 0.2)
     force_only = force_only and only not in SENSOR
     plain = (
-        _spreadsheet(rng, robot, full_pose, force_only)
+        spreadsheet(rng, robot, full_pose, force_only)
         if kind in SPREADSHEET
-        else _plan(rng, robot, full_pose, force_only)
+        else cycles(rng, robot, full_pose, force_only)
     )
     noise = (robot.family.translation * rng.uniform(0.7, 1.4), robot.family.rotation * rng.uniform(0.7, 1.4))
     ruler = Ruler.of(truth, observe(plain, robot.chain), noise)
@@ -124,10 +140,10 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
     else:
         read = plain.joints
     whole = with_effects(truth, *hidden)
-    states = _measure(rng, plain, truth, whole, robot, noise, full_pose)
-    bumped: tuple[int, ...] = ()
+    states = measure(rng, plain, move(player, plain, truth, whole), robot, noise)
+    knocked: tuple[int, ...] = ()
     if rng.uniform() < 0.25 and kind not in SPREADSHEET:
-        states, bumped = _bumped(rng, states)
+        states, knocked = bumped(rng, states)
     masses = bool(rng.uniform() < 0.7) or any(one.effect.name in OF_TOTAL_TORQUE for one in hidden)
     model = CompliantRobot(
         robot.chain if masses else robot.without_masses(),
@@ -139,10 +155,10 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
         f"{robot.family.name.split()[0]}, {len(states.runs)} poses, {'pose' if full_pose else 'position'}"
         f"{', force only' if force_only else ''}"
         f"{', compensator' if robot.chain.compensator else ''}{'' if masses else ', masses unknown'}"
-        f"{', bumped' if bumped else ''}"
+        f"{', bumped' if knocked else ''}"
     )
     states = replace(states, joints=read)
-    return Hidden(kind, reject_outliers(states), model, whole, hidden, sizes, noise, words, bumped)
+    return Hidden(kind, reject_outliers(states), model, whole, hidden, sizes, noise, words, knocked, player)
 
 
 def _stated(kind: str, states: LoadStates, noise: tuple[float, float]) -> LoadStates:
@@ -327,121 +343,6 @@ def _several(
         apart = len({(one.effect.name, one.place) for one in placed}) == count
         if overlap < 0.7 and apart:
             return tuple(placed), tuple(sizes)
-
-
-def _plan(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, force_only: bool) -> LoadStates:
-    """Return the loads, and no readings yet."""
-    poses, family = int(rng.integers(8, 15)), robot.family
-    directions = int(rng.integers(2, 5))
-    per_run = 1 + directions * 2 * len(ONE_CYCLE)
-    angles = np.radians(
-        np.array(family.centre) + np.array(family.spread) * rng.uniform(-1.0, 1.0, (poses, len(family.rows)))
-    )
-    wrench = np.zeros((poses, per_run, 6))
-    point = np.array([0.02, 0.0, rng.uniform(0.1, 0.16)])
-    setup = draw_setup(rng, robot.chain, point, force_only)
-    for pose in range(poses):
-        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-        if directions == 4:
-            axes = np.vstack([axes, np.sum(axes, axis=0)[None] / np.sqrt(3.0)])
-        level = (
-            np.tile(ONE_CYCLE, 2)[None]
-            * family.force
-            * (1.0 + 0.03 * rng.normal(size=(directions, per_run // directions)))
-        )
-        wrench[pose, 1:, :3] = (level[:, :, None] * axes[:directions, None]).reshape(-1, 3)
-        if not force_only:
-            wrench[pose, :, 3:] = np.cross(point, wrench[pose, :, :3])
-    return _loads(angles, wrench, setup, full_pose)
-
-
-def _loads(angles: Floats, wrench: Floats, setup: MeasurementSetup, full_pose: bool = True) -> LoadStates:
-    """Return states (poses, loads, 6) without readings; the first of each pose is its reference."""
-    poses, per_run = wrench.shape[:2]
-    n = poses * per_run
-    run = np.repeat(np.arange(poses), per_run)
-    return LoadStates(
-        runs=tuple(RunInfo(f"pose{k + 1:02d}") for k in range(poses)),
-        run=run,
-        time=8.0 * np.arange(n) + 120.0 * run,
-        hold=np.full(n, np.nan),
-        joints=angles[run],
-        wrench=wrench.reshape(-1, 6),
-        position=np.zeros((n, 1, 3)),
-        rotation=np.tile(np.eye(3), (n, 1, 1, 1)) if full_pose else np.full((n, 1, 3, 3), np.nan),
-        deflection=np.full((n, 1, 6), np.nan),
-        reference=np.concatenate([[True], np.diff(run) != 0]),
-        temperature=np.zeros((n, 0)),
-        row=np.arange(1, n + 1),
-        n_readings=np.ones(n, dtype=np.int64),
-        wrench_scatter=np.full((n, 6), np.nan),
-        position_scatter=np.full((n, 1, 3), np.nan),
-        set_aside=np.full(n, "", dtype=np.str_),
-        setup=setup,
-    )
-
-
-def _spreadsheet(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, force_only: bool) -> LoadStates:
-    """Return 24 poses, each unloaded and under two loads of different directions, none of them twice."""
-    poses, family = 24, robot.family
-    angles = np.radians(
-        np.array(family.centre) + np.array(family.spread) * rng.uniform(-1.0, 1.0, (poses, len(family.rows)))
-    )
-    point = np.array([0.02, 0.0, rng.uniform(0.1, 0.16)])
-    direction = rng.normal(size=(poses, 2, 3))
-    direction /= np.linalg.norm(direction, axis=2, keepdims=True)
-    wrench = np.zeros((poses, 3, 6))
-    wrench[:, 1:, :3] = family.force * rng.uniform(0.5, 1.0, (poses, 2, 1)) * direction
-    if not force_only:
-        wrench[:, :, 3:] = np.cross(point, wrench[:, :, :3])
-    return _loads(angles, wrench, draw_setup(rng, robot.chain, point, force_only), full_pose)
-
-
-def _measure(
-    rng: np.random.Generator,
-    plan: LoadStates,
-    springs: CompliantRobot,
-    whole: CompliantRobot,
-    robot: DrawnRobot,
-    noise: tuple[float, float],
-    full_pose: bool,
-) -> LoadStates:
-    """Return what the instruments read: the exact displacements of the whole truth, from where the robot rests."""
-    data = observe(plan, robot.chain)
-    moved = predict_observations(whole, data).T
-    n = len(plan)
-    # What motors do since the reference stands in `moved`.
-    nominal = plan.joints[np.searchsorted(plan.run, plan.run)]
-    rest = solve_balance(springs, robot.chain.model_angles(nominal), np.zeros((n, 6)), plan.setup)
-    poses = len(plan.runs)
-    off, turn = rng.normal(size=(poses, 3)) * 3e-4, rng.normal(size=(poses, 3)) * 2e-4
-    _, flange = attached_poses(
-        robot.chain, robot.chain.model_angles(nominal), replace(plan.setup.targets[0], transform=np.eye(4))
-    )
-    still = rest.target_position[:, 0]
-    still = still + shift_of_places(whole.placed, still, flange)
-    position = still + off[plan.run] + moved[:, :3] + noise[0] * rng.normal(size=(n, 3))
-    rotation = np.full((n, 1, 3, 3), np.nan)
-    if full_pose:
-        start = rotation_from_vector(turn[plan.run]) @ rest.target_rotation[:, 0]
-        seen = rotation_from_vector(noise[1] * rng.normal(size=(n, 3))) @ rotation_from_vector(moved[:, 3:]) @ start
-        rotation = seen[:, None]
-    force = 1.5e-3 * robot.family.force
-    sensor = np.repeat([force, 0.15 * force * plan.setup.moments_measured], 3) * rng.normal(size=(n, 6))
-    return replace(plan, wrench=plan.wrench + sensor, position=position[:, None], rotation=rotation)
-
-
-def _bumped(rng: np.random.Generator, states: LoadStates) -> tuple[LoadStates, tuple[int, ...]]:
-    """Return the states with some readings knocked away by some tenths of a millimetre."""
-    count = int(rng.integers(3, 8))
-    picked = rng.choice(np.flatnonzero(~states.reference), size=count, replace=False)
-    position, rotation = states.position.copy(), states.rotation.copy()
-    direction = rng.normal(size=(count, 3))
-    size = rng.uniform(2e-4, 1e-3, size=(count, 1))
-    position[picked, 0] += size * direction / np.linalg.norm(direction, axis=1, keepdims=True)
-    if states.has_orientation:
-        rotation[picked, 0] = rotation_from_vector(3e-4 * rng.normal(size=(count, 3))) @ rotation[picked, 0]
-    return replace(states, position=position, rotation=rotation), tuple(int(k) for k in np.sort(picked))
 
 
 def nearly_the_same(ruler: Ruler, one: PlacedEffect) -> tuple[str, ...]:

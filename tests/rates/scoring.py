@@ -14,6 +14,7 @@ from stiffcal.diagnosis.thresholds import MOST_ALTERNATIVES
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole
+from tests.rates.measuring import Player
 from tests.rates.playing import Hidden
 
 
@@ -47,7 +48,16 @@ class Verdict:
     unexplained: bool
     seconds: float
     firm_wrong: bool
-    """The first name is not in the truth, nor is the truth among its alternatives, and no doubt is stated."""
+    """The first name is not in the truth, nor the truth among its alternatives, and no doubt is stated; or a crash."""
+    player: Player
+    crash: str = ""
+    """The traceback of a crash."""
+
+
+def crashed(kind: str, player: Player, traceback: str) -> Verdict:
+    """Return the verdict on a campaign without an answer."""
+    nan = float("nan")
+    return Verdict(kind, "", "", "", "crash", False, nan, nan, False, None, False, nan, True, player, traceback)
 
 
 def name_of(one: PlacedEffect) -> str:
@@ -71,8 +81,7 @@ def judge_campaign(campaign: Hidden, without: Container[str] = ()) -> Verdict:
             f"{name_of(one)} {size:.1f}x{_numbers(one)}"
             for one, size in zip(campaign.hidden, campaign.sizes, strict=True)
         ),
-        found="; ".join(_identified(one) for one in search.tried)
-        + ("" if search.found else " (withheld)" * bool(search.tried)),
+        found=found_in_words(search),
         outcome=outcome,
         good=good,
         before=before,
@@ -82,12 +91,24 @@ def judge_campaign(campaign: Hidden, without: Container[str] = ()) -> Verdict:
         unexplained=search.unexplained,
         seconds=seconds,
         firm_wrong=_is_firm_and_wrong(campaign, search),
+        player=campaign.player,
     )
+
+
+def found_in_words(search: Search) -> str:
+    """Return what was reached, and whether it is named."""
+    withheld = " (withheld)" * (bool(search.tried) and not search.found)
+    return "; ".join(_identified(one) for one in search.tried) + withheld
+
+
+def is_firm(search: Search) -> bool:
+    """Return whether something is named without a doubt."""
+    return bool(search.found) and not search.unexplained and not search.undecided
 
 
 def _is_firm_and_wrong(campaign: Hidden, search: Search) -> bool:
     """Return whether a wrong name is given without doubt; where nothing of the catalogue is hidden every name is."""
-    if not search.found or search.unexplained or search.undecided:
+    if not is_firm(search):
         return False
     outside = campaign.kind.startswith("outside")
     truth = () if outside else {name_of(one) for one in campaign.hidden}

@@ -5,12 +5,35 @@ from __future__ import annotations
 import os
 import traceback
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from multiprocessing import get_context
 
 import numpy as np
 
-from tests.rates.playing import CLASSES, simulate_runs
-from tests.rates.scoring import Verdict, judge_campaign
+from tests.rates.faulty import judge_faulty, simulate_faulty
+from tests.rates.measuring import Player
+from tests.rates.playing import CLASSES, FAULTY, simulate_runs
+from tests.rates.scoring import Verdict, crashed, judge_campaign
+
+
+@dataclass(frozen=True)
+class Job:
+    """One campaign to draw and to judge.
+
+    Attributes
+    ----------
+    seed, kind, number : which.
+    player : what moves the robot.
+    only : hides only this effect in the classes of one; "" for any.
+    without : effects that are left out of the catalogue.
+    """
+
+    seed: int
+    kind: str
+    number: int
+    player: Player = "balance"
+    only: str = ""
+    without: tuple[str, ...] = ()
 
 
 def one_thread_each(workers: int) -> ProcessPoolExecutor:
@@ -20,11 +43,12 @@ def one_thread_each(workers: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
 
 
-def one_campaign(job: tuple[int, str, int, str, tuple[str, ...]]) -> Verdict | str:
-    """Draw and judge one campaign; a crash comes back as its traceback."""
-    seed, kind, number, only, without = job
-    rng = np.random.default_rng([seed, CLASSES.index(kind), number])
+def one_campaign(job: Job) -> Verdict:
+    """Draw and judge one campaign; a crash is a verdict too, with its traceback."""
+    rng = np.random.default_rng([job.seed, CLASSES.index(job.kind), job.number])
     try:
-        return judge_campaign(simulate_runs(kind, rng, only), without)
+        if job.kind in FAULTY:
+            return judge_faulty(simulate_faulty(job.kind, rng, job.player))
+        return judge_campaign(simulate_runs(job.kind, rng, job.only, job.player), job.without)
     except Exception:
-        return f"{kind} {number}: {traceback.format_exc()}"
+        return crashed(job.kind, job.player, traceback.format_exc())
