@@ -20,6 +20,13 @@ class PartialDiagnosis:
     """By how much the error in what is left out falls with each effect in ``missing``, in units of the noise."""
     n_rows: int
     """Readings that it rests on."""
+    joints: tuple[int, ...] = ()
+    """The joints whose torque over motion it is of, from 1; empty for load states."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is missing in the motion of its joints."""
+        return bool(self.joints) and self.result.adequate is True and not self.result.superfluous
 
 
 def merged_diagnosis(parts: Sequence[PartialDiagnosis]) -> DiagnoseResult:
@@ -62,9 +69,21 @@ def merged_diagnosis(parts: Sequence[PartialDiagnosis]) -> DiagnoseResult:
         n_candidates=sum(result.n_candidates or 0 for result in results),
         n_signatures=sum(result.n_signatures or 0 for result in results),
         pace=_pace([result.pace for result in results]),
-        summary=" ".join(result.summary for result in results),
+        summary=" ".join(_summaries(parts)),
         superfluous=[effect for result in results for effect in result.superfluous],
     )
+
+
+def _summaries(parts: Sequence[PartialDiagnosis]) -> list[str]:
+    """Return the answers, those of joints in whose motion nothing is missing as one."""
+    complete = sorted(joint for part in parts if part.complete for joint in part.joints)
+    texts = [part.result.summary for part in parts if not part.complete]
+    if complete:
+        joints = ", ".join(str(joint) for joint in complete)
+        plural = "s" if len(complete) > 1 else ""
+        text = "nothing is missing: the error is that of the instruments at held-out speeds."
+        texts.append(f"Torque over motion of joint{plural} {joints}: {text}")
+    return texts
 
 
 def _by_fall(parts: Sequence[PartialDiagnosis]) -> list[DiagnoseResult]:

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import choice_without_each_group, confidence_by_class
 from stiffcal.diagnosis.document import against_noise, effect_at, parameters_of, proposed, share_explained, why_rejected
-from stiffcal.diagnosis.judge import judge, judge_choice, reduction_between
+from stiffcal.diagnosis.judge import judge, judge_choice, rms_reduction
 from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.results import (
     DiagnoseResult,
@@ -23,14 +23,13 @@ from stiffcal.diagnosis.results import (
 from stiffcal.diagnosis.row_context import RowSearchContext
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.diagnosis.scoring import fold_products, score_variants
+from stiffcal.diagnosis.scoring import Score, fold_products, score_variants
 from stiffcal.diagnosis.search_results import SearchOf
-from stiffcal.diagnosis.thresholds import LEAST_FOLDS, LOOK_ALIKE_SHARE
+from stiffcal.diagnosis.thresholds import LEAST_FOLDS, LOOK_ALIKE_ERRORS, LOOK_ALIKE_SHARE
 from stiffcal.diagnosis.words import candidate_in_words, place_in_words, values_in_words
 from stiffcal.experiments.row_search import RowFit, RowProblem
 from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
 from stiffcal.measurements.rms import Rms
-from stiffcal.model.composite import PlacedEffect
 
 RowSearch = SearchOf[RowScan, RowFit]
 
@@ -280,28 +279,27 @@ def _time_would_do(context: RowSearchContext, search: RowSearch, candidate: Cand
     own = scan.ground.state.regressor(placed.effect, placed.place, placed.shape())
     kept = [k for k, column in enumerate(scan.columns) if not any(np.array_equal(column, c) for c in own.columns)]
     added = sum(placed.amplitude(s) * column for s, column in zip(own.symbols, own.columns, strict=True))
-    columns = np.concatenate([scan.columns[kept], timed.columns, (scan.residual + added)[None]])
-    rows = scan.space.rows(columns)
-    free = np.full(len(columns) - 1, np.inf)
+    rows = scan.space.rows(np.concatenate([scan.columns[kept], timed.columns, (scan.residual + added)[None]]))
+    free = np.full(len(rows) - 1, np.inf)
     score = score_variants([fold_products(rows, list(scan.folds))], -free, free, scan.groups)
-    errors = [float(np.sqrt(each.heldout.sum() / scan.dof)) for each in (score, scan.base)]
-    # As far as look-alikes are told by their held-out error; the noise of a tenth of the rows is 5 % of it.
-    return errors[0] - errors[1] <= max(LOOK_ALIKE_SHARE, 0.05 * abs(_error_without(context, search, placed)))
+    present = scan.space.rows(np.concatenate([scan.columns, scan.residual[None]]))
+    moved = np.array(
+        [
+            float(np.sum((_left_out(score, rows, k, fold) - _left_out(scan.base, present, k, fold)) ** 2))
+            for k, fold in enumerate(scan.folds)
+        ]
+    )
+    gap, errors = rms_reduction(score.heldout, scan.base.heldout, moved, scan.dof)
+    return gap <= LOOK_ALIKE_SHARE or errors <= LOOK_ALIKE_ERRORS
 
 
-def _error_without(context: RowSearchContext, search: RowSearch, placed: PlacedEffect) -> float:
-    """Return by how much the error over the noise rises without an effect."""
-    from dataclasses import replace
-
-    robot = search.final.robot
-    without = replace(robot, placed=tuple(other for other in robot.placed if other is not placed))
-    return reduction_between(context.scan(context.fit(without), []), search.final_scan)[0]
+def _left_out(score: Score, rows: Floats, number: int, fold: Integers) -> Floats:
+    """Return the whitened residuals of a fold, fitted without it."""
+    return np.asarray(np.append(-score.without[number], 1.0) @ rows[:, fold])
 
 
 def _who(problem: RowProblem) -> str:
-    joints = sorted({joint for placed in problem.robot.placed for joint in placed.place.joints})
-    if not joints:
-        return "Torque over motion"
+    joints = problem.joints
     return f"Torque over motion of joint{'s' if len(joints) > 1 else ''} {', '.join(str(joint) for joint in joints)}"
 
 

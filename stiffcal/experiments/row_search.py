@@ -77,6 +77,8 @@ class RowProblem(ABC):
     """Where models are judged: "at held-out speeds"."""
     folds_in_words: str
     """What is left out in turn: "speeds"."""
+    joints: tuple[int, ...]
+    """The joints whose rows they are, from 1."""
 
     @property
     @abstractmethod

@@ -138,6 +138,7 @@ def joint_friction(
         highest_speed=high,
         rms=rms_of(fit.residual[of_joint]),
         noise=joint_fit.noise,
+        reference_temperature=_known(fit.rows.first_temperature.get(joint_fit.joint)),
         between_directions=between_directions(data, fit, joint_fit.joint),
         curve=FittedCurve(velocity=speed, torque=torque, std=std),
         covariance=SymbolCovariance(symbols=list(joint_fit.free), matrix=joint_fit.covariance),
@@ -166,6 +167,10 @@ def between_directions(data: MeasuredRuns, fit: FrictionFit, joint: int) -> Betw
         high=float(shared.max()),
         weight_possible=not axis_is_plumb,
     )
+
+
+def _known(value: float | None) -> float | None:
+    return None if value is None or math.isnan(value) else value
 
 
 def _both_ways(fit: FrictionFit, common: Floats, chosen: Booleans) -> float:

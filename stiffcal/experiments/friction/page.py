@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from stiffcal.errors import InputError
 from stiffcal.experiments.friction.curves import FrictionCurve, friction_curves, unused_passes
 from stiffcal.experiments.friction.parts import friction_readings
@@ -74,6 +76,7 @@ def friction_overview(section: FrictionSection, identified: IdentifiedModel) -> 
         blocks.append(Table(_STRIBECK_COLUMNS, tuple(stribeck_rows)))
     if more_rows:
         blocks.append(Table(_MORE_COLUMNS, tuple(more_rows)))
+    blocks += reference_sentences(section, friction_parameters)
     blocks += [_bearing_sentence(bearing) for bearing in section.bearings or ()]
     return Overview(tuple(blocks), parameters)
 
@@ -91,6 +94,24 @@ _STRIBECK_COLUMNS = (
     Column("velocity", "rad/s"),
     Column("exponent"),
 )
+
+
+def reference_sentences(section: FrictionSection, parameters: Sequence[IdentifiedParameter]) -> list[Sentence]:
+    """Return from which temperature the effects of temperature count, for joints that have some."""
+    texts = []
+    for joint in section.joints:
+        warm = any(p.unit.endswith(("/K", "K)")) and _joint_of(p) == joint.joint for p in parameters)
+        if warm and joint.reference_temperature is not None:
+            celsius = joint.reference_temperature - 273.15
+            text: Words = (
+                f"joint {joint.joint}: temperatures count from ",
+                Digits(celsius),
+                " °C, the first logged one",
+            )
+            texts.append(Sentence(text, "reference-temperature"))
+    return texts
+
+
 _MORE_COLUMNS = (
     Column("in addition", numbers=False),
     Column("effect", numbers=False),
@@ -113,7 +134,7 @@ def _value_cell(parameter: IdentifiedParameter | None) -> Words:
     if parameter is None or parameter.value is None:
         return (Digits(None),)
     if parameter.interval is None:
-        return (Digits(parameter.value), " (fixed)")
+        return (Digits(parameter.value), " (fixed)") if parameter.fixed else (Digits(parameter.value),)
     low, high = parameter.interval
     if low is None or high is None:
         return (Digits(parameter.value),)
@@ -146,6 +167,7 @@ def friction_page(data: MeasuredRuns, section: FrictionSection, identified: Iden
         why = "no reading of the friction runs can be used"
         return Page(_TITLE, (), subject=_SUBJECT, why_empty=why, unused=unused)
     blocks: list[Block] = [Sentence((_law_words(curves),), "law"), _table(curves)]
+    blocks += reference_sentences(section, identified.parameters)
     remarks = [Sentence((f"{curve.joint}: {text}",), "not-identified") for curve in curves for text in curve.remarks]
     if remarks:
         blocks += [Sentence(("What these runs do not show:",), "not-identified"), Listing(tuple(remarks))]

@@ -15,7 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 
-WINDOW, CUBIC = 8, 3
+WINDOW, CUBIC = 12, 3
 # A correlation within so many standard errors of zero is none.
 CLEAR = 3.0
 # Speeds have noise of their own where they differ by more than chance makes at this probability …

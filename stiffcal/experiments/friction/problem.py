@@ -58,7 +58,7 @@ class FrictionProblem(RowProblem):
     ) -> None:
         self._rows, self._chain, self._fixed = rows, chain, fixed
         self._robot = CompliantRobot(chain, placed)
-        self._joints = sorted(set(rows.joint.tolist()))
+        self.joints = tuple(sorted(set(rows.joint.tolist())))
         self._bare = PartFit(rows, [], chain)
         steady = bool(rows.steady.all())
         self.left_out = "at held-out speeds" if steady else "in held-out seconds of motion"
@@ -123,7 +123,7 @@ class FrictionProblem(RowProblem):
         """Return the joints of an effect that shows in motion."""
         if not effect.in_motion:
             return []
-        return [place for place in effect.places(self._chain) if place.joints and place.joints[0] in self._joints]
+        return [place for place in effect.places(self._chain) if place.joints and place.joints[0] in self.joints]
 
     def lacking(self, effect: Effect, place: Place) -> str | None:
         """Return the data missing to determine an effect of a joint, or None."""

@@ -64,6 +64,8 @@ class JointFrictionResult:
     """Of what the law leaves, N·m."""
     noise: Number
     """Of the means over bins, from the scatter of neighbouring samples, N·m; null where these do not show it."""
+    reference_temperature: OrAbsent[float] = None
+    """K, the first that was logged: effects of temperature count from there; absent where none was logged."""
     between_directions: BetweenDirections | None
     curve: FittedCurve
     covariance: SymbolCovariance

@@ -99,6 +99,8 @@ class FrictionRows:
     """(N,) row of each sample."""
     logged_travel: Mapping[int, tuple[float, float]]
     """Joint to its smallest and largest logged angle, rad."""
+    first_temperature: Mapping[int, float]
+    """Joint to the temperature, K, above which those of ``motion`` are counted; NaN where none is logged."""
 
     def __len__(self) -> int:
         return int(self.joint.size)
@@ -107,7 +109,7 @@ class FrictionRows:
         """Return some of the rows, in their order; unknowns that none of them feels are left out."""
         chosen = np.zeros(len(self), dtype=np.bool_)
         chosen[keep] = True
-        apart = ("unknown", "motion", "row", "logged_travel")
+        apart = ("unknown", "motion", "row", "logged_travel", "first_temperature")
         names = [name for name in self.__dataclass_fields__ if name not in apart]
         samples = chosen[self.row]
         number = np.cumsum(chosen) - 1
@@ -191,6 +193,7 @@ def steady_rows(samples: PassSamples) -> FrictionRows:
         joint=samples.joint[first], velocity=samples.velocity[first], torque=np.zeros(k), sigma=sigma, noise_dof=dof,
         nuisance=nuisance, steady=np.ones(k, dtype=np.bool_), piece=stretch_index, source=samples.reading[first],
         run=names, unknown=unknown, motion=motion, row=row, logged_travel=samples.logged_travel,
+        first_temperature=samples.first_temperature,
     )  # fmt: skip
     return replace(rows_of, torque=rows_of.means(samples.torque), velocity=rows_of.means(samples.velocity))
 
@@ -291,6 +294,7 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
             number + 1: (float(drives.angle[joint == number].min()), float(drives.angle[joint == number].max()))
             for number in np.unique(joint).tolist()
         },
+        first_temperature={},
     )
     return _felt(equations)
 
@@ -370,6 +374,7 @@ def stacked_rows(tables: Sequence[FrictionRows]) -> FrictionRows:
         motion=stacked_drive_motion([table.motion for table in tables]),
         row=np.concatenate(row),
         logged_travel={joint: ends for table in tables for joint, ends in table.logged_travel.items()},
+        first_temperature={joint: kelvin for table in tables for joint, kelvin in table.first_temperature.items()},
     )
 
 

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from stiffcal.experiments.friction.runs import FrictionRun
 
 SAMPLES = "stiffcal/friction-samples/1"
-# Ten places in a pass, each of a dozen: their scatter shows the noise.
-MOST_PER_PASS = 120
+# A dozen places in a pass, each of sixteen: their scatter shows the noise.
+MOST_PER_PASS = 200
 # m/s² or m²/s², of gravity across an axis: an axis is as plumb as a robot can be set up.
 LEAST_GRAVITY = 1e-3
 

@@ -1,0 +1,59 @@
+"""Answers of searches that share no parameter become one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
+from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UndecidedEffect
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import Where
+
+PACE = SearchPace(models=1, candidates=2, signatures=3, seconds=0.5, candidates_per_second=4.0)
+EMPTY = DiagnoseResult(
+    warnings=[], adequate=True, noise=Rms(None, None, torque=1.0), rms=Rms(None, None, torque=1.0), lack_of_fit=None,
+    missing=[], could_be=[], findings=[], next_measurement=None, not_tried=[], unexplained=False, structure=[],
+    heldout_rms_after_choosing=Rms(None, None, torque=1.0), parameters_with_missing=[], pace=PACE, summary="ok",
+    superfluous=[], evidence=[], fit_id="", key="",
+)  # fmt: skip
+
+
+def proposed(name: str, joint: int) -> ProposedEffect:
+    return ProposedEffect(effect=name, where=Where(joints=[joint]), alternatives=[])
+
+
+def undecided(joint: int) -> DiagnoseResult:
+    effect = UndecidedEffect(effect="stribeck", where=Where(joints=[joint]), share=0.5, deciding_runs=[])
+    return replace(EMPTY, adequate=False, undecided=[effect])
+
+
+def test_most_important_first() -> None:
+    small = replace(EMPTY, adequate=False, missing=[proposed("stribeck", 1)])
+    large = replace(EMPTY, adequate=False, missing=[proposed("torque-ripple", 2)], rms=Rms(None, None, torque=3.0))
+    parts = [PartialDiagnosis(small, (0.2,), 300, (1,)), PartialDiagnosis(large, (2.0,), 100, (2,))]
+    merged = merged_diagnosis(parts)
+    assert [effect.effect for effect in merged.missing] == ["torque-ripple", "stribeck"]
+    assert merged.adequate is False
+    assert merged.rms.torque == ((300 * 1.0 + 100 * 9.0) / 400) ** 0.5
+    assert merged.pace.candidates == 4
+
+
+def test_what_is_undecided_waits_for_what_is_named() -> None:
+    named = replace(EMPTY, adequate=False, missing=[proposed("stribeck", 1)])
+    merged = merged_diagnosis([PartialDiagnosis(undecided(2), (), 10, (2,)), PartialDiagnosis(named, (1.0,), 10, (1,))])
+    assert merged.undecided == []
+    assert len(merged.missing) == 1
+    assert merged_diagnosis([PartialDiagnosis(undecided(2), (), 10), PartialDiagnosis(EMPTY, (), 10)]).undecided
+
+
+def test_adequate_where_all_are() -> None:
+    unknown = replace(EMPTY, adequate=None, unexplained=None)
+    assert merged_diagnosis([PartialDiagnosis(EMPTY, (), 1, (1,)), PartialDiagnosis(EMPTY, (), 1, (2,))]).adequate
+    assert merged_diagnosis([PartialDiagnosis(EMPTY, (), 1), PartialDiagnosis(unknown, (), 1)]).adequate is None
+    unexplained = replace(EMPTY, adequate=False, unexplained=True)
+    assert merged_diagnosis([PartialDiagnosis(EMPTY, (), 1), PartialDiagnosis(unexplained, (), 1)]).unexplained
+
+
+def test_joints_in_which_nothing_is_missing_share_a_sentence() -> None:
+    parts = [PartialDiagnosis(EMPTY, (), 1, (joint,)) for joint in (3, 1)]
+    assert merged_diagnosis(parts).summary.count(".") == 1
