@@ -91,13 +91,14 @@ def too_many_alike(scan: Scan, near: Sequence[Trial], named: Trial) -> tuple[Riv
     Returns
     -------
     tuple of Rival
-        The named one and the next by evidence, `RIVALS` in all, without a deciding pose; ``share`` is of resamplings.
+        Those that come first in most resamplings (``share``), `RIVALS` in all, without a deciding pose.
     """
     alike = [trial for trial in near if trial.candidate.effect.general == named.candidate.effect.general]
     if len(alike) <= 1 + MOST_ALTERNATIVES:
         return ()
     share = confidence(scan, among=alike)
-    foremost = [named, *(trial for trial in alike if trial is not named)][:RIVALS]
+    # By evidence alone: a simpler law that would be named where evidence ties is no likelier than its share.
+    foremost = sorted(alike, key=lambda trial: -share[trial.candidate.name])[:RIVALS]
     return tuple(Rival(trial.candidate, share[trial.candidate.name], ()) for trial in foremost)
 
 
