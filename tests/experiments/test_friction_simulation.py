@@ -7,6 +7,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.effects.joint_friction import JointFriction
+from stiffcal.effects.presliding import Presliding
 from stiffcal.effects.torque_ripple import TorqueRipple
 from stiffcal.experiments.friction.simulation import simulate_friction, strokes_program
 from stiffcal.experiments.friction.simulation_settings import FrictionMotion
@@ -50,7 +51,7 @@ def test_strokes_are_those_asked_for() -> None:
     # the place is the integral of the speed, which is straight between the nodes
     slope = np.diff(program.joints[:, 1]) / np.diff(program.node)
     middle = 0.5 * (program.speed[1:] + program.speed[:-1])
-    long = np.diff(program.node) > 1e-6
+    long = np.diff(program.node) > 1e-3  # nodes are kept apart by a nanosecond
     np.testing.assert_allclose(slope[long], middle[long], atol=1e-6)
     assert np.ptp(program.joints[:, 0]) == 0.0
 
@@ -135,6 +136,28 @@ def test_every_effect_of_moving_joints_is_played() -> None:
     assert np.all(missing[moving[first:]] * sign[moving[first:]] <= 0.0)
     assert np.abs(missing).max() == pytest.approx(50.0, rel=0.05)
     assert np.median(np.abs(missing)) < 0.1
+
+
+def test_friction_that_builds_up_has_nodes_enough() -> None:
+    """Read between the nodes, it is Dahl's to a hundredth, at a speed without a long ramp."""
+    robot = CompliantRobot(
+        six_axes(), (PlacedEffect(Presliding(), Place("joints", (2,)), {"stiffness": 4e4, "angle": 3e-3}),)
+    )
+    motion = MOTION.model_copy(update={"ripple_Nm": 0.0, "rotor_inertia_kgm2": 0.0, "speeds_rad_s": [0.015]})
+    program = strokes_program(motion, POSE, 2)
+    runs = []
+    for model in (robot, CompliantRobot(six_axes(), ())):
+        planned = PlannedRun("a", POSE, program, Loads(), Attachment(0, np.eye(4)), 0.0)
+        done = simulate_friction(model, planned, {}, ToolWeight(0.0, np.zeros(3)), motion).planned.program
+        assert isinstance(done, MotionProgram)
+        runs.append(done)
+    forwards = np.flatnonzero(program.speed == 0.015)
+    start = forwards[0]
+    turned = program.joints[start - 1 :: -1, 1].min()
+    time = np.linspace(program.node[start], program.node[start] + 1.0, 400)
+    travel = runs[0].joints_at(time)[:, 1] - turned
+    missing = (runs[0].torque_at(time) - runs[1].torque_at(time))[:, 1]
+    np.testing.assert_allclose(missing, -120.0 * np.exp(-travel / 3e-3), atol=1.2)
 
 
 def test_travel_since_the_reversal() -> None:

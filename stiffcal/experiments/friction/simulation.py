@@ -27,6 +27,8 @@ from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
 RAMP_POINTS = 24
 # Weight is straight between nodes this far apart to 10⁻⁵ of itself.
 NODE_RAD = 0.01
+# Friction that builds up after a reversal does so within micro- to milliradians: as many nodes in addition there.
+FIRST_RAD, REVERSAL_NODES = (1e-5, 0.03), 48
 # A wave of the torque over the angle has at least as many nodes.
 NODES_PER_WAVE = 20.0
 
@@ -99,14 +101,15 @@ def _stroke(distance: float, pace: float, acceleration: float) -> tuple[Floats, 
     steady = max(length / pace - ramp, 0.0)
     up = np.linspace(0.0, ramp, RAMP_POINTS)
     count = max(2, int(np.ceil(pace * steady / NODE_RAD)))
-    even = ramp + np.linspace(0.0, steady, count)
+    early = np.geomspace(*FIRST_RAD, REVERSAL_NODES) / pace
+    even = ramp + np.union1d(np.linspace(0.0, steady, count), early[early < steady])
     down = ramp + steady + up
     time = np.concatenate([up, even, down])
     place = np.concatenate(
         [0.5 * acceleration * up**2, pace * (even - 0.5 * ramp), length - 0.5 * acceleration * (ramp - up) ** 2]
     )
-    speed = np.concatenate([acceleration * up, np.full(count, pace), acceleration * (ramp - up)])
-    change = np.concatenate([np.full(up.size, acceleration), np.zeros(count), np.full(up.size, -acceleration)])
+    speed = np.concatenate([acceleration * up, np.full(even.size, pace), acceleration * (ramp - up)])
+    change = np.concatenate([np.full(up.size, acceleration), np.zeros(even.size), np.full(up.size, -acceleration)])
     # two nodes at one moment: where the acceleration jumps, so does the torque
     time[0] = 1e-9
     time[1:] = np.maximum.accumulate(np.maximum(time[1:], time[:-1] + 1e-9))
