@@ -7,9 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
+from stiffcal.experiments.friction.documents import friction_fit_columns
 from stiffcal.experiments.friction.fitting import FrictionFit, fit_friction, friction_curve
 from stiffcal.experiments.friction.rows import motion_rows, stacked_rows, steady_rows
 from stiffcal.experiments.friction.runs import reduce_friction
+from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from tests.laboratory.friction_law import friction_torque
@@ -113,3 +115,17 @@ def test_a_run_that_never_reached_its_velocity_is_dropped_with_a_word() -> None:
     (words,) = reduction.warnings
     assert "run 5, joint A2: 6 readings dropped" in words
     assert "never held a velocity" in words
+
+
+def test_the_picture_of_friction_over_speed_is_without_the_ripple() -> None:
+    """What follows the angle is taken off the measured points; measured less fitted stays the residual."""
+    ripple = PlacedEffect(built_in_effects()["torque-ripple"], Place("joints", (2,)))
+    samples = reduce_friction(friction_runs(TRUE, ripple_order=6.0), robot()).samples
+    assert samples is not None
+    fit = fit_friction(steady_rows(samples), (JOINT_2, ripple), robot())
+    columns = friction_fit_columns(fit, tuple("123456"))
+    measured, fitted_friction = (np.asarray(columns[name]) for name in ("friction_measured_Nm", "friction_Nm"))
+    np.testing.assert_allclose(measured - fitted_friction, columns["residual_Nm"], atol=1e-9)
+    curve, _ = friction_curve(fit.joints[0], (JOINT_2, ripple), fit.rows.velocity)
+    np.testing.assert_allclose(fitted_friction, curve, atol=1e-9)
+    assert float(np.abs(np.asarray(columns["beside_Nm"]) - fit.nuisance).max()) > 5.0

@@ -55,14 +55,19 @@ def friction_runs(
     joint: int = 2,
     weight: float = 120.0,
     seed: int = 7,
+    ripple_order: float = 0.0,
 ) -> list[FrictionRun]:
-    """Return one run per speed: friction, weight that follows the angle, inertia, gear ripple, noise."""
+    """Return one run per speed: friction, weight that follows the angle, inertia, gear ripple, noise.
+
+    With ``ripple_order`` waves of 8 N·m in addition.
+    """
     rng = np.random.default_rng(seed)
     runs = []
     for speed in speeds:
         time, angle = to_and_fro(speed)
         velocity = np.gradient(angle, INTERVAL)
         torque = friction_torque(velocity, values) + weight * np.cos(angle) + 15.0 * np.gradient(velocity, INTERVAL)
+        torque += 8.0 * np.sin(ripple_order * angle)
         torque += 3.0 * np.sin(80.0 * angle) + noise * rng.normal(size=time.size)
         runs.append(run_of(f"{speed:g}", joint, time, angle, torque))
     return runs

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
     from stiffcal.experiments.friction.fitting import FrictionFit, FrictionParameter, JointFrictionFit
     from stiffcal.experiments.friction.readings import SteadyReadings
+    from stiffcal.experiments.friction.rows import FrictionRows
+    from stiffcal.experiments.friction.solving import PartFit
     from stiffcal.measurements.columns import Values
     from stiffcal.model.composite import PlacedEffect
 
@@ -270,16 +272,24 @@ def fit_table(data: MeasuredRuns, fit: FrictionFit) -> pa.Table:
     return table_of(friction_fit_columns(fit, data.joint_names))
 
 
+def part_of(rows: FrictionRows, part: PartFit) -> Floats:
+    """Return (k,) N·m of the effects of a part that are no laws of velocity alone: ripple, temperature, load."""
+    torque = np.zeros(len(rows))
+    torque[np.isin(rows.joint, part.joints)] = part.beside_velocity()
+    return torque
+
+
 def friction_fit_columns(fit: FrictionFit, joint_names: tuple[str, ...]) -> dict[str, Values]:
-    """Return columns: velocity, friction as measured (weight, inertia, zeros taken off), fit, residual."""
+    """Return columns: velocity, friction over velocity as measured (all else taken off) and as fitted, residual."""
     rows = fit.rows
+    other = sum((part_of(rows, part) for part in fit.parts), np.zeros(len(rows)))
     return {
         "run": rows.run.tolist(),
         "joint": [joint_names[joint - 1] for joint in rows.joint],
         "steady": rows.steady,
         "velocity_radps": rows.velocity,
-        "friction_measured_Nm": fit.friction_measured,
-        "friction_Nm": fit.friction,
-        "beside_Nm": fit.nuisance,
+        "friction_measured_Nm": fit.friction_measured - other,
+        "friction_Nm": fit.friction - other,
+        "beside_Nm": fit.nuisance + other,
         "residual_Nm": fit.residual,
     }

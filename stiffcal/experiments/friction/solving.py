@@ -319,6 +319,14 @@ class PartFit:
                 torque += self.amplitude[law.placed.parameter_name(symbol)] * column
         return torque
 
+    def beside_velocity(self) -> Floats:
+        """Return (k,) N·m of the laws that follow more than the velocity."""
+        torque = np.zeros(len(self.rows))
+        for law in self.laws:
+            if not law.placed.effect.torque_columns(np.ones(1), law.shape):
+                torque += self._torque_of(law, law.shape)
+        return torque
+
     def values(self) -> dict[str, float]:
         """Return full name to value of every parameter."""
         shapes = {law.placed.parameter_name(symbol): v for law in self.laws for symbol, v in law.shape.items()}

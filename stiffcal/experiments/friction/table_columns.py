@@ -73,9 +73,9 @@ FRICTION_FIT: Mapping[str, ColumnDescription] = {
         "true for a mean within passes at constant velocity, false for a sample of other motion"
     ),
     "velocity_radps": ColumnDescription("of the drive, at the joint's side of the gear", "rad/s"),
-    "friction_measured_Nm": ColumnDescription("measured torque less weight, inertia and zeros as fitted", "N·m"),
-    "friction_Nm": ColumnDescription("the fitted friction", "N·m"),
-    "beside_Nm": ColumnDescription("weight, inertia and zeros as fitted", "N·m"),
+    "friction_measured_Nm": ColumnDescription("measured torque less all but friction over velocity", "N·m"),
+    "friction_Nm": ColumnDescription("the fitted friction over velocity", "N·m"),
+    "beside_Nm": ColumnDescription("all but friction over velocity: weight, inertia, zeros, ripple", "N·m"),
     "residual_Nm": ColumnDescription("measured less fitted", "N·m"),
 }
 

@@ -155,7 +155,7 @@ def _heldout_readings(validation: ValidateResult) -> list[str]:
     sentences[0] += f", without a model {wording.measure_text(validation.zero_model)}"
     sentences[0] += f": {wording.percent(1.0 - left)} of the torque is predicted." if left is not None else "."
     if validation.noise is not None:
-        sentences.append(f"Repeats alone scatter {wording.measure_text(validation.noise)} rms.")
+        sentences.append(f"The noise is {wording.measure_text(validation.noise)} rms.")
     else:
         sentences.append("How much of this is noise cannot be judged: too little was repeated.")
     return sentences
