@@ -45,6 +45,7 @@ COMMANDS = {
     "history": "List every fit: model, error in held-out poses, noise.",
     "plot": "Draw load against deformation, or the residual.",
     "report": "Write the report as a PDF (DIR/report.pdf).",
+    "view": "Write one HTML file for a browser (DIR/view.html).",
     "run": "Check, ingest, identify, validate, diagnose and report in one go.",
     "batch": "Run many campaigns in parallel and hold them to thresholds.",
     "export": "Write the states or the model for other programs.",

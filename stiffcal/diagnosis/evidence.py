@@ -105,6 +105,30 @@ def evidence_for(
             yield _evidence(scan, state, columns, number, included)
 
 
+def refitted_without(scan: LoadScan, number: int) -> Floats | None:
+    """Return (m, n) residuals in held-out poses of the model refitted without one of its effects.
+
+    Parameters
+    ----------
+    scan : of the model that holds the effect.
+    number : the effect's in ``scan.fit.robot.placed``.
+
+    Returns
+    -------
+    array or None
+        None where the effect has no free parameter.
+    """
+    fixed = frozenset(scan.fit.left_at_neutral | {entry.name for entry in scan.fit.parameters if entry.fixed})
+    columns = free_columns(scan.fit.robot, fixed)
+    others = np.array([column.placed != number for column in columns], dtype=np.bool_)
+    if others.all():
+        return None
+    state = Linearised.about(scan.fit.robot, scan.fit.data)
+    low = np.array([_lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
+    added = _contribution(state, scan.fit.robot.placed[number])
+    return _heldout_residual(scan, scan.own_columns[others], scan.residual + added, low[others])
+
+
 def _evidence(
     scan: LoadScan, state: Linearised, columns: list[ParameterColumn], number: int, included: list[Regressor]
 ) -> EffectEvidence:

@@ -61,6 +61,21 @@ def observed_table(
     return table_of(columns)
 
 
+def residual_columns(states: LoadStates, data: Observations, residual: Floats) -> dict[str, Floats]:
+    """Return the residual columns of `observed_table` alone, by name, (n,) each.
+
+    Parameters
+    ----------
+    states : all load states of the campaign.
+    data : the observations, m components of n states.
+    residual : (m, n) m and rad.
+    """
+    return {
+        f"{name}_residual": np.where(data.measured_mask[place] & read, residual[place], np.nan)
+        for name, place, read in _named_rows(states, data)
+    }
+
+
 def _named_rows(states: LoadStates, data: Observations) -> Iterator[tuple[str, int, NDArray[np.bool_]]]:
     """Give the name, the row and the (n,) states of each instrument's readings; gauges may share a row."""
     setup, everywhere = states.setup, np.ones(data.n_states, dtype=np.bool_)

@@ -28,6 +28,7 @@ from stiffcal.workflow.command_results import (
     PlotResult,
     ReportResult,
     SimulateResult,
+    ViewResult,
 )
 from stiffcal.workflow.error_result import ErrorResult
 from stiffcal.workflow.improve_results import ImproveResult
@@ -50,6 +51,7 @@ DOCUMENTS: dict[str, Any] = {
     "batch": BatchResult,
     "report": ReportResult,
     "plot": PlotResult,
+    "view": ViewResult,
     "export": ExportResult,
     "edit": EditResult,
     "trust": TrustResult,

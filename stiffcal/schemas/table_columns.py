@@ -160,3 +160,9 @@ EVIDENCE: Mapping[str, ColumnDescription] = {
         "what the effect adds in that direction, since the state under weight alone", "", missing=True
     ),
 }
+
+REFITS: Mapping[str, ColumnDescription] = {
+    "entry": ColumnDescription("index of the refit in the document refits; from 0"),
+    "state": ColumnDescription("index of the state in the table states; from 0"),
+    **{name: description for name, description in OBSERVED.items() if name.endswith("_residual")},
+}

@@ -21,6 +21,7 @@ import pyarrow as pa
 
 from stiffcal.campaign.manifest import Source
 from stiffcal.diagnosis.evidence import EffectEvidence
+from stiffcal.diagnosis.refits import Refit, RefitSummary
 from stiffcal.experiments import all_kinds
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, RowLayout
@@ -36,16 +37,18 @@ from stiffcal.measurements.tables import states_table
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place, StateOrder
+from stiffcal.model.summary import Where
 from stiffcal.reduction.logs import Rows
 from stiffcal.schemas.table_columns import (
     EVIDENCE,
     HELDOUT,
     OBSERVED,
     RECORDING,
+    REFITS,
     STATES,
 )
 from stiffcal.store import table_of
-from stiffcal.workflow.evidence import evidence_columns
+from stiffcal.workflow.evidence import evidence_columns, refit_columns
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}
@@ -56,6 +59,7 @@ _TEXTS = {
     "recording": "A table `recordings/RUN/SOURCE`: one row per reading, in SI and in the instrument's own axes.",
     "fit": "The table `fit`: one row per load state that was fitted, with what the fitted model says of it.",
     "unseen": "The table `unseen`: one row per load state, with the residual of a fit made without its pose.",
+    "refits": "The table `refits`: one row per refit and load state, its residual by a fit made without its pose.",
     "evidence": "The table `evidence`: one row per effect and load state, the residual against what drives the effect.",
 }
 
@@ -70,6 +74,7 @@ def table_specimens() -> dict[str, TableSpecimen]:
         "recording": (_recording(), RECORDING),
         "fit": (observed_table(*judged), OBSERVED),
         "unseen": (observed_table(*judged, {BRANCH: words, LOAD: _ONE, TORQUE.format(1): _ONE}), HELDOUT),
+        "refits": (table_of(refit_columns(states, judged[1], [_refit()], _FIRST)), REFITS),
         "evidence": (table_of(evidence_columns(states, {"": _evidence()})), EVIDENCE),
     }
     specimens = {name: TableSpecimen(_TEXTS[name], *pair) for name, pair in tables.items()}
@@ -197,6 +202,11 @@ def _evidence() -> EffectEvidence:
     rms = Rms(0.0, 0.0)
     placed = PlacedEffect(effect, Place("joints", (1,)))
     return EffectEvidence(placed, "", "1", False, None, _FIRST, _ONE, _ONE, _ONE, _ONE, rms, rms, ())
+
+
+def _refit() -> Refit:
+    summary = RefitSummary(change="with", effect="", where=Where(), heldout_rms=Rms(0.0, 0.0), values=[])
+    return Refit(summary, np.zeros((8, 1)))
 
 
 def schema_texts() -> dict[str, str]:

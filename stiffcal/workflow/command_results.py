@@ -149,6 +149,21 @@ class ReportResult(CommandResult):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ViewResult(CommandResult):
+    """Answer of ``view``."""
+
+    schema: Literal["stiffcal/view/1"] = "stiffcal/view/1"
+    file: str
+    """The page."""
+    n_states: int
+    """Load states of the campaign."""
+    n_shown: int
+    """Load states that are drawn; errors and shares are of all."""
+    origin: OrAbsent[Origin] = None
+    """From whom the results in it come."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ExportResult(CommandResult):
     """Answer of ``export``."""
 

@@ -15,12 +15,13 @@ from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.store.document_shape import result_from
 from stiffcal.workflow.diagnose_rows import diagnose_rows
-from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, diagnoses_with, evidence_of
+from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, REFITS, diagnoses_with, evidence_of, refit_columns
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_document, up_to_date_states
 from stiffcal.workflow.suspects import described, suspicion_of
 
 if TYPE_CHECKING:
+    from stiffcal.arrays import Booleans
     from stiffcal.diagnosis.search_results import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.model.composite import CompliantRobot
@@ -47,6 +48,10 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     ------
     InputError : the input is wrong.
     """
+    import numpy as np
+
+    from stiffcal.diagnosis.refits import StoredRefits, refits_of
+
     context = context or RunContext()
     data = up_to_date_states(folder, context)
     identified = up_to_date_fit(data, context)
@@ -69,11 +74,15 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     table, evidence = evidence_of(sound, search)
     diagnosis = replace(diagnosis, evidence=evidence, fit_id=fit_id, key=key, registration=data.registration)
     diagnosis = _with_suspects(diagnosis, suspicion, (data, sound), search, loss, context)
+    refits = list(refits_of(search.first, diagnosis.findings))
+    kept = np.flatnonzero(_kept(data, suspicion))[search.first.fit.data.index]
+    stored_refits = StoredRefits(key=key, entries=[refit.summary for refit in refits])
     falls = tuple(missing.judgement.fall for missing in search.found)
     diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, falls, len(sound.states)), *rows])
     data.commit(
-        {EVIDENCE: table},
+        {EVIDENCE: table, REFITS: refit_columns(sound.states, search.first.fit.data, refits, kept)},
         lambda stored: {
+            REFITS: document_of(stored_refits),
             DIAGNOSE: document_of(diagnosis),
             DIAGNOSES: diagnoses_with(stored(DIAGNOSES), data, diagnosis),
         },
@@ -84,10 +93,18 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
 
 def _without(data: Ingested, suspicion: Suspicion) -> Ingested:
     """Return the campaign without its suspects; a step inside a run stays, as an effect explains it."""
+    keep = _kept(data, suspicion)
+    return data if keep.all() else replace(data, states=data.states.select(keep))
+
+
+def _kept(data: Ingested, suspicion: Suspicion) -> Booleans:
+    """Return (n,) True for the states that are not of a suspect."""
+    import numpy as np
+
     from stiffcal.diagnosis.suspects.words import without_steps
 
     firm = without_steps(suspicion)
-    return replace(data, states=data.states.select(firm.keep(data.states))) if firm.suspects else data
+    return firm.keep(data.states) if firm.suspects else np.ones(len(data.states), dtype=np.bool_)
 
 
 def _with_suspects(

@@ -5,12 +5,13 @@ The table ``evidence`` holds one row per effect and load state; outside stiffcal
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from stiffcal.arrays import Integers
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, RunErrors
 from stiffcal.documents import Document, document_of
 from stiffcal.model.summary import Where
@@ -18,14 +19,16 @@ from stiffcal.workflow.steps import Ingested, key_of_table
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.evidence import EffectEvidence
+    from stiffcal.diagnosis.refits import Refit
     from stiffcal.diagnosis.search_results import Search
+    from stiffcal.identification.readings import Observations
     from stiffcal.measurements.columns import Values
     from stiffcal.measurements.load_states import LoadStates
 
 Columns: TypeAlias = "dict[str, Values]"
 """The columns of a table by name, arrays of one length."""
 
-EVIDENCE, DIAGNOSES = "evidence", "diagnoses"
+EVIDENCE, DIAGNOSES, REFITS = "evidence", "diagnoses", "refits"
 # A report shows no more pages of evidence than these; a model seldom needs as many effects beyond its joints.
 MOST_SHOWN = 12
 # Of a diagnosis that a later one has replaced, so many ranks are kept.
@@ -131,6 +134,27 @@ def evidence_columns(states: LoadStates, evidence_by_name: Mapping[str, EffectEv
         "before": joined("before"),
         "after": joined("after"),
         "law": joined("law"),
+    }
+
+
+def refit_columns(states: LoadStates, data: Observations, refits: Sequence[Refit], index: Integers) -> Columns:
+    """Return the columns of the table ``refits``: rows of one refit stand together.
+
+    Parameters
+    ----------
+    states : load states that were searched.
+    data : the observations of the search.
+    refits : in the order of the document.
+    index : (n,) the observations' states in the campaign's load states.
+    """
+    from stiffcal.identification.state_tables import residual_columns
+
+    names = residual_columns(states, data, np.zeros_like(data.measured))
+    parts = [residual_columns(states, data, refit.residual) for refit in refits]
+    return {
+        "entry": np.repeat(np.arange(len(refits), dtype=np.int64), len(index)),
+        "state": np.tile(index.astype(np.int64), len(refits)),
+        **{name: np.concatenate([part[name] for part in parts]) if parts else np.zeros(0) for name in names},
     }
 
 

@@ -37,7 +37,7 @@ def read_history(folder: Path, context: RunContext | None = None) -> HistoryResu
     context = context or RunContext()
     campaign = load_campaign(Path(folder), check_files=False)
     store = open_store(campaign.folder, context)
-    fits = [_entry(fit) for fit in _stored_fits(store)]
+    fits = [_entry(fit) for fit in stored_fits(store)]
     present = model_of(campaign.model)
     identified = stored_document(store, IDENTIFY) or {}
     last = next((fit for fit in fits if fit.id == identified.get("fit_id")), fits[-1] if fits else None)
@@ -46,7 +46,8 @@ def read_history(folder: Path, context: RunContext | None = None) -> HistoryResu
     return HistoryResult(warnings=["the model in model.toml is not fitted yet"], fits=fits, not_fitted_yet=present)
 
 
-def _stored_fits(store: Store) -> list[StoredFit]:
+def stored_fits(store: Store) -> list[StoredFit]:
+    """Return every fit of the history as the store keeps it, oldest first."""
     stored = stored_document(store, HISTORY) or NO_HISTORY
     return [result_from(StoredFit, fit, store.display_name, HISTORY) for fit in stored["fits"]]
 
@@ -87,7 +88,7 @@ def restore_model(
     InputError : there is no such fit; another user made it and `confirm` returns False; its model is no model file.
     """
     campaign = load_campaign(Path(folder), check_files=False)
-    fits = {fit.id: fit for fit in reversed(_stored_fits(open_store(campaign.folder, context)))}
+    fits = {fit.id: fit for fit in reversed(stored_fits(open_store(campaign.folder, context)))}
     if fit_id not in fits:
         fit_ids = ", ".join(reversed(fits)) or "none"
         raise InputError.at(

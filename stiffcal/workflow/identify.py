@@ -22,6 +22,7 @@ from stiffcal.workflow.steps import (
     Ingested,
     RunContext,
     announce,
+    kept_table,
     key_of_fit,
     key_of_table,
     model_text,
@@ -193,6 +194,7 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
         of_states = replace(identify_result(fit, data.states), expected_rms=expected, expected_error=sentence)
         result = merge_experiment_fits(of_states, experiments)
         tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
+        tables[kept_table(FIT_STATES, key_of_fit(data, loss))] = tables[FIT_STATES]
         suspects, not_checked = suspects_in(data.campaign, data.states, loss, present=fit)
         result = replace(result, suspects=suspects, suspects_not_checked=not_checked)
     result = replace(result, loss=loss, key=key_of_fit(data, loss), registration=data.registration)

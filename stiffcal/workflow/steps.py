@@ -370,6 +370,17 @@ def free_names(campaign: Campaign, robot: CompliantRobot) -> tuple[list[str], li
     return [name for name in names if name not in valued], names
 
 
+def kept_table(table: str, key: str) -> str:
+    """Return the name under which a table of states stays in the store for every fit of the history.
+
+    Parameters
+    ----------
+    table : `FIT_STATES` or `HELDOUT_STATES`, which are of the last fit.
+    key : of the fit, `StoredFit.key`.
+    """
+    return f"{table}-{key[:16]}"
+
+
 def model_text(campaign: Campaign) -> str:
     """Return model.toml as it stands, "" where there is none and the default model holds."""
     path = campaign.folder / MODEL_FILE

@@ -86,6 +86,7 @@ _SCHEMAS = {"history": "stiffcal/history/1", "load_paths": "stiffcal/load-paths/
 @cache
 def _document_types() -> dict[str, tuple[Any, str]]:
     """Return the type and the schema of each document by name; imported only where somebody else's are read."""
+    from stiffcal.diagnosis.refits import StoredRefits
     from stiffcal.diagnosis.results import DiagnoseResult
     from stiffcal.ingest.results import IngestResult
     from stiffcal.results.identify_result import IdentifyResult
@@ -98,6 +99,7 @@ def _document_types() -> dict[str, tuple[Any, str]]:
         "validate": (ValidateResult, "stiffcal/validate/1"),
         "diagnose": (DiagnoseResult, "stiffcal/diagnose/1"),
         "ingest": (IngestResult, "stiffcal/ingest/1"),
+        "refits": (StoredRefits, "stiffcal/refits/1"),
         "provenance": (Provenance, "stiffcal/provenance/1"),
         "report": (StoredReport, "stiffcal/report-made/1"),
     }

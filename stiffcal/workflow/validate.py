@@ -22,6 +22,7 @@ from stiffcal.workflow.steps import (
     Ingested,
     RunContext,
     announce,
+    kept_table,
     key_of,
     open_store,
     stored_fit,
@@ -142,6 +143,7 @@ def validate_now(
         predicted = heldout.displacement - heldout.residual
         carried = load_columns(data.states, fit.robot)
         tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual, carried)
+        tables[kept_table(HELDOUT_STATES, identified.key)] = tables[HELDOUT_STATES]
     result = replace(
         result,
         suspects=identified.suspects,

@@ -46,6 +46,7 @@ WORDS: dict[str, list[str]] = {
     "batch": ["batch", "{}", "--no-report"],
     "report": ["report", "{}", "-o", "{}/report.pdf"],
     "plot": ["plot", "{}", "-o", "{}/plot.svg"],
+    "view": ["view", "{}", "-o", "{}/view.html"],
     "export": ["export", "{}", "-o", "{}/states.csv"],
     "edit": ["add", "{}", "backlash", "--joints", "4"],
     "effects": ["effects", "backlash"],

@@ -1,0 +1,183 @@
+"""What the page for a browser is made of: finished results of the other rooms, as plain arrays and words, SI units.
+
+Fields are written to the page under their own names; the scripts read them by these names (`stiffcal/view/data.js`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.experiments.presentation import Page
+from stiffcal.measurements.rms import Rms
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewRun:
+    """A run of load states."""
+
+    name: str
+    """Its id."""
+    chain: Floats
+    """(K, 3) m, base axes: base origin, joint origins, flange (K = J + 2), at rest."""
+    holdout: bool = False
+    """True where no fit uses it."""
+    files: list[str] = field(default_factory=list)
+    """Its logs, relative to the campaign folder."""
+    source: str = ""
+    """The source whose rows are its states, for ``[[exclude]]``; "" where states were found in logs sampled over
+    time."""
+    own_file: bool = False
+    """True where that source has a file of its own for this run."""
+    first_row: str = ""
+    """Where data row 1 of that source stands in its file, in words; "" where that is not known."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewVariable:
+    """Something that a residual can be drawn against."""
+
+    name: str
+    """For the URL: "torque2"."""
+    label: str
+    """As it is printed."""
+    unit: str
+    """As it is printed; "" where there is none."""
+    values: Floats
+    """(n,) in that unit; NaN where not known."""
+    levels: list[str] = field(default_factory=list)
+    """Texts of the values 0, 1, …; empty where values are numbers."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewValue:
+    """A parameter of a model; of a compliance the stiffness."""
+
+    name: str
+    """``effect.place.symbol``."""
+    unit: str
+    """Of the value."""
+    value: float | None
+    """None where it is not identified."""
+    low: float | None = None
+    """Lower end of the 95 % interval."""
+    high: float | None = None
+    """Upper end of the 95 % interval."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewShare:
+    """How much of a residual a variable explains, over all states."""
+
+    variable: str
+    """Its name."""
+    component: str
+    """Which residual: "x", "y", "z", "rx", "ry", "rz"."""
+    share: float
+    """Of the squares about the mean, 0 to 1."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewModel:
+    """A model that the panels can show: a fit of the history, or a refit that `diagnose` stored."""
+
+    id: str
+    """For the URL: "fit3", "with2", "without1"."""
+    kind: Literal["fit", "with", "without"]
+    """A fit of the history; the present model with a candidate; the present model without one of its effects."""
+    label: str
+    """As it is printed."""
+    present: bool = False
+    """True for the fit of the present model."""
+    fit_rms: Rms | None = None
+    """Of the fit, all states, as in ``history``."""
+    heldout_rms: Rms | None = None
+    """In held-out poses, all states, as in ``history``."""
+    values: list[ViewValue] = field(default_factory=list)
+    """Parameters; empty where they are not known."""
+    effect: str = ""
+    """Of a refit: ``effect place``."""
+    residual_fit: Floats | None = None
+    """(n, 3) or (n, 6) m and rad; None where the store does not hold it."""
+    residual_heldout: Floats | None = None
+    """Likewise, each pose by a fit without it."""
+    shares: list[ViewShare] = field(default_factory=list)
+    """What explains its residual, largest first."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewEffect:
+    """An effect of the present model at a place."""
+
+    name: str
+    """``effect place``."""
+    joint: int | None
+    """Its joint, or the joint that moves its link, from 1; None for the set-up and couplings."""
+    link: bool
+    """True for a link."""
+    share: float
+    """Of the squares of the predicted deflection."""
+    part: Floats
+    """(n, 3) or (n, 6): prediction less that of the model without it, m and rad."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewStates:
+    """n load states, grouped by run, in the order in which they were reached."""
+
+    run: Integers
+    """(n,) index into the runs."""
+    row: Integers
+    """(n,) data row of the table, or number of the hold."""
+    used: Booleans
+    """(n,) False for states set aside and references."""
+    why: list[str]
+    """(n,) why a state is not used; "" where it is."""
+    measured: Floats
+    """(n, 3) or (n, 6) m and rad, base axes, since the run's reference."""
+    force: Floats
+    """(n, 3) N, base axes."""
+    shape: Floats
+    """(n, K, 3) m: how far the points of the chain move under the load, base axes."""
+    target: Floats
+    """(n, 3) m: the measured point at rest, base axes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewContent:
+    """All that the page shows."""
+
+    campaign: str
+    robot: str
+    fit_id: str
+    """Number of the present fit, "" where there is none."""
+    verdict: str
+    """The diagnosis in a sentence."""
+    noise: Rms | None
+    """In the measure of every rms; None where it cannot be judged."""
+    zero: Rms | None
+    """The error with no model at all, all states; None where it is not known."""
+    suspected: list[int]
+    """Joints from 1 where the diagnosis misses an effect."""
+    n_states: int
+    """All load states; more than are drawn where a sample is drawn."""
+    joints: list[str]
+    """Their names."""
+    rotation: bool
+    """True where rotations were measured."""
+    runs: list[ViewRun]
+    states: ViewStates | None
+    """Those that are drawn; None where the campaign holds none."""
+    variables: list[ViewVariable]
+    models: list[ViewModel]
+    """Fits, oldest first, then refits."""
+    effects: list[ViewEffect]
+    readings: dict[str, Floats]
+    """What the store holds of each drawn state, (n,) each, by column; empty with ``--no-raw``."""
+    raw: bool
+    """False with ``--no-raw``."""
+    pages: list[Page]
+    """What other kinds of experiment show."""
+    refits_missing: str
+    """Why candidates cannot be shown, "" where they can."""

@@ -1,0 +1,131 @@
+"use strict";
+/** The one name of the page. @type {Object<string, any>} */
+const stiffcal = {};
+(function (S) {
+  /** @typedef {{$: {at: number, n: number, width: number, step: number, shape: number[]}}} Reference */
+
+  /** Bytes of base 64. @param {string} text @returns {Uint8Array} */
+  function bytesOf(text) {
+    const binary = atob(text.trim());
+    const bytes = new Uint8Array(binary.length);
+    for (let i = 0; i < binary.length; i++) bytes[i] = binary.charCodeAt(i);
+    return bytes;
+  }
+
+  /** @param {Uint8Array} bytes @returns {Promise<Uint8Array>} */
+  async function inflate(bytes) {
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new Uint8Array(await new Response(stream).arrayBuffer());
+  }
+
+  /** Numbers of an array, NaN where none is known. @param {Uint8Array} bytes @param {Reference["$"]} entry */
+  function numbersOf(bytes, entry) {
+    const { at, n, width, step } = entry;
+    const values = new Float64Array(n);
+    const missing = -(2 ** (8 * width - 1));
+    for (let i = 0; i < n; i++) {
+      let integer = bytes[at + i] | (bytes[at + n + i] << 8);
+      if (width === 2) integer = (integer << 16) >> 16;
+      else integer = integer | (bytes[at + 2 * n + i] << 16) | (bytes[at + 3 * n + i] << 24);
+      values[i] = integer === missing ? NaN : integer * step;
+    }
+    return values;
+  }
+
+  /** Replace references by arrays, everywhere. @param {any} value @param {Uint8Array} bytes */
+  function resolve(value, bytes) {
+    if (Array.isArray(value)) return value.map((item) => resolve(item, bytes));
+    if (value === null || typeof value !== "object") return value;
+    if (value.$) return numbersOf(bytes, value.$);
+    const result = {};
+    for (const key of Object.keys(value)) result[key] = resolve(value[key], bytes);
+    return result;
+  }
+
+  /** Read the data of the page. @returns {Promise<any>} */
+  S.load = async function () {
+    const whole = await inflate(bytesOf(document.getElementById("data").textContent));
+    const length = new DataView(whole.buffer).getUint32(0, true);
+    const text = new TextDecoder().decode(whole.subarray(4, 4 + length));
+    S.data = resolve(JSON.parse(text), whole.subarray(4 + length));
+    const states = S.data.states;
+    S.n = states ? states.run.length : 0;
+    S.selected = new Uint8Array(S.n);
+    S.modelById = new Map(S.data.models.map((model) => [model.id, model]));
+    S.variableByName = new Map(S.data.variables.map((variable) => [variable.name, variable]));
+    S.members = S.data.runs.map(() => []);
+    for (let i = 0; i < S.n; i++) S.members[states.run[i]].push(i);
+    S.components = S.data.rotation ? ["x", "y", "z", "rx", "ry", "rz"] : ["x", "y", "z"];
+    return S.data;
+  };
+
+  /** Whether a model has something to draw. */
+  S.isDrawable = (model) => Boolean(model.residual_fit || model.residual_heldout);
+
+  let cached = { key: "", value: null };
+  /**
+   * The residual that all panels show: of the model that is chosen, the parts of effects added that are taken out.
+   * @returns {{move: Float64Array, turn: Float64Array|null, model: any, heldout: boolean, exact: boolean}}
+   */
+  S.residual = function () {
+    const state = S.state;
+    const key = [state.model, state.kind, state.off.join("|"), state.mode].join("/");
+    if (cached.key === key) return cached.value;
+    let model = S.modelById.get(state.model);
+    if (state.mode === "refit" && state.off.length) {
+      model = S.data.models.find((entry) => entry.kind === "without" && entry.effect === state.off[0]) || model;
+    }
+    const heldout = (state.kind === "heldout" && Boolean(model.residual_heldout)) || !model.residual_fit;
+    const pair = heldout ? model.residual_heldout : model.residual_fit;
+    let move = pair[0], turn = S.data.rotation ? pair[1] : null;
+    if (state.mode === "part" && state.off.length) {
+      move = Float64Array.from(move);
+      turn = turn && Float64Array.from(turn);
+      for (const effect of S.data.effects.filter((entry) => state.off.includes(entry.name))) {
+        for (let i = 0; i < move.length; i++) move[i] += effect.part[0][i];
+        if (turn) for (let i = 0; i < turn.length; i++) turn[i] += effect.part[1][i];
+      }
+    }
+    const exact = !(state.mode === "part" && state.off.length > 1);
+    cached = { key, value: { move, turn, model, heldout, exact } };
+    return cached.value;
+  };
+
+  /**
+   * Square root of the mean squared length of three components, over the drawn states that are judged.
+   * @param {Float64Array} values (n × 3) @param {(i: number) => boolean} [keep] @returns {number} NaN of none
+   */
+  S.rms = function (values, keep) {
+    const used = S.data.states.used;
+    let sum = 0, count = 0;
+    for (let i = 0; i < S.n; i++) {
+      if (!used[i] || (keep && !keep(i))) continue;
+      const square = values[3 * i] ** 2 + values[3 * i + 1] ** 2 + values[3 * i + 2] ** 2;
+      if (Number.isFinite(square)) { sum += square; count++; }
+    }
+    return count ? Math.sqrt(sum / count) : NaN;
+  };
+
+  /**
+   * A residual to draw, in µm or µrad.
+   * @param {string} name "x" … "rz", "length" or "along EFFECT" @returns {{values: Float64Array, label: string, unit: string}}
+   */
+  S.residualOf = function (name) {
+    const shown = S.residual(), values = new Float64Array(S.n), axis = S.components.indexOf(name);
+    const kind = shown.heldout ? "held-out residual" : "residual of the fit";
+    if (axis >= 0) {
+      const source = axis < 3 ? shown.move : shown.turn;
+      for (let i = 0; i < S.n; i++) values[i] = 1e6 * source[3 * i + (axis % 3)];
+      return { values, label: `${kind} ${axis < 3 ? "along" : "about"} ${"xyz"[axis % 3]}`, unit: axis < 3 ? "µm" : "µrad" };
+    }
+    const effect = S.data.effects.find((entry) => `along ${entry.name}` === name);
+    for (let i = 0; i < S.n; i++) {
+      const r = [0, 1, 2].map((k) => shown.move[3 * i + k]);
+      if (!effect) { values[i] = 1e6 * Math.hypot(...r); continue; }
+      const p = [0, 1, 2].map((k) => effect.part[0][3 * i + k]);
+      const size = Math.hypot(...p);
+      values[i] = size > 0 ? (1e6 * (r[0] * p[0] + r[1] * p[1] + r[2] * p[2])) / size : NaN;
+    }
+    return { values, label: effect ? `${kind} along ${effect.name}` : `length of the ${kind}`, unit: "µm" };
+  };
+})(stiffcal);

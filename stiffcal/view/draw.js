@@ -1,0 +1,154 @@
+(function (S) {
+  const CATEGORIES = 8;
+  /** Colours of the theme, from the style sheet. */
+  S.readTheme = function () {
+    S.themeName = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+    const style = getComputedStyle(document.documentElement);
+    const get = (name) => style.getPropertyValue(name).trim();
+    S.theme = {
+      ink: get("--ink"), quiet: get("--quiet"), line: get("--line"), ground: get("--panel"), accent: get("--accent"),
+      warm: get("--warm"), band: get("--band"), chosen: get("--chosen"),
+      series: Array.from({ length: CATEGORIES }, (_, k) => get(`--series${k}`)),
+      scale: get("--scale").split(" "),
+    };
+  };
+
+  /** A canvas in pixels of the screen; lengths are CSS pixels. @param {HTMLCanvasElement} canvas */
+  S.begin = function (canvas) {
+    const ratio = window.devicePixelRatio || 1;
+    const width = canvas.clientWidth || 300, height = canvas.clientHeight || 200;
+    if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
+    if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
+    const g = canvas.getContext("2d");
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    g.fillStyle = S.theme.ground;
+    g.fillRect(0, 0, width, height);
+    g.font = "12px system-ui, sans-serif";
+    g.lineWidth = 1;
+    return { g, width, height };
+  };
+
+  /** Round numbers within a span. @param {number} low @param {number} high @param {number} count */
+  S.ticks = function (low, high, count) {
+    const rough = (high - low) / Math.max(count, 1);
+    if (!(rough > 0)) return [low];
+    const power = 10 ** Math.floor(Math.log10(rough));
+    const step = [1, 2, 5, 10].map((k) => k * power).find((value) => value >= rough);
+    const found = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
+    return found;
+  };
+
+  /** Ends of finite numbers, with a margin. @param {Iterable<number>} values */
+  S.span = function (values, margin = 0.05) {
+    let low = Infinity, high = -Infinity;
+    for (const value of values) if (Number.isFinite(value)) { if (value < low) low = value; if (value > high) high = value; }
+    if (low > high) return [0, 1];
+    const room = (high - low) * margin || Math.abs(high) * 0.1 || 1;
+    return [low - room, high + room];
+  };
+
+  /**
+   * Axes with labels; returns how numbers become pixels.
+   * @param {CanvasRenderingContext2D} g @param {{x: number, y: number, w: number, h: number}} box
+   * @param {{x: number[], y: number[], xLabel: string, yLabel: string, xNames?: string[]}} axes
+   */
+  S.axes = function (g, box, axes) {
+    const toX = (v) => box.x + ((v - axes.x[0]) / (axes.x[1] - axes.x[0])) * box.w;
+    const toY = (v) => box.y + box.h - ((v - axes.y[0]) / (axes.y[1] - axes.y[0])) * box.h;
+    g.strokeStyle = S.theme.line;
+    g.fillStyle = S.theme.quiet;
+    g.textBaseline = "top";
+    g.textAlign = "center";
+    const names = axes.xNames || [];
+    const marks = names.length ? names.map((_, k) => k) : S.ticks(axes.x[0], axes.x[1], Math.max(2, box.w / 80));
+    const every = names.length ? Math.ceil(names.length / Math.max(1, box.w / 60)) : 1;
+    g.beginPath();
+    marks.forEach((mark, k) => {
+      if (k % every) return;
+      const x = Math.round(toX(mark)) + 0.5;
+      g.moveTo(x, box.y); g.lineTo(x, box.y + box.h);
+      g.fillText(names.length ? S.visible(names[k]).slice(0, 14) : S.digits(mark), x, box.y + box.h + 4);
+    });
+    g.textAlign = "right";
+    g.textBaseline = "middle";
+    for (const mark of S.ticks(axes.y[0], axes.y[1], Math.max(2, box.h / 45))) {
+      const y = Math.round(toY(mark)) + 0.5;
+      g.moveTo(box.x, y); g.lineTo(box.x + box.w, y);
+      g.fillText(S.digits(mark), box.x - 4, y);
+    }
+    g.stroke();
+    g.fillStyle = S.theme.ink;
+    g.textAlign = "center";
+    g.textBaseline = "bottom";
+    g.fillText(axes.xLabel, box.x + box.w / 2, box.y + box.h + 36, box.w);
+    g.save();
+    g.translate(14, box.y + box.h / 2);
+    g.rotate(-Math.PI / 2);
+    g.textBaseline = "middle";
+    g.fillText(axes.yLabel, 0, 0, box.h);
+    g.restore();
+    return { toX, toY };
+  };
+
+  const SHAPES = ["o", "^", "s", "v", "d", "+", "x", "-"];
+  /** Add a marker to the path; categories differ in shape as in colour. */
+  S.marker = function (g, shape, x, y, r) {
+    switch (SHAPES[shape % SHAPES.length]) {
+      case "o": g.moveTo(x + r, y); g.arc(x, y, r, 0, 6.2832); break;
+      case "^": g.moveTo(x, y - r); g.lineTo(x + r, y + r); g.lineTo(x - r, y + r); g.closePath(); break;
+      case "v": g.moveTo(x, y + r); g.lineTo(x + r, y - r); g.lineTo(x - r, y - r); g.closePath(); break;
+      case "s": g.rect(x - r, y - r, 2 * r, 2 * r); break;
+      case "d": g.moveTo(x, y - r); g.lineTo(x + r, y); g.lineTo(x, y + r); g.lineTo(x - r, y); g.closePath(); break;
+      case "+": g.rect(x - r, y - 1, 2 * r, 2); g.rect(x - 1, y - r, 2, 2 * r); break;
+      case "x": g.moveTo(x - r, y - r + 1); g.lineTo(x + r - 1, y + r); g.lineTo(x + r, y + r - 1); g.lineTo(x - r + 1, y - r); g.closePath(); break;
+      default: g.rect(x - r, y - 1, 2 * r, 2);
+    }
+  };
+
+  /** A text cut to a width, in pixels. @param {CanvasRenderingContext2D} g @param {string} text @param {number} width */
+  S.shortened = function (g, text, width) {
+    if (g.measureText(text).width <= width) return text;
+    let end = text.length;
+    while (end > 1 && g.measureText(`${text.slice(0, end)}…`).width > width) end--;
+    return `${text.slice(0, end)}…`;
+  };
+
+  /** Bars with names, one below the other; returns where each is. */
+  S.bars = function (g, width, rows, options) {
+    const left = Math.min(0.42 * width, 320), right = 128, height = options.rowHeight;
+    const most = Math.max(...rows.map((row) => Math.max(row.value || 0, row.second || 0)), options.line || 0) || 1;
+    const least = options.log ? Math.min(...rows.flatMap((row) => [row.value, row.second]).filter((v) => v > 0), options.line || most) / 2 : 0;
+    const toX = (v) => left + (options.log ? Math.max(Math.log(v / least), 0) / Math.log((most * 1.15) / least) : v / (most * 1.15)) * (width - left - right);
+    rows.forEach((row, k) => {
+      const y = options.top + k * height;
+      g.fillStyle = row.chosen ? S.theme.chosen : S.theme.ground;
+      g.fillRect(0, y, width, height - 2);
+      g.fillStyle = row.grey ? S.theme.quiet : S.theme.ink;
+      g.textAlign = "left"; g.textBaseline = "middle";
+      g.fillText(S.shortened(g, (row.chosen ? "▸ " : "") + S.visible(row.name), left - 10), 4, y + height / 2 - 1);
+      if (row.value > 0) {
+        g.fillStyle = row.grey ? S.theme.line : S.theme.series[0];
+        g.fillRect(left, y + 4, toX(row.value) - left, height - 10);
+        g.fillStyle = S.theme.ink;
+        g.fillText(row.text, toX(row.value) + 5, y + height / 2 - 1);
+      } else {
+        g.fillStyle = S.theme.quiet;
+        g.fillText(row.text, left + 4, y + height / 2 - 1);
+      }
+      if (row.second > 0) {
+        g.strokeStyle = S.theme.warm; g.lineWidth = 2;
+        g.strokeRect(left, y + 4, toX(row.second) - left, height - 10);
+        g.lineWidth = 1;
+      }
+    });
+    if (options.line) {
+      const x = Math.round(toX(options.line)) + 0.5;
+      g.strokeStyle = S.theme.accent; g.setLineDash([5, 4]); g.beginPath();
+      g.moveTo(x, options.top - 4); g.lineTo(x, options.top + rows.length * height); g.stroke(); g.setLineDash([]);
+      g.fillStyle = S.theme.accent; g.textAlign = "center"; g.textBaseline = "bottom";
+      g.fillText(options.lineLabel, Math.max(x, left + 30), options.top - 5);
+    }
+    return (y) => { const k = Math.floor((y - options.top) / height); return k >= 0 && k < rows.length ? k : -1; };
+  };
+})(stiffcal);

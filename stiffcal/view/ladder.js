@@ -1,0 +1,87 @@
+(function (S) {
+  const ROW = 26;
+
+  /** The fit to compare with: the one before the chosen one; of a refit the present fit. */
+  function before(model) {
+    const fits = S.data.models.filter((entry) => entry.kind === "fit");
+    if (model.kind !== "fit") return fits.find((entry) => entry.present);
+    return fits[fits.indexOf(model) - 1];
+  }
+
+  S.ladderPanel = function () {
+    const { data } = S;
+    const rows = () => [
+      { name: "no model", value: data.zero ? data.zero.translation : null, text: S.error(data.zero), grey: true },
+      ...data.models.filter((model) => model.kind !== "without").map((model) => ({
+        id: model.id, name: model.kind === "fit" ? model.label : `candidate: ${model.effect}`, value: model.heldout_rms?.translation ?? model.fit_rms?.translation,
+        second: model.fit_rms?.translation, text: S.error(model.heldout_rms || model.fit_rms) + (model.heldout_rms ? "" : " (fit)"),
+        grey: !S.isDrawable(model), chosen: model.id === S.state.model,
+      })),
+    ];
+    const height = 44 + ROW * rows().length;
+    const panel = S.panel({
+      id: "ladder", title: "3 Ladder of models", height,
+      about: "Error in held-out poses (bars) and of the fit (frames), all states; logarithmic. A click, or up and down arrows, shows a model in all panels. Grey: the store does not hold its predictions.",
+      draw, table: list, key,
+    });
+    let find = () => -1;
+    const choose = (id) => { if (S.isDrawable(S.modelById.get(id))) S.set({ model: id, off: [] }); };
+    panel.canvas.addEventListener("click", (event) => {
+      const row = rows()[find(event.clientY - panel.canvas.getBoundingClientRect().top)];
+      if (row && row.id) choose(row.id);
+    });
+    function key(event) {
+      const ids = rows().filter((row) => row.id && !row.grey).map((row) => row.id), k = ids.indexOf(S.state.model);
+      if (event.key === "ArrowDown" && k + 1 < ids.length) choose(ids[k + 1]);
+      else if (event.key === "ArrowUp" && k > 0) choose(ids[k - 1]);
+      else return false;
+      return true;
+    }
+    const numbers = S.make("p", { id: "ladder-numbers", className: "numbers", "aria-live": "polite" });
+    const values = S.make("table", { id: "values" });
+    panel.section.insertBefore(numbers, panel.details);
+    panel.section.insertBefore(S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Parameters before and after" }, values), panel.details);
+
+    let listed = "";
+    function draw(canvas) {
+      const { g, width } = S.begin(canvas);
+      find = S.bars(g, width, rows(), { top: 34, rowHeight: ROW, log: true, line: data.noise?.translation || 0, lineLabel: `noise ${S.length(data.noise?.translation ?? null)}` });
+      const model = S.modelById.get(S.state.model);
+      if (!model) return data.refits_missing;
+      numbers.textContent = S.visible(`${model.label}: ${S.error(model.heldout_rms)} rms in held-out poses, ${S.error(model.fit_rms)} of the fit; noise ${S.error(data.noise)}.`);
+      numbers.dataset.heldout = String(model.heldout_rms?.translation ?? "");
+      numbers.dataset.fit = String(model.fit_rms?.translation ?? "");
+      if (listed !== model.id) { listed = model.id; compare(model, before(model)); }
+      return data.refits_missing ? `Candidates of the diagnosis: ${data.refits_missing}` : "";
+    }
+
+    function compare(model, earlier) {
+      const old = new Map((earlier ? earlier.values : []).map((entry) => [entry.name, entry]));
+      const names = [...new Set([...old.keys(), ...model.values.map((entry) => entry.name)])];
+      const now = new Map(model.values.map((entry) => [entry.name, entry]));
+      const words = (entry) => {
+        if (!entry) return "not in the model";
+        if (entry.value === null) return "not identified";
+        const low = entry.low !== null ? entry.value - entry.low : NaN, high = entry.high !== null ? entry.high - entry.value : NaN;
+        const half = Number.isFinite(low + high) ? Math.max(low, high) : NaN;
+        return S.digits(entry.value) + (Number.isFinite(half) ? ` ± ${S.digits(half)}` : "");
+      };
+      const rows = names.map((name) => {
+        const a = old.get(name), b = now.get(name);
+        const change = a && b && a.value && b.value !== null ? S.percent(b.value / a.value - 1) : "–";
+        return [name, words(a), words(b), (b || a).unit, change];
+      });
+      const none = model.values.length ? "" : " The store holds no values of this model.";
+      S.fill(values, ["parameter", earlier ? `before: ${earlier.label}` : "before", `after: ${model.label}`, "unit", "change"], rows,
+        `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " Candidates are linear refits; intervals come with stiffcal add and identify." : ""}${none}`);
+    }
+
+    function list() {
+      return {
+        head: ["model", "held-out rms [m]", "held-out rms [rad]", "fit rms [m]", "fit rms [rad]", "show"],
+        rows: data.models.map((model) => [model.label, model.heldout_rms?.translation ?? NaN, model.heldout_rms?.rotation ?? NaN, model.fit_rms?.translation ?? NaN, model.fit_rms?.rotation ?? NaN,
+          S.isDrawable(model) ? S.make("button", { type: "button", onclick: () => S.set({ model: model.id, off: [] }), "aria-label": S.visible(`Show ${model.label}`) }, "show") : "not stored"]),
+      };
+    }
+  };
+})(stiffcal);

@@ -1,0 +1,44 @@
+(async function (S) {
+  const say = (text) => { document.getElementById("status").textContent = S.visible(text); };
+  try {
+    if (typeof DecompressionStream === "undefined") throw new Error("this browser cannot unpack the data; a version from 2023 or later can");
+    const data = await S.load();
+    S.readTheme();
+    document.title = S.visible(`${data.campaign}: stiffcal view`);
+    document.getElementById("title").textContent = S.visible(`${data.robot}, campaign ${data.campaign}`);
+    document.getElementById("verdict").textContent = S.visible(data.verdict);
+    if (S.n) {
+      S.readHash();
+      const drawable = data.models.filter(S.isDrawable);
+      const model = S.choice("Model shown in all panels", drawable.map((entry) => [entry.id, entry.label]), (value) => S.set({ model: value, off: [] }));
+      const clear = S.make("button", { type: "button", onclick: () => S.select([]) }, "Clear the selection");
+      const count = S.make("span", { id: "count", role: "status" });
+      document.getElementById("bar").append(model.element, clear, count);
+      S.onChange(() => {
+        model.select.value = S.state.model;
+        count.textContent = `${S.nSelected} of ${S.n} drawn states selected` + (data.n_states > S.n ? `; shown ${S.n} of ${data.n_states}` : "");
+      });
+      S.robotPanel();
+      S.againstPanel();
+      S.ladderPanel();
+      S.effectsPanel();
+      S.matrixPanel();
+      S.compliancePanel();
+      S.readingPanel();
+      addEventListener("hashchange", () => { S.readHash(); S.redraw(); });
+    }
+    S.kindPanels();
+    addEventListener("resize", S.redraw);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { S.readTheme(); S.redraw(); });
+    S.onChange(() => {
+      if (document.body.dataset.ready) return;
+      document.body.dataset.ready = String(Math.round(performance.now()));
+      say("");
+    });
+    S.redraw();
+  } catch (error) {
+    say(`The page cannot be shown: ${error.message}`);
+    document.body.dataset.failed = "true";
+    throw error;
+  }
+})(stiffcal);

@@ -1,0 +1,94 @@
+(function (S) {
+  /** Make an element; texts go in as texts. @param {string} tag @param {Object<string, any>} [set] @param {...any} inside */
+  S.make = function (tag, set = {}, ...inside) {
+    const element = document.createElement(tag);
+    for (const [name, value] of Object.entries(set)) {
+      if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+      else if (name in element && name !== "list") element[name] = value;
+      else element.setAttribute(name, value);
+    }
+    for (const part of inside) element.append(typeof part === "string" ? S.visible(part) : part);
+    return element;
+  };
+
+  /** A choice with a label. @param {string} label @param {[string, string][]} options value and text */
+  S.choice = function (label, options, change) {
+    const select = S.make("select", { onchange: () => change(select.value) },
+      ...options.map(([value, text]) => S.make("option", { value }, text)));
+    return { element: S.make("label", {}, `${label} `, select), select };
+  };
+  S.check = function (label, checked, change) {
+    const input = S.make("input", { type: "checkbox", checked, onchange: () => change(input.checked) });
+    return { element: S.make("label", { className: "check" }, input, ` ${label}`), input };
+  };
+  S.slider = function (label, low, high, change) {
+    const input = S.make("input", { type: "range", min: low, max: high, step: 0.01, oninput: () => change(Number(input.value)) });
+    return { element: S.make("label", {}, `${label} `, input), input };
+  };
+
+  function save(name, blob) {
+    const link = S.make("a", { href: URL.createObjectURL(blob), download: name });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+
+  /** Save a text as a CSV file. @param {string} name @param {string} text */
+  S.save = (name, text) => save(name, new Blob([`\ufeff${text}\r\n`], { type: "text/csv" }));
+
+  /** Fill a table. @param {HTMLTableElement} table @param {string[]} head @param {any[][]} rows @param {string} caption */
+  S.fill = function (table, head, rows, caption) {
+    table.replaceChildren(
+      S.make("caption", {}, caption),
+      S.make("thead", {}, S.make("tr", {}, ...head.map((text) => S.make("th", { scope: "col" }, text)))),
+      S.make("tbody", {}, ...rows.map((row) => S.make("tr", {}, ...row.map((cell, k) =>
+        cell instanceof Node ? S.make("td", {}, cell) : S.make(k ? "td" : "th", k ? {} : { scope: "row" },
+          typeof cell === "number" ? S.digits(cell) : String(cell)))))));
+  };
+
+  const MOST_ROWS = 100;
+  /**
+   * A panel: heading, controls, canvas with a table behind it, PNG and CSV.
+   * @param {{id: string, title: string, about: string, height: number, controls?: any[], draw: Function, table: Function, key?: Function, depends?: () => string}} options
+   *   depends: of what the picture depends; it is drawn anew where that has changed
+   */
+  S.panel = function (options) {
+    const canvas = S.make("canvas", { tabIndex: 0, id: `${options.id}-canvas` });
+    canvas.setAttribute("role", "img");
+    canvas.style.height = `${options.height}px`;
+    const table = S.make("table", { className: "behind" });
+    const details = S.make("details", { ontoggle: () => fillTable() }, S.make("summary", {}, "Table of this picture"),
+      S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": `${options.title}: table` }, table));
+    const csv = () => {
+      const { head, rows } = options.table();
+      const text = [head, ...rows].map((row) => row.map((cell) => S.csvCell(cell instanceof Node ? cell.textContent : cell)).join(",")).join("\r\n");
+      S.save(`${options.id}.csv`, text);
+    };
+    const note = S.make("p", { className: "note", id: `${options.id}-note` });
+    const section = S.make("section", { id: options.id, className: "panel", "aria-labelledby": `${options.id}-title` },
+      S.make("h2", { id: `${options.id}-title` }, options.title),
+      S.make("p", { className: "about" }, options.about),
+      S.make("div", { className: "controls" }, ...(options.controls || []).map((entry) => entry.element || entry),
+        S.make("button", { type: "button", onclick: () => canvas.toBlob((blob) => save(`${options.id}.png`, blob)), title: "Save this picture" }, "PNG"),
+        S.make("button", { type: "button", onclick: csv, title: "Save the numbers of this picture" }, "CSV")),
+      canvas, note, details);
+    function fillTable() {
+      if (!details.open) return;
+      const { head, rows } = options.table();
+      S.fill(table, head, rows.slice(0, MOST_ROWS), rows.length > MOST_ROWS ? `first ${MOST_ROWS} of ${rows.length} rows; CSV holds all` : `${rows.length} rows`);
+    }
+    if (options.key) canvas.addEventListener("keydown", (event) => { if (options.key(event)) event.preventDefault(); });
+    let drawn = "";
+    const draw = () => {
+      const key = `${options.depends ? options.depends() : S.everything()}/${S.themeName}/${canvas.clientWidth}`;
+      if (key === drawn) return;
+      drawn = key;
+      const words = options.draw(canvas) || "";
+      canvas.setAttribute("aria-label", S.visible(`${options.title}. ${words}`));
+      if (note.textContent !== S.visible(words)) note.textContent = S.visible(words);
+      fillTable();
+    };
+    S.onChange(draw);
+    document.getElementById("panels").append(section);
+    return { canvas, section, details };
+  };
+})(stiffcal);

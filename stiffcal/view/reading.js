@@ -1,0 +1,54 @@
+(function (S) {
+  S.readingPanel = function () {
+    const { data } = S, { states } = data, names = Object.keys(data.readings);
+    const table = S.make("table", { id: "reading-table" });
+    const lines = S.make("pre", { id: "exclude", tabIndex: 0, "aria-label": "Lines for campaign.toml" });
+    const about = S.make("p", { className: "note", id: "reading-note" });
+    const copied = S.make("span", { role: "status" });
+    const copy = S.make("button", { type: "button", onclick: async () => {
+      try { await navigator.clipboard.writeText(lines.textContent); copied.textContent = " copied"; }
+      catch { getSelection().selectAllChildren(lines); copied.textContent = " selected: copy with Ctrl+C"; }
+    } }, "Copy the lines");
+    const csv = () => {
+      const head = ["run", "row", ...names];
+      const rows = [...states.run.keys()].filter((i) => !S.nSelected || S.selected[i]).map((i) => [data.runs[states.run[i]].name, states.row[i], ...names.map((name) => data.readings[name][i])]);
+      S.save("reading.csv", [head, ...rows].map((row) => row.map(S.csvCell).join(",")).join("\r\n"));
+    };
+    document.getElementById("panels").append(S.make("section", { id: "reading", className: "panel", "aria-labelledby": "reading-title" },
+      S.make("h2", { id: "reading-title" }, "6 Reading"),
+      S.make("p", { className: "about" }, "The chosen state as the store holds it (SI units), between its neighbours, and where it stands in the logs."),
+      S.make("div", { className: "controls" }, S.make("button", { type: "button", onclick: () => S.goTo(S.state.at - 1) }, "Previous state"),
+        S.make("button", { type: "button", onclick: () => S.goTo(S.state.at + 1) }, "Next state"), S.make("button", { type: "button", onclick: csv }, "CSV")),
+      about, S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Reading and its neighbours" }, table),
+      S.make("h3", {}, "Leave the selected states out"), lines, S.make("p", {}, copy, copied)));
+
+    /** The lines of campaign.toml that leave the selected states out. */
+    function exclusion() {
+      if (!data.raw) return "# readings are left out of this page (--no-raw)";
+      const chosen = [...S.selected.keys()].filter((i) => S.selected[i]), groups = new Map();
+      for (const i of chosen.length ? chosen : [S.state.at]) {
+        const run = data.runs[states.run[i]];
+        if (!run.source) continue;
+        const key = JSON.stringify([run.source, run.own_file ? run.name : ""]);
+        if (!groups.has(key)) groups.set(key, []);
+        groups.get(key).push(states.row[i]);
+      }
+      if (!groups.size) return "# these states were found in logs sampled over time: leave a run out with holdout = true, or name its states in a table (states = \"…\")";
+      return [...groups].map(([key, rows]) => {
+        const [source, run] = JSON.parse(key);
+        return ["[[exclude]]", `source = ${S.tomlText(source)}`, ...(run ? [`run = ${S.tomlText(run)}`] : []), `rows = [${rows.sort((a, b) => a - b).join(", ")}]`, 'why = "…"'].join("\n");
+      }).join("\n\n");
+    }
+    S.onChange(() => {
+      const i = S.state.at, run = data.runs[states.run[i]], members = S.members[states.run[i]], k = members.indexOf(i);
+      const neighbours = [members[k - 1], i, members[k + 1]];
+      const used = states.used[i] ? "used" : states.why[i] ? `not used: ${states.why[i]}` : "reference of its run";
+      const first = run.first_row ? ` (data row 1 is ${run.first_row})` : "";
+      const place = run.source ? `data row ${states.row[i]}${first}` : `hold ${states.row[i]}`;
+      about.textContent = S.visible(`Run ${run.name}, ${place}${run.files.length ? ` of ${run.files.join(", ")}` : ""}; ${used}.`);
+      lines.textContent = exclusion();
+      const cells = names.map((name) => [name, ...neighbours.map((j) => (j === undefined ? "–" : String(Number(data.readings[name][j].toPrecision(8)))))]);
+      S.fill(table, ["quantity", "previous", "chosen", "next"], [["row", ...neighbours.map((j) => (j === undefined ? "–" : String(states.row[j])))], ...cells], data.raw ? "Averages over the state" : "Readings are left out of this page (--no-raw).");
+    });
+  };
+})(stiffcal);

@@ -1,0 +1,170 @@
+(function (S) {
+  const ARROWS = [["m", "measured"], ["p", "predicted"], ["r", "residual"], ["f", "force"]];
+
+  /** Largest sizes of what is drawn, for the scales. */
+  function sizes() {
+    const { states } = S.data, longest = { m: 0, f: 0, chain: 0 };
+    for (let i = 0; i < S.n; i++) {
+      const m = Math.hypot(states.measured[0][3 * i], states.measured[0][3 * i + 1], states.measured[0][3 * i + 2]);
+      const f = Math.hypot(states.force[3 * i], states.force[3 * i + 1], states.force[3 * i + 2]);
+      if (m > longest.m) longest.m = m;
+      if (f > longest.f) longest.f = f;
+    }
+    const low = [0, 0, 0], high = [0, 0, 0];
+    for (const run of S.data.runs) run.chain.forEach((v, k) => { low[k % 3] = Math.min(low[k % 3], v); high[k % 3] = Math.max(high[k % 3], v); });
+    longest.centre = low.map((v, k) => (v + high[k]) / 2);
+    longest.chain = Math.hypot(...low.map((v, k) => high[k] - v)) / 2 || 1;
+    return longest;
+  }
+
+  S.robotPanel = function () {
+    const { data } = S;
+    const longest = sizes(), K = data.joints.length + 2;
+    const natural = longest.m > 0 ? (0.25 * longest.chain) / longest.m : 1;
+    let timer = 0;
+    const run = S.choice("Run", data.runs.map((entry, k) => [String(k), entry.name]), (value) => {
+      const first = S.members[Number(value)][0];
+      if (first !== undefined) S.goTo(first);
+    });
+    const exaggeration = S.slider("Exaggeration", -1.5, 1.5, (value) => S.set({ scale: value }));
+    const arrows = ARROWS.map(([letter, word]) => S.check(word, true, (on) => {
+      S.set({ arrows: ARROWS.map(([l]) => l).filter((l) => (l === letter ? on : S.state.arrows.includes(l))).join("") });
+    }));
+    const still = matchMedia("(prefers-reduced-motion: reduce)");
+    const play = S.make("button", { type: "button", onclick: () => {
+      if (timer) { clearInterval(timer); timer = 0; } else timer = setInterval(next, 400);
+      play.textContent = timer ? "Stop" : "Play run";
+      play.setAttribute("aria-pressed", String(Boolean(timer)));
+    } }, "Play run");
+    play.hidden = still.matches;
+    still.addEventListener("change", () => { play.hidden = still.matches; if (timer) play.click(); });
+    const step = (by) => {
+      const members = S.members[S.state.run], k = members.indexOf(S.state.at);
+      if (members.length) S.goTo(members[(k + by + members.length) % members.length]);
+    };
+    function next() { step(1); }
+
+    /** Share of the deflection of each joint and of the link after it. */
+    const joint = new Float64Array(data.joints.length + 1), link = new Float64Array(data.joints.length + 1);
+    for (const effect of data.effects) if (effect.joint) (effect.link ? link : joint)[effect.joint] += Math.max(effect.share, 0);
+
+    const panel = S.panel({
+      id: "robot", title: "1 Robot", height: 420,
+      about: "The chain of the chosen run at rest (grey) and deformed. Discs and links are sized by their share of the tool's deflection; a diamond marks a suspected joint. Drag or arrow keys: orbit; wheel, + and −: zoom; N and P: next and previous state.",
+      controls: [run, S.make("button", { type: "button", onclick: () => step(-1) }, "Previous state"),
+        S.make("button", { type: "button", onclick: next }, "Next state"), play, exaggeration, ...arrows],
+      draw, table, key,
+      depends: () => { const s = S.state; return [s.model, s.kind, s.off, s.mode, s.run, s.at, s.scale, s.arrows, s.turn, s.tilt, s.zoom, S.version].join(); },
+    });
+
+    function key(event) {
+      const { turn, tilt, zoom } = S.state;
+      const changes = { ArrowLeft: { turn: turn - 0.1 }, ArrowRight: { turn: turn + 0.1 }, ArrowUp: { tilt: Math.min(tilt + 0.1, 1.5) },
+        ArrowDown: { tilt: Math.max(tilt - 0.1, -1.5) }, "+": { zoom: zoom * 1.15 }, "-": { zoom: zoom / 1.15 } }[event.key];
+      if (changes) S.set(changes);
+      else if (event.key === "n") step(1);
+      else if (event.key === "p") step(-1);
+      else return false;
+      return true;
+    }
+    let drag = null;
+    panel.canvas.addEventListener("pointerdown", (event) => { drag = [event.clientX, event.clientY]; panel.canvas.setPointerCapture(event.pointerId); });
+    panel.canvas.addEventListener("pointermove", (event) => {
+      if (!drag) return;
+      const [x, y] = drag;
+      drag = [event.clientX, event.clientY];
+      S.set({ turn: S.state.turn + (event.clientX - x) / 150, tilt: Math.max(-1.5, Math.min(1.5, S.state.tilt + (event.clientY - y) / 150)) });
+    });
+    panel.canvas.addEventListener("pointerup", () => { drag = null; });
+    panel.canvas.addEventListener("wheel", (event) => { event.preventDefault(); S.set({ zoom: S.state.zoom * (event.deltaY < 0 ? 1.1 : 1 / 1.1) }); }, { passive: false });
+
+    /** What is drawn of a state, m and N. @param {number} i */
+    function vectors(i) {
+      const shown = S.residual();
+      const at = (array) => [array[3 * i], array[3 * i + 1], array[3 * i + 2]];
+      const m = at(data.states.measured[0]), r = at(shown.move);
+      return { m, r, p: m.map((value, k) => value - r[k]), f: at(data.states.force) };
+    }
+
+    function draw(canvas) {
+      run.select.value = String(S.state.run);
+      exaggeration.input.value = String(S.state.scale);
+      ARROWS.forEach(([letter], k) => { arrows[k].input.checked = S.state.arrows.includes(letter); });
+      const { g, width, height } = S.begin(canvas), { state, theme } = S;
+      const scale = natural * 10 ** state.scale, chain = data.runs[state.run].chain;
+      const pixels = ((0.44 * Math.min(width, height)) / longest.chain) * state.zoom;
+      const [ct, st, ce, se] = [Math.cos(state.turn), Math.sin(state.turn), Math.cos(state.tilt), Math.sin(state.tilt)];
+      const [cx, cy, cz] = longest.centre;
+      const project = (x, y, z) => [width / 2 + pixels * (-st * (x - cx) + ct * (y - cy)), height / 2 - pixels * (ce * (z - cz) - se * (ct * (x - cx) + st * (y - cy)))];
+      const point = (values, k, move, by) => project(values[3 * k] + (move ? by * move[0] : 0), values[3 * k + 1] + (move ? by * move[1] : 0), values[3 * k + 2] + (move ? by * move[2] : 0));
+      const line = (points, colour, w, dash) => {
+        g.strokeStyle = colour; g.lineWidth = w; g.setLineDash(dash || []); g.beginPath();
+        points.forEach(([x, y], k) => (k ? g.lineTo(x, y) : g.moveTo(x, y)));
+        g.stroke(); g.setLineDash([]);
+      };
+      const reach = 0.3 * longest.chain;
+      [[reach, 0, 0], [0, reach, 0], [0, 0, reach]].forEach((axis, k) => {
+        const end = project(...axis);
+        line([project(0, 0, 0), end], theme.line, 1.5);
+        g.fillStyle = theme.quiet; g.textAlign = "center"; g.textBaseline = "middle";
+        g.fillText("xyz"[k], end[0] + 6, end[1] - 6);
+      });
+      const { states } = data, i = state.at, hasState = S.members[state.run].includes(i);
+      const rest = Array.from({ length: K }, (_, k) => point(chain, k));
+      const target = [states.target[3 * i], states.target[3 * i + 1], states.target[3 * i + 2]];
+      line([...rest, project(...target)], theme.quiet, 2, [6, 4]);
+      const moved = hasState ? Array.from({ length: K }, (_, k) => {
+        const at = 3 * (i * K + k);
+        return point(chain, k, [states.shape[at], states.shape[at + 1], states.shape[at + 2]], scale);
+      }) : rest;
+      for (let k = 0; k + 1 < K; k++) line([moved[k], moved[k + 1]], theme.ink, 3 + 14 * Math.sqrt(link[k] || 0));
+      for (let k = 1; k <= data.joints.length; k++) {
+        const r = 4 + 16 * Math.sqrt(joint[k]);
+        g.beginPath(); g.arc(moved[k][0], moved[k][1], r, 0, 6.2832);
+        g.fillStyle = theme.series[0]; g.fill(); g.lineWidth = 1; g.strokeStyle = theme.ground; g.stroke();
+        if (data.suspected.includes(k)) {
+          g.beginPath(); S.marker(g, 4, moved[k][0], moved[k][1], r + 7);
+          g.strokeStyle = theme.warm; g.lineWidth = 3; g.stroke();
+        }
+        g.fillStyle = theme.ink; g.textAlign = "left"; g.textBaseline = "bottom";
+        g.fillText(S.visible(data.joints[k - 1]), moved[k][0] + r + 3, moved[k][1] - 3);
+      }
+      const colours = { m: theme.ink, p: theme.series[2], r: theme.warm, f: theme.accent };
+      const dashes = { m: [], p: [5, 3], r: [2, 2], f: [9, 3, 2, 3] };
+      const arrow = (from, vector, by, colour, w, dash) => {
+        const a = project(...from), b = project(...from.map((value, k) => value + by * vector[k]));
+        if (!Number.isFinite(b[0])) return;
+        line([a, b], colour, w, dash);
+        const angle = Math.atan2(b[1] - a[1], b[0] - a[0]);
+        line([[b[0] - 7 * Math.cos(angle - 0.4), b[1] - 7 * Math.sin(angle - 0.4)], b, [b[0] - 7 * Math.cos(angle + 0.4), b[1] - 7 * Math.sin(angle + 0.4)]], colour, w);
+      };
+      const fScale = longest.f > 0 ? (0.25 * longest.chain) / longest.f : 0;
+      if (state.arrows.includes("r")) {
+        for (const j of S.members[state.run]) {
+          if (S.selected[j] && j !== i) arrow(target, vectors(j).r, 5 * scale, theme.chosen, 2, [2, 2]);
+        }
+      }
+      const shown = vectors(i);
+      for (const [letter] of ARROWS) {
+        if (!state.arrows.includes(letter) || !hasState) continue;
+        arrow(target, shown[letter], letter === "f" ? fScale : letter === "r" ? 5 * scale : scale, colours[letter], 2.5, dashes[letter]);
+      }
+      g.textAlign = "left"; g.textBaseline = "middle";
+      ARROWS.forEach(([letter, word], k) => {
+        line([[10, 16 + 18 * k], [40, 16 + 18 * k]], colours[letter], 2.5, dashes[letter]);
+        g.fillStyle = theme.ink;
+        g.fillText(`${word} ${letter === "f" ? S.digits(Math.hypot(...shown.f)) + " N" : S.length(Math.hypot(...shown[letter]))}`, 46, 16 + 18 * k);
+      });
+      return `Run ${data.runs[state.run].name}, state ${S.members[state.run].indexOf(i) + 1} of ${S.members[state.run].length}. Deflections × ${S.digits(scale)}, residuals × ${S.digits(5 * scale)}.`;
+    }
+
+    function table() {
+      const rows = S.members[S.state.run].map((i) => {
+        const v = vectors(i), um = (vector) => vector.map((value) => 1e6 * value);
+        return [data.states.row[i], ...v.f, ...um(v.m), ...um(v.p), ...um(v.r)];
+      });
+      const names = (word, unit) => ["x", "y", "z"].map((axis) => `${word} ${axis} [${unit}]`);
+      return { head: ["row", ...names("force", "N"), ...names("measured", "µm"), ...names("predicted", "µm"), ...names("residual", "µm")], rows };
+    }
+  };
+})(stiffcal);

@@ -1,0 +1,142 @@
+(function (S) {
+  /** What the page shows; all of it is in the address after the "#". */
+  S.state = {
+    model: "", kind: "heldout", off: [], mode: "part", x: "", y: "x", colour: "", run: 0, at: 0, scale: 0,
+    arrows: "mprf", turn: 0.9, tilt: 0.35, zoom: 1, joint: 0, over: 0,
+  };
+  const listeners = [];
+  let waiting = false;
+
+  /** Call a function whenever the state or the selection changes. @param {() => void} draw */
+  S.onChange = (draw) => listeners.push(draw);
+
+  /** Draw all panels before the next picture. */
+  S.redraw = function () {
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => {
+      waiting = false;
+      const began = performance.now();
+      for (const draw of listeners) draw();
+      S.lastFrame = performance.now() - began;
+      writeHash();
+    });
+  };
+
+  /** Change the state. @param {Object<string, any>} changes */
+  S.set = function (changes) {
+    Object.assign(S.state, changes);
+    S.redraw();
+  };
+
+  /** Choose a state of the campaign, and its run. @param {number} i */
+  S.goTo = function (i) {
+    if (!S.n) return;
+    const at = Math.max(0, Math.min(S.n - 1, i));
+    S.set({ at, run: S.data.states.run[at] });
+  };
+
+  /** Select states. @param {Iterable<number>} chosen @param {boolean} [add] keep what is selected already */
+  S.select = function (chosen, add) {
+    if (!add) S.selected.fill(0);
+    let first = -1;
+    for (const i of chosen) { S.selected[i] = 1; if (first < 0) first = i; }
+    S.nSelected = S.selected.reduce((sum, value) => sum + value, 0);
+    S.version++;
+    if (first >= 0 && !S.selected[S.state.at]) S.goTo(first);
+    S.redraw();
+  };
+  S.nSelected = 0;
+  /** Counts changes of the selection. */
+  S.version = 0;
+  /** The state but for the camera, as a text: what most pictures depend on. */
+  S.everything = function () {
+    const { turn, tilt, zoom, scale, arrows, ...rest } = S.state;
+    return Object.values(rest).join() + "/" + S.version;
+  };
+
+  /** Ranges of the selected states: "3-7.12". */
+  function ranges() {
+    const parts = [];
+    for (let i = 0; i < S.n; i++) {
+      if (!S.selected[i]) continue;
+      let end = i;
+      while (end + 1 < S.n && S.selected[end + 1]) end++;
+      parts.push(end > i ? `${i}-${end}` : String(i));
+      i = end;
+    }
+    return parts.join(".");
+  }
+
+  let written = "";
+  function writeHash() {
+    const text = new URLSearchParams();
+    for (const [key, value] of Object.entries(S.state)) {
+      text.set(key, Array.isArray(value) ? value.join("|") : typeof value === "number" ? String(Number(value.toPrecision(4))) : value);
+    }
+    const chosen = ranges();
+    if (chosen && chosen.length < 4000) text.set("chosen", chosen);
+    const hash = `#${text}`;
+    if (hash === written) return;
+    written = hash;
+    try { history.replaceState(null, "", hash); } catch { /* too many changes in a second: the next one is written */ }
+  }
+
+  /** Take the state from the address, as far as it makes sense here. */
+  S.readHash = function () {
+    const text = new URLSearchParams(location.hash.slice(1));
+    for (const [key, standard] of Object.entries(S.state)) {
+      if (!text.has(key)) continue;
+      const value = text.get(key);
+      if (Array.isArray(standard)) S.state[key] = value ? value.split("|") : [];
+      else if (typeof standard === "number") { if (Number.isFinite(Number(value))) S.state[key] = Number(value); }
+      else S.state[key] = value;
+    }
+    S.selected.fill(0);
+    for (const part of (text.get("chosen") || "").split(".")) {
+      const [first, last] = part.split("-").map(Number);
+      if (!part || !Number.isInteger(first)) continue;
+      for (let i = first; i <= Math.min(last ?? first, S.n - 1); i++) if (i >= 0) S.selected[i] = 1;
+    }
+    S.nSelected = S.selected.reduce((sum, value) => sum + value, 0);
+    S.version++;
+    if (!text.has("at")) S.state.at = mostLoaded();
+    S.repair();
+  };
+
+  /** The state of the first run that is deflected most. */
+  function mostLoaded() {
+    const move = S.data.states.measured[0];
+    let best = 0, most = -1;
+    for (const i of S.members[S.data.states.run[0]] || []) {
+      const size = Math.hypot(move[3 * i], move[3 * i + 1], move[3 * i + 2]);
+      if (size > most) { most = size; best = i; }
+    }
+    return best;
+  }
+
+  /** Replace what this campaign does not hold by what it does. */
+  S.repair = function () {
+    const { state, data } = S;
+    const drawable = data.models.filter(S.isDrawable);
+    if (!drawable.some((model) => model.id === state.model)) {
+      state.model = (drawable.find((model) => model.present) || drawable[0] || { id: "" }).id;
+    }
+    const names = data.effects.map((effect) => effect.name);
+    state.off = state.off.filter((name) => names.includes(name));
+    const proposed = S.modelById.get(state.model)?.shares?.[0];
+    if (!S.variableByName.has(state.x)) state.x = proposed ? proposed.variable : data.variables[0]?.name ?? "";
+    if (state.colour !== "none" && !S.variableByName.has(state.colour)) state.colour = S.variableByName.has("branch") ? "branch" : "run";
+    const ys = [...S.components, "length", ...names.map((name) => `along ${name}`)];
+    if (!ys.includes(state.y)) state.y = "x";
+    const clamp = (value, most) => Math.max(0, Math.min(most, Math.round(value)));
+    state.run = clamp(state.run, Math.max(data.runs.length - 1, 0));
+    state.at = clamp(state.at, Math.max(S.n - 1, 0));
+    state.joint = clamp(state.joint, Math.max(data.effects.length - 1, 0));
+    state.over = clamp(state.over, data.joints.length - 1);
+    if (S.n) state.run = data.states.run[state.at];
+    if (!["part", "refit"].includes(state.mode)) state.mode = "part";
+    if (!["fit", "heldout"].includes(state.kind)) state.kind = "heldout";
+    if (!(state.zoom > 0.05 && state.zoom < 50)) state.zoom = 1;
+  };
+})(stiffcal);

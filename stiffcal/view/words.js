@@ -1,0 +1,47 @@
+(function (S) {
+  /** A number with three significant digits. @param {number|null} value @returns {string} */
+  S.digits = function (value) {
+    if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+    if (value === 0) return "0";
+    const size = Math.abs(value);
+    if (size >= 1e5 || size < 1e-3) {
+      const power = Math.floor(Math.log10(size));
+      const raised = [...String(power)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");
+      return `${(value / 10 ** power).toPrecision(3).replace("-", "−")}·10${raised}`;
+    }
+    return String(Number(value.toPrecision(3))).replace("-", "−");
+  };
+  /** A length. @param {number|null} metres */
+  S.length = function (metres) {
+    if (metres === null || !Number.isFinite(metres)) return "–";
+    return Math.abs(metres) >= 1e-4 ? `${S.digits(1e3 * metres)} mm` : `${S.digits(1e6 * metres)} µm`;
+  };
+  /** An angle. @param {number|null} radians */
+  S.angle = function (radians) {
+    if (radians === null || radians === undefined || !Number.isFinite(radians)) return "–";
+    return Math.abs(radians) >= 1e-3 ? `${S.digits(1e3 * radians)} mrad` : `${S.digits(1e6 * radians)} µrad`;
+  };
+  /** An error as people read it. @param {{translation: number|null, rotation: number|null}|null} rms */
+  S.error = function (rms) {
+    if (!rms) return "–";
+    return S.length(rms.translation) + (S.data.rotation && rms.rotation !== null ? `, ${S.angle(rms.rotation)}` : "");
+  };
+  /** @param {number|null} share */
+  S.percent = (share) => (Number.isFinite(share) ? `${S.digits(100 * share)} %` : "–");
+
+  /** Hidden and direction-changing characters of names from files, made visible. @param {string} text */
+  S.visible = function (text) {
+    return String(text).replace(/[\u0000-\u001f\u007f-\u009f\u00ad\u061c\u180e\u200b-\u200f\u2028-\u202f\u2060-\u206f\ufeff\ufff9-\ufffb]/g,
+      (c) => `\\u${c.charCodeAt(0).toString(16).padStart(4, "0")}`);
+  };
+  /** A text as a TOML string. @param {string} text */
+  S.tomlText = (text) => JSON.stringify(String(text)).replace(/[\u007f-\uffff]/g,
+    (c) => (/[\u007f-\u009f\u00ad\u061c\u200b-\u200f\u2028-\u202f\u2060-\u206f\ufeff]/.test(c) ? `\\u${c.charCodeAt(0).toString(16).padStart(4, "0")}` : c));
+  /** A cell of a CSV file; a spreadsheet must not take it for a formula. @param {any} value */
+  S.csvCell = function (value) {
+    if (typeof value === "number") return Number.isFinite(value) ? String(value) : "";
+    let text = S.visible(value ?? "");
+    if (/^[=+\-@\t\r]/.test(text)) text = `'${text}`;
+    return /[",\n\r;]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
+  };
+})(stiffcal);

@@ -1,0 +1,49 @@
+"""The page for a browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stiffcal.files import write_whole
+from stiffcal.workflow.command_results import ViewResult
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
+
+
+def view_campaign(
+    folder: Path, context: RunContext | None = None, output: Path | None = None, raw: bool = True
+) -> ViewResult:
+    """Write the page of a campaign: robot, residuals, ladder, effects in one HTML file.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    context : store, progress and so on.
+    output : where to; default DIR/view.html.
+    raw : whether the states' readings and the names of the logs are in it.
+
+    Returns
+    -------
+    ViewResult
+        The page. Nothing is fitted where the store is current.
+
+    Raises
+    ------
+    InputError : the input is wrong, or the page cannot be written.
+    """
+    context = context or RunContext()
+    data = up_to_date_states(folder, context)
+    identified = up_to_date_fit(data, context)
+    validation = up_to_date_validation(data, identified, context)
+
+    from stiffcal.view.page import build_page
+    from stiffcal.workflow.view_content import view_content
+
+    file = output or data.campaign.folder / "view.html"
+    context.progress("gathering the results", None)
+    content = view_content(data, identified, validation, raw)
+    write_whole(file, build_page(content))
+    shown = 0 if content.states is None else len(content.states.run)
+    origin = data.store.origin_of(IDENTIFY)
+    return ViewResult(warnings=[], file=str(file), n_states=content.n_states, n_shown=shown, origin=origin)

@@ -1,0 +1,206 @@
+"""The page for a browser: what is packed into it, what its policy allows, what it leaves out."""
+
+from __future__ import annotations
+
+import base64
+import getpass
+import hashlib
+import re
+import socket
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stiffcal.measurements.rms import Rms
+from stiffcal.view import page as page_module
+from stiffcal.view.packing import NOISE_SHARE, Packer, unpacked
+from stiffcal.view.page import SCRIPTS
+from stiffcal.view.shares import share_explained
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.history import read_history
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.view import view_campaign
+from stiffcal.workflow.view_content import MOST_SHOWN
+from tests.laboratory.small_campaign import write_small_campaign
+
+FOLDER = Path(page_module.__file__).parent
+MOST_CODE, MOST_LINES = 120_000, 300
+
+
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = write_small_campaign(tmp_path_factory.mktemp("view") / "small", poses=4)
+    diagnose_campaign(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def text(diagnosed: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    file = tmp_path_factory.mktemp("pages") / "view.html"
+    view_campaign(diagnosed, output=file)
+    return file.read_text("utf-8")
+
+
+def content_of(text: str) -> tuple[dict[str, Any], dict[int, Any]]:
+    found = re.search(r'<script type="text/plain" id="data">([^<]*)</script>', text)
+    assert found is not None
+    return unpacked(found[1])
+
+
+def array(reference: Any, arrays: dict[int, Any]) -> Any:
+    return arrays[reference["$"]["at"]]
+
+
+def test_arrays_come_back_within_half_a_step() -> None:
+    values = np.array([[0.0, 1.25e-3], [np.nan, -2.5e-3], [7e-6, 0.3]])
+    packer = Packer()
+    small, large = packer.add(values, 1e-5), packer.add(values, 1e-9)
+    document, arrays = unpacked(packer.packed({"a": small, "b": [large]}))
+    assert (document["a"]["$"]["width"], document["b"][0]["$"]["width"]) == (2, 4)
+    for reference, step in ((document["a"], 1e-5), (document["b"][0], 1e-9)):
+        assert np.array_equal(np.isnan(array(reference, arrays)), np.isnan(values))
+        assert np.nanmax(np.abs(array(reference, arrays) - values)) <= 0.5 * step * (1 + 1e-9)
+
+
+def test_residuals_are_rounded_below_one_percent_of_the_noise(diagnosed: Path, text: str) -> None:
+    document, arrays = content_of(text)
+    data = up_to_date_states(diagnosed, RunContext())
+    exact = data.store.read_table("fit").column("target_dx_m_residual").to_numpy()
+    (present,) = [model for model in document["models"] if model["present"]]
+    packed = array(present["residual_fit"][0], arrays)[:, 0]
+    per_axis = document["noise"]["translation"] / np.sqrt(3.0)
+    where = data.store.read_table("fit").column("state").to_numpy()
+    assert 0.0 < np.nanmax(np.abs(packed[where] - exact)) <= 0.5 * NOISE_SHARE * per_axis * (1 + 1e-6)
+
+
+def test_errors_are_those_of_history_and_of_the_packed_residuals(diagnosed: Path, text: str) -> None:
+    document, arrays = content_of(text)
+    fits = {f"fit{fit.id}": fit for fit in read_history(diagnosed).fits}
+    used = array(document["states"]["used"], arrays) != 0
+    for model in document["models"]:
+        if model["kind"] == "fit":
+            assert fits[model["id"]].heldout_rms == Rms(
+                **{k: v for k, v in model["heldout_rms"].items() if k != "kind_"}
+            )
+        # what the page draws has the error that it states, to the rounding
+        residual = array(model["residual_heldout"][0], arrays)[used]
+        rms = float(np.sqrt(np.nanmean(np.sum(residual**2, axis=1))))
+        assert rms == pytest.approx(model["heldout_rms"]["translation"], rel=0.02)
+    assert {model["kind"] for model in document["models"]} == {"fit", "with", "without"}
+
+
+def test_taking_the_part_of_an_effect_out_is_the_prediction_without_it(diagnosed: Path, text: str) -> None:
+    document, arrays = content_of(text)
+    (first,) = [effect for effect in document["effects"] if effect["name"] == "joint-compliance j1"]
+    assert sum(effect["share"] for effect in document["effects"]) == pytest.approx(1.0, abs=0.02)
+    assert np.abs(array(first["part"][0], arrays)).max() > 0.0
+
+
+def test_the_policy_allows_our_script_and_style_alone(text: str) -> None:
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)
+    style, script = re.search(r"<style>(.*?)</style>", text, re.S), re.findall(r"<script>(.*?)</script>", text, re.S)
+    assert policy is not None
+    assert style is not None
+    assert len(script) == 1
+    rules = dict(rule.strip().split(" ", 1) for rule in policy[1].split(";"))
+    assert rules["default-src"] == "'none'"
+    for rule, content in (("script-src", script[0]), ("style-src", style[1])):
+        digest = base64.b64encode(hashlib.sha256(content.encode()).digest()).decode()
+        assert rules[rule] == f"'sha256-{digest}'"
+    assert "http://" not in text
+    assert "https://" not in text
+
+
+def test_the_code_is_small_and_every_file_is_used() -> None:
+    assert {file.name for file in FOLDER.glob("*.js")} == set(SCRIPTS)
+    sizes = [(len(content.encode()), content.count("\n")) for content in (read(name) for name in SCRIPTS)]
+    assert sum(size for size, _ in sizes) <= MOST_CODE
+    assert max(lines for _, lines in sizes) <= MOST_LINES
+    for forbidden in (
+        "innerHTML",
+        "outerHTML",
+        "insertAdjacentHTML",
+        "document.write",
+        "eval(",
+        "new Function",
+        "fetch(",
+    ):
+        assert not [name for name in SCRIPTS if forbidden in read(name)], forbidden
+
+
+def read(name: str) -> str:
+    return (FOLDER / name).read_text("utf-8")
+
+
+def test_the_same_store_gives_the_same_bytes_without_names_of_places(
+    diagnosed: Path, text: str, tmp_path: Path
+) -> None:
+    again = tmp_path / "again.html"
+    view_campaign(diagnosed, output=again)
+    assert again.read_text("utf-8") == text
+    document, _ = content_of(text)
+    whole = text.replace(re.search(r'id="data">([^<]*)', text)[1], "") + repr(document)  # type: ignore[index]
+    for private in (str(diagnosed), str(tmp_path.parent), f"/{getpass.getuser()}/", socket.gethostname()):
+        assert private not in whole
+
+
+def test_without_raw_there_are_no_readings_and_no_names_of_logs(diagnosed: Path, text: str, tmp_path: Path) -> None:
+    view_campaign(diagnosed, output=tmp_path / "view.html", raw=False)
+    (with_raw, _), (without, _) = content_of(text), content_of((tmp_path / "view.html").read_text("utf-8"))
+    assert with_raw["readings"]
+    assert any(run["files"] for run in with_raw["runs"])
+    assert not without["readings"]
+    assert not any(run["files"] or run["source"] for run in without["runs"])
+    assert "raw/" not in repr(without)
+
+
+def test_view_fits_nothing(diagnosed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any, **__: Any) -> None:
+        raise AssertionError("a fit")
+
+    monkeypatch.setattr("stiffcal.identification.identify.identify_parameters", refuse)
+    monkeypatch.setattr("stiffcal.diagnosis.search.search_missing", refuse)
+    result = view_campaign(diagnosed, RunContext(update=False), output=tmp_path / "view.html")
+    assert result.n_shown == result.n_states <= MOST_SHOWN
+
+
+def test_of_many_states_a_sample_holds_all_large_residuals(
+    diagnosed: Path, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("stiffcal.workflow.view_content.MOST_SHOWN", 40)
+    result = view_campaign(diagnosed, output=tmp_path / "view.html")
+    assert (result.n_shown, result.n_states > 40) == (40, True)
+    (every, all_arrays), (some, arrays) = content_of(text), content_of((tmp_path / "view.html").read_text("utf-8"))
+    present, sampled = (next(m for m in document["models"] if m["present"]) for document in (every, some))
+    largest = np.sort(np.nansum(array(present["residual_heldout"][0], all_arrays) ** 2, axis=1))[-4:]
+    drawn = np.nansum(array(sampled["residual_heldout"][0], arrays) ** 2, axis=1)
+    assert np.sort(drawn)[-4:] == pytest.approx(largest, rel=1e-6)
+    # errors and shares are of all states
+    assert sampled["heldout_rms"] == present["heldout_rms"]
+    assert sampled["shares"] == present["shares"]
+
+
+def test_share_explained_is_that_of_a_known_law() -> None:
+    generator = np.random.default_rng(3)
+    x = generator.uniform(-1.0, 1.0, 4000)
+    law, noise = np.sin(3.0 * x), generator.normal(size=4000)
+    expected = np.var(law) / (np.var(law) + 1.0)
+    assert share_explained(x, law + noise, levels=False) == pytest.approx(expected, abs=0.03)
+    assert share_explained(generator.uniform(size=4000), noise, levels=False) < 0.01
+    assert share_explained(np.repeat([0.0, 1.0], 2000), np.repeat([1.0, -1.0], 2000), levels=True) == 1.0
+
+
+def test_hostile_names_stand_in_the_packed_data_alone(tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=3)
+    manifest = folder / "campaign.toml"
+    hostile = "</script><script>alert(1)</script>\\\"'"
+    lines = [line for line in manifest.read_text("utf-8").splitlines() if not line.startswith("name = ")]
+    at = 1 + next(number for number, line in enumerate(lines) if line.startswith("schema"))
+    manifest.write_text("\n".join([*lines[:at], f'name = "{hostile}"', *lines[at:]]) + "\n", encoding="utf-8")
+    view_campaign(folder, output=tmp_path / "view.html")
+    text = (tmp_path / "view.html").read_text("utf-8")
+    assert content_of(text)[0]["campaign"].startswith("</script><script>alert(1)")
+    assert "alert" not in text
+    assert text.count("</script>") == 2
