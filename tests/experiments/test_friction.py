@@ -124,8 +124,9 @@ def test_the_picture_of_friction_over_speed_is_without_the_ripple() -> None:
     assert samples is not None
     fit = fit_friction(steady_rows(samples), (JOINT_2, ripple), robot())
     columns = friction_fit_columns(fit, tuple("123456"))
-    measured, fitted_friction = (np.asarray(columns[name]) for name in ("friction_measured_Nm", "friction_Nm"))
-    np.testing.assert_allclose(measured - fitted_friction, columns["residual_Nm"], atol=1e-9)
+    names = ("friction_measured_Nm", "friction_Nm", "residual_Nm")
+    measured, fitted_friction, residual = (np.asarray(columns[name], dtype=np.float64) for name in names)
+    np.testing.assert_allclose(measured - fitted_friction, residual, atol=1e-9)
     curve, _ = friction_curve(fit.joints[0], (JOINT_2, ripple), fit.rows.velocity)
     np.testing.assert_allclose(fitted_friction, curve, atol=1e-9)
-    assert float(np.abs(np.asarray(columns["beside_Nm"]) - fit.nuisance).max()) > 5.0
+    assert float(np.abs(np.asarray(columns["beside_Nm"], dtype=np.float64) - fit.nuisance).max()) > 5.0
