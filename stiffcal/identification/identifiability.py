@@ -22,10 +22,23 @@ SAME_REGRESSOR = 1e-3
 # In a direction that the data do not determine, parameters with a share above this take part.
 TAKES_PART = 0.1
 
+SAME_MOTION = (
+    "other frames and links make the same motion in every pose: it stays at 0 by convention, and their values contain it"
+)
 REDUNDANT = (
     "alone it is exactly redundant with all compliances; only a known weight or torque in a law that is not straight "
     "determines it"
 )
+
+
+@dataclass(frozen=True)
+class GivenBefore:
+    """What is known of p parameters before any measurement."""
+
+    tolerance: Floats
+    """(p,) standard uncertainty without one, of the parameter's unit; an estimate no better is none. Infinite: nothing."""
+    same_motion: Booleans
+    """(p,) True for geometry that other parameters make up for in every pose (`stiffcal.identification.gauge`)."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +63,7 @@ def check_identifiability(
     needed: Booleans | None = None,
     noise_dominated: Booleans | None = None,
     redundant: Booleans | None = None,
+    given: GivenBefore | None = None,
 ) -> Identifiability:
     """Find what the whitened, triangular observation matrix cannot determine.
 
@@ -65,8 +79,10 @@ def check_identifiability(
         (`stiffcal.identification.noise_dominated`).
     redundant : (p,) True for gains of the whole load that all compliances together make up for
         (`stiffcal.identification.load_scale`).
+    given : what is known before any measurement; None: nothing.
     """
     p = len(names)
+    before = given or GivenBefore(np.full(p, np.inf), np.zeros(p, dtype=np.bool_))
     is_nonlinear = np.zeros(p, dtype=np.bool_) if nonlinear is None else nonlinear
     if p == 0:
         none = np.zeros(0, dtype=np.bool_)
@@ -78,12 +94,12 @@ def check_identifiability(
     in_noise = np.zeros(p, dtype=np.bool_) if noise_dominated is None else noise_dominated
     is_redundant = np.zeros(p, dtype=np.bool_) if redundant is None else redundant
     # One standard uncertainty, all else known, is 1 / length.
-    for i in np.flatnonzero((length * upper < 1.0) | in_noise | is_redundant):
+    for i in np.flatnonzero((length * upper < 1.0) | in_noise | is_redundant | before.same_motion):
         identifiable[i], left_out[i] = False, True
         reason = (
             "what seems to turn it is the force sensor's noise" if in_noise[i] else "no load in these data turns it"
         )
-        reason = REDUNDANT if is_redundant[i] else reason
+        reason = REDUNDANT if is_redundant[i] else SAME_MOTION if before.same_motion[i] else reason
         ambiguities.append(Ambiguity((names[i],), "", reason))
     remaining = np.flatnonzero(identifiable)
     condition = np.inf if len(remaining) < p else 1.0
@@ -112,6 +128,9 @@ def check_identifiability(
         for i in hidden:
             identifiable[i], left_out[i] = False, True
             ambiguities.append(Ambiguity((names[i],), "", "what loads do to it is hidden behind the other parameters"))
+        for i in _no_better_than(factor, left_out, before.tolerance):
+            identifiable[i], left_out[i] = False, True
+            ambiguities.append(Ambiguity((names[i],), "", "these poses tell it no better than assembly does"))
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
 
 
@@ -167,6 +186,25 @@ def _std_with_others_free(factor: Floats, remaining: NDArray[np.int64], column: 
     inverse = np.linalg.pinv(columns / scale, rcond=1e-13)
     index = int(np.flatnonzero(remaining == column)[0])
     return float(np.sqrt(np.sum(inverse[index] ** 2)) / scale[index])
+
+
+def _no_better_than(factor: Floats, left_out: Booleans, tolerance: Floats) -> list[int]:
+    """Return the parameters that are known no better than their tolerance, the worst first.
+
+    One at a time: what is held where assembly put it may be all that another one lacked.
+    """
+    held = left_out.copy()
+    worst: list[int] = []
+    while not held.all():
+        free = np.flatnonzero(~held)
+        scale = column_scale(factor[:, free])
+        inverse = np.linalg.pinv(factor[:, free] / scale, rcond=1e-13)
+        ratio = np.sqrt(np.sum(inverse**2, axis=1)) / scale / tolerance[free]
+        if ratio.max() <= 1.0:
+            break
+        worst.append(int(free[np.argmax(ratio)]))
+        held[worst[-1]] = True
+    return worst
 
 
 def _name_ambiguity(blind: Floats, length: Floats, names: list[str]) -> Ambiguity:

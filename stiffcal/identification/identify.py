@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Ambiguity, Fit
-from stiffcal.identification.identifiability import Identifiability, check_identifiability
+from stiffcal.identification.gauge import redundant_geometry
+from stiffcal.identification.identifiability import GivenBefore, Identifiability, check_identifiability
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
 from stiffcal.identification.load_scale import redundant_gains
 from stiffcal.identification.noise import Noise, rms_by_measure, rms_length, stated_noise
@@ -83,6 +84,8 @@ class Settings:
     """Full names of parameters that only the wrench's noise turns: not determined."""
     redundant: frozenset[str] = field(default_factory=frozenset)
     """Full names of gains that all compliances together make up for: not determined, they keep their values."""
+    same_motion: frozenset[str] = field(default_factory=frozenset)
+    """Full names of geometry and frame parameters that others make up for in every pose: they stay neutral."""
 
 
 @dataclass(frozen=True)
@@ -179,7 +182,11 @@ def fit_observations(
 ) -> Fit:
     """Identify from prepared observations; see `identify_parameters`."""
     first_runs = _some_runs(problem)
-    settings = replace(settings, redundant=redundant_gains(robot, first_runs.data, settings.fixed))
+    settings = replace(
+        settings,
+        redundant=redundant_gains(robot, first_runs.data, settings.fixed),
+        same_motion=redundant_geometry(robot, first_runs.data, settings.fixed),
+    )
     progress("first-order pass", 0.1)
     settled = _gauss_newton(first_runs, _initial_estimate(first_runs, robot, settings), settings, None, progress)
     if first_runs is not problem:
@@ -253,7 +260,11 @@ def _initial_estimate(problem: Problem, robot: CompliantRobot, settings: Setting
     """
     data = problem.data
     whitening = raw_whitening(data, settings.noise or problem.stated)
-    columns = [c for c in free_columns(robot, settings.fixed) if c.role is ParameterRole.AMPLITUDE]
+    columns = [
+        c
+        for c in free_columns(robot, settings.fixed)
+        if c.role is ParameterRole.AMPLITUDE or robot.placed[c.placed].effect.moves_frames
+    ]
     without_values = [placed_effect for placed_effect in robot.placed if lacks_nonlinear_value(placed_effect)]
     # Effects whose nonlinear parameters have no value are left out: columns at a typical value would bias the others.
     first_columns = [c for c in columns if robot.placed[c.placed] not in without_values]
@@ -278,11 +289,14 @@ def _check_identifiability(
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     lower, upper = bounds_of(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
-    under, scaling = (
+    under, scaling, same_motion = (
         np.array([name in chosen for name in names], dtype=np.bool_)
-        for chosen in (settings.noise_dominated, settings.redundant)
+        for chosen in (settings.noise_dominated, settings.redundant, settings.same_motion)
     )
-    return check_identifiability(reduced.factor, names, widest, _are_nonlinear(columns), needed, under, scaling)
+    specs = [robot.placed[c.placed].effect.spec(c.symbol) for c in columns]
+    tolerance = np.array([np.inf if spec.tolerance is None else spec.tolerance for spec in specs])
+    given = GivenBefore(tolerance, same_motion)
+    return check_identifiability(reduced.factor, names, widest, _are_nonlinear(columns), needed, under, scaling, given)
 
 
 def _are_nonlinear(columns: Sequence[ParameterColumn]) -> Booleans:

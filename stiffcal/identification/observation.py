@@ -15,19 +15,22 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.readings import Observations, observe
 from stiffcal.mechanics.kinematics import cross
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.deformed_chain import unit_wrenches
-from stiffcal.model.effect import Inputs, NodeLoads, Observed, ParameterRole
+from stiffcal.model.effect import Inputs, NodeLoads, Observed, ParameterRole, Term
 from stiffcal.model.equilibrium import (
     NoBalanceError,
     Rest,
     WeightOnlyRest,
     blocks,
+    displacement_between,
     displacements,
+    counted_from,
     find_rest,
     first_order_displacement,
     last_node_inboard,
     law_terms,
+    nominal_robot,
     rest_under_weight,
 )
 
@@ -122,8 +125,10 @@ def _evaluate_block(
         if column.role is ParameterRole.AMPLITUDE
     }
     if rows:
-        _law_columns(model, loaded, unloaded, _levers(loaded, data), rows, columns_out)
+        terms = [*loaded.terms, *geometry_terms(model, data)]
+        _law_columns(model, terms, unloaded, _levers(loaded, data, terms), rows, columns_out)
     _observation_columns(model, data, displacement, columns_out, rows)
+    _frame_columns(model, data, columns, loaded, columns_out)
     if not rigid:
         _difference_columns(model, data, columns, prediction, columns_out)
     sensitivity = _sensitivity(model, data, loaded) if with_sensitivity else None
@@ -131,13 +136,15 @@ def _evaluate_block(
 
 
 def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, WeightOnlyRest]:
-    """Return the robot's rest under load and under weight alone."""
+    """Return the robot's rest under load, and what its displacements are counted from."""
     inputs = Inputs(data.angles, data.wrench, data.setup)
     try:
         unloaded = rest_under_weight(model, inputs, FIT_TOLERANCE)
         loaded = find_rest(model, inputs, data.order, unloaded.wrench, unloaded.displacement, FIT_TOLERANCE)
     except NoBalanceError as error:
         raise error.at_state(error.state, f"{data.place_of(error.state)}, {error.where}") from None
+    if data.absolute.any():
+        unloaded = counted_from(unloaded, nominal_robot(model.chain, inputs), data.absolute)
     return loaded, unloaded
 
 
@@ -191,15 +198,33 @@ def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Flo
     return rows
 
 
-def _levers(loaded: Rest, data: Observations) -> dict[tuple[int, int], Floats]:
+def _levers(
+    loaded: Rest, data: Observations, terms: Sequence[tuple[PlacedEffect, Term]]
+) -> dict[tuple[int, int], Floats]:
     """Return (node, component) to the lever, for all that the laws move."""
-    components = {(term.node, term.component) for _, term in loaded.terms}
+    components = {(term.node, term.component) for _, term in terms}
     return {key: lever_of(loaded, data, *key) for key in components}
+
+
+def geometry_terms(model: CompliantRobot, data: Observations) -> list[tuple[PlacedEffect, Term]]:
+    """Return how the parameters of the geometry move the nodes outboard of them; nothing where displacements count.
+
+    A displacement depends on the geometry by its square alone: both of its ends move with it.
+    """
+    if not data.absolute.any():
+        return []
+    return [
+        (placed_effect, replace(term, value=np.where(data.absolute, term.value, 0.0)))
+        for placed_effect in model.placed
+        for term in placed_effect.effect.geometry_terms(
+            placed_effect.place, model.chain, data.angles, placed_effect.shape()
+        )
+    ]
 
 
 def _law_columns(
     model: CompliantRobot,
-    loaded: Rest,
+    loaded: Sequence[tuple[PlacedEffect, Term]],
     unloaded: WeightOnlyRest,
     lever: dict[tuple[int, int], Floats],
     rows: dict[tuple[int, str], int],
@@ -208,7 +233,7 @@ def _law_columns(
     """Add levers times the laws' terms, less those under weight alone: displacements are counted from there."""
     numbers = {id(placed_effect): number for number, placed_effect in enumerate(model.placed)}
     values: dict[tuple[int, tuple[int, int]], Floats] = {}
-    for sign, terms in ((1.0, loaded.terms), (-1.0, unloaded.terms)):
+    for sign, terms in ((1.0, loaded), (-1.0, unloaded.terms)):
         for placed_effect, term in terms:
             row, at = rows.get((numbers[id(placed_effect)], term.symbol)), (term.node, term.component)
             if row is not None and at in lever:
@@ -233,6 +258,30 @@ def _observation_columns(
                 sensitivities[rows[number, symbol]] += data.layout.of_targets(column)
 
 
+def _frame_columns(
+    model: CompliantRobot,
+    data: Observations,
+    columns: Sequence[ParameterColumn],
+    loaded: Rest,
+    sensitivities: Floats,
+) -> None:
+    """Fill the columns of frames by a forward difference: the robot rests where it did, and is measured from elsewhere.
+
+    As for the geometry, displacements depend on them by their square alone.
+    """
+    for row, column in enumerate(columns):
+        placed_effect = model.placed[column.placed]
+        if not placed_effect.effect.moves_frames:
+            continue
+        step = 1e-3 * placed_effect.effect.spec(column.symbol).typical
+        # From where the frame is now: the inputs hold its present values already.
+        inputs = placed_effect.effect.adjusted(placed_effect.place, loaded.inputs, {column.symbol: step})
+        moved = replace(loaded, inputs=inputs)
+        change = [displacement_between(after, before) for after, before in zip(moved.targets, loaded.targets, strict=True)]
+        rows = data.layout.of_targets(np.where(data.absolute, np.stack(change), 0.0))
+        sensitivities[row] = rows / step
+
+
 def _difference_columns(
     model: CompliantRobot,
     data: Observations,
@@ -242,9 +291,9 @@ def _difference_columns(
 ) -> None:
     """Fill the columns of shape and set-up parameters by a forward difference of the whole balance."""
     for row, column in enumerate(columns):
-        if column.role is ParameterRole.AMPLITUDE:
-            continue
         placed_effect = model.placed[column.placed]
+        if column.role is ParameterRole.AMPLITUDE or placed_effect.effect.moves_frames:
+            continue
         spec = placed_effect.effect.spec(column.symbol)
         neutral = spec.typical if column.role is ParameterRole.NONLINEAR else spec.neutral
         value = placed_effect.values.get(column.symbol, neutral)

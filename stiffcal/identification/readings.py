@@ -15,7 +15,7 @@ from stiffcal.identification.pose_spread import PoseSpread, pose_spread
 from stiffcal.identification.rows import ROTATION, RowLayout, layout_of, with_gauges, with_motors, with_rods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.kinematics import turn_between
+from stiffcal.mechanics.kinematics import attached_poses, turn_between
 from stiffcal.model.effect import StateOrder
 from stiffcal.reduction.load_cycles import run_members
 from stiffcal.reduction.outliers import load_is_good
@@ -47,6 +47,8 @@ class Observations:
     """Where the instruments sit."""
     index: Integers
     """(n,) index of the state in the campaign's load states."""
+    absolute: Booleans
+    """(n,) True where a place was measured: the displacement is counted from the robot file's undeformed robot."""
     spread: PoseSpread | None = None
     """How far each pose is known where poses come from points, some of them hidden at times; else None."""
     run_names: tuple[str, ...] = ()
@@ -103,6 +105,7 @@ class Observations:
             layout=self.layout.subset(pick),
             run=self.run[pick],
             index=self.index[pick],
+            absolute=self.absolute[pick],
             spread=None if self.spread is None else self.spread.subset(pick),
         )
 
@@ -131,6 +134,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
     kinds, bodies, components = [], [], []
     for b in range(states.position.shape[1]):
         displacement = states.deflection[:, b] if is_deflection else _displacement(states, b, reference)
+        displacement = _with_absolute(displacement, states, chain, b)
         for axis in range(6):
             if np.isfinite(displacement[:, axis]).any():
                 pieces.append(displacement[:, axis])
@@ -154,10 +158,11 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         measured=np.where(measured_mask, measured, 0.0),
         measured_mask=measured_mask,
         layout=layout.subset(keep),
-        free_offset=not is_deflection,
+        free_offset=not is_deflection and not states.absolute.any(),
         run=states.run[keep],
         setup=states.setup,
         index=keep,
+        absolute=states.absolute[keep],
         spread=None if spread is None else spread.subset(keep),
         run_names=tuple(run.name for run in states.runs),
     )
@@ -169,6 +174,20 @@ def _displacement(states: LoadStates, b: int, reference: Integers) -> Floats:
     rotation = np.ascontiguousarray(np.moveaxis(states.rotation[:, b], 0, -1))
     rotation_vectors = turn_between(rotation, rotation[:, :, reference]).T
     return np.concatenate([translation, rotation_vectors], axis=1)
+
+
+def _with_absolute(displacement: Floats, states: LoadStates, chain: Chain, b: int) -> Floats:
+    """Return (n, 6) displacements; those of absolute places from where the robot file puts the target, unloaded."""
+    absolute = states.absolute
+    if not absolute.any():
+        return displacement
+    target = states.setup.targets[b]
+    place, rotation = attached_poses(chain, chain.model_angles(states.joints[absolute]), target)
+    measured = np.ascontiguousarray(np.moveaxis(states.rotation[absolute, b], 0, -1))
+    turn = turn_between(measured, np.ascontiguousarray(np.moveaxis(rotation, 0, -1))).T
+    result = displacement.copy()
+    result[absolute] = np.concatenate([states.position[absolute, b] - place, turn], axis=1)
+    return result
 
 
 def _run_angles(states: LoadStates, chain: Chain) -> Floats:
@@ -188,13 +207,17 @@ def _order(states: LoadStates, chain: Chain, reference: Integers, keep: Integers
         if states.temperature.shape[1]
         else np.full(len(states), np.nan)
     )
+    since = states.time - states.time[reference]
+    if states.absolute.any():
+        # Drift counts from the first row: an absolute place has no reference of its own.
+        since = np.where(states.absolute, states.time - np.nanmin(states.time[states.absolute], initial=np.inf), since)
     return StateOrder(
         run=states.run[keep],
         time=states.time[keep],
         hold=states.hold[keep],
         motor=np.ascontiguousarray(np.nan_to_num(motor[:, keep])),
         temperature=warm[keep],
-        since_reference=(states.time - states.time[reference])[keep],
+        since_reference=since[keep],
         number=keep + 1,
         swept=np.array([run.swept for run in states.runs], dtype=np.bool_)[states.run[keep]],
     )

@@ -80,6 +80,10 @@ class MeasurementSetup:
     """False where only forces are known; the moment about ``wrench_point`` is then zero."""
     base_from_tracker: Floats
     """(4, 4), how readings were brought to base axes; identity where they came in base axes."""
+    tracker_error: Floats | None = None
+    """(4, 4) motion in base axes of what is reported against what is there, as ``base_from_tracker`` is not where the
+    tracker stands; None: it is.
+    """
     tool_mass: float = 0.0
     """kg hung on the flange."""
     tool_com: Floats = field(default_factory=lambda: np.zeros(3))
@@ -110,13 +114,15 @@ class RunInfo:
     name: str
     """The run's id, unique in the campaign."""
     experiment: str = "load"
-    """"load", "clamped", "friction" or "free"."""
+    """"load", "absolute", "clamped", "friction" or "free"."""
     holdout: bool = False
     """Never used to fit."""
     tags: tuple[str, ...] = ()
     """Free words."""
     compensated: bool = False
     """The controller was correcting while the run was measured."""
+    of: str = field(default="", kw_only=True)
+    """The run of the manifest whose row this is, where each row is a run of its own; "" where it is a whole run."""
     swept: bool = field(default=False, kw_only=True)
     """The load went up and down without being held; states are moments of that motion."""
     fixture: tuple[tuple[float, ...], ...] | None = None
@@ -211,6 +217,11 @@ class LoadStates:
     def clamped(self) -> Booleans:
         """(n,) True for states of runs whose flange was held: what is measured there is the motors' angles."""
         return np.array([run.experiment == "clamped" for run in self.runs], dtype=np.bool_)[self.run]
+
+    @property
+    def absolute(self) -> Booleans:
+        """(n,) True for states of which places count, not displacements since a reference."""
+        return np.array([run.experiment == "absolute" for run in self.runs], dtype=np.bool_)[self.run]
 
     @property
     def has_poses(self) -> bool:

@@ -99,6 +99,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
             tuple(run["tags"]),
             run.get("compensated", False),
             _fixture(run),
+            of=run.get("of", ""),
         )
         for run in document["runs"]
     )
@@ -200,6 +201,7 @@ def _setup_document(states: LoadStates) -> Document:
             {"name": run.name, "experiment": run.experiment, "holdout": run.holdout, "tags": list(run.tags)}
             | ({"compensated": True} if run.compensated else {})
             | ({"swept": True} if run.swept else {})
+            | ({"of": run.of} if run.of else {})
             | ({"fixture": [list(row) for row in run.fixture]} if run.fixture is not None else {})
             for run in states.runs
         ],

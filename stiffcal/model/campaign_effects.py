@@ -111,8 +111,23 @@ def placed_robot(campaign: Campaign) -> CompliantRobot:
     InputError : the model file names an effect, a place or a parameter that does not exist.
     """
     robot = _whole_robot(campaign)
-    return replace(
-        robot, placed=tuple(placed_effect for placed_effect in robot.placed if not placed_effect.effect.in_motion)
+    at_rest = tuple(placed_effect for placed_effect in robot.placed if not placed_effect.effect.in_motion)
+    return replace(robot, placed=(*_frames_to_fit(campaign), *at_rest))
+
+
+def _frames_to_fit(campaign: Campaign) -> tuple[PlacedEffect, ...]:
+    """Return the frames that are found together with the robot: those to be estimated, where places count."""
+    from stiffcal.model.measured_frames import placed_frame
+
+    manifest = campaign.manifest
+    if not any(run.experiment == "absolute" for run in manifest.runs):
+        return ()
+    poses = {body: pose for source in manifest.sources.values() for body, pose in source.body_poses().items()}
+    turned = {body for body, pose in poses.items() if pose.orientation is not None or pose.markers}
+    return tuple(
+        placed_frame(name, name not in poses or name in turned)
+        for name, frame in manifest.frames.items()
+        if frame.estimate
     )
 
 

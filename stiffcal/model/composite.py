@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import Effect, ParameterRole, ParameterSpec, Place
@@ -61,6 +62,14 @@ class CompliantRobot:
     """True where the wrench acts on the deformed, weight-sagged chain (``balance = "deformed"``); False for the papers'
     first-order form.
     """
+
+    @cached_property
+    def adjusted_chain(self) -> Chain:
+        """The chain with what the effects change of its geometry and masses."""
+        chain = self.chain
+        for placed_effect in self.placed:
+            chain = placed_effect.effect.adjusted_chain(placed_effect.place, chain, placed_effect.values)
+        return chain
 
     @property
     def has_memory(self) -> bool:

@@ -33,7 +33,7 @@ from stiffcal.model.parameters import ParameterSpec as ParameterSpec
 from stiffcal.model.parameters import Values as Values
 from stiffcal.model.parameters import usual_grid
 
-PlaceKind = Literal["joints", "links", "pairs", "setup"]
+PlaceKind = Literal["joints", "links", "pairs", "frames", "setup"]
 
 # Components of a node's displacement and wrench.
 TX, TY, TZ, RX, RY, RZ = range(6)
@@ -53,17 +53,21 @@ class Place:
     """Where an effect acts."""
 
     kind: PlaceKind
-    """"joints", "links", "pairs" or "setup"."""
+    """"joints", "links", "pairs", "frames" or "setup"."""
     joints: tuple[int, ...] = ()
     """Joint numbers from 1: one for a joint, two for a pair, none else."""
     link: str = ""
     """The link's name, or ""."""
+    frame: str = ""
+    """The name of a frame of the manifest, or ""."""
 
     @property
     def label(self) -> str:
-        """The place in parameter names: ``j4``, ``swing``, ``j5-j6`` or ``setup``."""
+        """The place in parameter names: ``j4``, ``swing``, ``j5-j6``, ``tracker`` (a frame) or ``setup``."""
         if self.kind == "links":
             return self.link
+        if self.kind == "frames":
+            return self.frame
         return "-".join(f"j{number}" for number in self.joints) or "setup"
 
 
@@ -209,6 +213,8 @@ class Effect(ABC):
     how_to_check: ClassVar[str] = ""
     fingerprint: ClassVar[str] = ""
     has_memory: ClassVar[bool] = False
+    moves_frames: ClassVar[bool] = False
+    """True where the set-up parameters move nothing but the frames that places are measured in or at."""
     in_motion: ClassVar[bool] = False
     """True where the effect shows in the torque of a moving drive (`motion_columns`), and never at rest."""
     constant_torque: ClassVar[bool] = False
@@ -255,6 +261,25 @@ class Effect(ABC):
         ----------
         place : where.
         loads : what the nodes carry.
+        shape : values of the shape parameters by symbol.
+        """
+        return ()
+
+    def adjusted_chain(self, place: Place, chain: Chain, values: Values) -> Chain:
+        """Return the chain as its geometry or its masses are at these values; neutral values change nothing."""
+        return chain
+
+    def geometry_terms(self, place: Place, chain: Chain, angles: Floats, shape: Values) -> Sequence[Term]:
+        """Return how far a unit of each amplitude moves the node outboard of it, at no load: derivatives, no law.
+
+        For effects that change the undeformed chain (`adjusted_chain`) or its angles (`adjusted`): what they do is in
+        the chain already, and these terms only say in which direction it goes.
+
+        Parameters
+        ----------
+        place : where.
+        chain : the robot.
+        angles : (J, n) model joint angles, rad.
         shape : values of the shape parameters by symbol.
         """
         return ()

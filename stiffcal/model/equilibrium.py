@@ -11,16 +11,17 @@ every sweep gains two digits or more and none needs a derivative of the laws.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.measurements.load_states import MeasurementSetup
-from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame, turn_between
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame, stacked_bodies, turn_between
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.deformed_chain import DeformedChain, deformed_chain, node_wrenches
 from stiffcal.model.effect import RZ, Inputs, NodeLoads, StateOrder, Term, tool_node
@@ -55,8 +56,20 @@ class Rest:
 
     @cached_property
     def targets(self) -> list[StackedFrame]:
-        """The frame of each of the set-up's targets, on the deformed chain."""
-        return [self.shape.bodies[target.body].moved(target.transform) for target in self.inputs.setup.targets]
+        """The frame of each of the set-up's targets, on the deformed chain, as the tracker reports it in base axes."""
+        return reported_targets(self.shape.bodies, self.inputs.setup)
+
+
+def reported_targets(bodies: Sequence[StackedFrame], setup: MeasurementSetup) -> list[StackedFrame]:
+    """Return the frame of each target, given those of the bodies, as the tracker reports it in base axes."""
+    frames = [bodies[target.body].moved(target.transform) for target in setup.targets]
+    return frames if setup.tracker_error is None else [_moved_rigidly(frame, setup.tracker_error) for frame in frames]
+
+
+def _moved_rigidly(frame: StackedFrame, motion: Floats) -> StackedFrame:
+    """Return ``motion @ frame`` for a constant (4, 4) motion in base axes."""
+    rotation = np.einsum("ij,jkn->ikn", motion[:3, :3], frame.rotation)
+    return StackedFrame(rotation, motion[:3, :3] @ frame.position + motion[:3, 3:])
 
 
 def law_terms(robot: CompliantRobot, loads: NodeLoads) -> list[tuple[PlacedEffect, Term]]:
@@ -113,7 +126,7 @@ def find_rest(
     """
     for placed_effect in robot.placed:
         inputs = placed_effect.effect.adjusted(placed_effect.place, inputs, placed_effect.values)
-    chain = robot.chain
+    chain = robot.adjusted_chain
     n = inputs.angles.shape[1]
     # The papers' linear form takes every wrench on the rigid chain: a start would sag it under its weight.
     small = start if robot.deformed else None
@@ -214,7 +227,11 @@ def first_order_displacement(rest: Rest, nodes: Floats | None = None) -> list[Fl
 
 @dataclass(frozen=True)
 class WeightOnlyRest:
-    """The rest under weight alone, which loads are counted from; state axis last."""
+    """What displacements are counted from, state axis last: of loads the rest under weight alone.
+
+    Of absolute places it is the undeformed robot as the robot file and the manifest describe it, without any effect: what
+    weight does is then part of the displacement.
+    """
 
     targets: list[StackedFrame]
     """Each target's frame."""
@@ -257,8 +274,40 @@ def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = 
     )
 
 
+def nominal_robot(chain: Chain, inputs: Inputs) -> WeightOnlyRest:
+    """Return the undeformed robot of the robot file, which absolute places are counted from.
+
+    Parameters
+    ----------
+    chain : as the robot file describes it, without what effects change.
+    inputs : angles (J, n) as logged, and the set-up of the manifest.
+    """
+    n, n_nodes = inputs.angles.shape[1], 2 * chain.n_joints + 2
+    bodies = stacked_bodies(chain, inputs.angles)
+    targets = [bodies[target.body].moved(target.transform) for target in inputs.setup.targets]
+    nothing = np.zeros((n_nodes, 6, n))
+    return WeightOnlyRest(targets, [np.zeros((6, n)) for _ in targets], nothing, nothing, [])
+
+
+def counted_from(unloaded: WeightOnlyRest, nominal: WeightOnlyRest, absolute: Booleans) -> WeightOnlyRest:
+    """Return one origin of displacements for states of both kinds: ``nominal`` for those that are ``absolute`` (n,)."""
+    targets = [
+        StackedFrame(
+            np.where(absolute, rigid.rotation, rest.rotation), np.where(absolute, rigid.position, rest.position)
+        )
+        for rest, rigid in zip(unloaded.targets, nominal.targets, strict=True)
+    ]
+    return WeightOnlyRest(
+        targets,
+        [np.where(absolute, 0.0, linear) for linear in unloaded.linear],
+        unloaded.wrench,
+        np.where(absolute, 0.0, unloaded.displacement),
+        [(placed, replace(term, value=np.where(absolute, 0.0, term.value))) for placed, term in unloaded.terms],
+    )
+
+
 def displacements(robot: CompliantRobot, loaded: Rest, unloaded: WeightOnlyRest) -> list[Floats]:
-    """Return each target's (6, n) displacement from the weight-only state, base axes, m and rad."""
+    """Return each target's (6, n) displacement from where it is counted, base axes, m and rad."""
     if robot.deformed:
         return [
             displacement_between(after, before) for after, before in zip(loaded.targets, unloaded.targets, strict=True)

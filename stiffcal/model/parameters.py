@@ -63,6 +63,10 @@ class ParameterSpec:
     """True where it multiplies the whole load, as all compliances together would: it is known only where a known
     weight or torque acts in a law that is not straight.
     """
+    tolerance: float | None = None
+    """What is known of it before any measurement, as a standard uncertainty: an estimate that is no better does not
+    count as identifiable. None: the bounds alone decide.
+    """
     along: int | None = None
     """The component of the node (`TX` to `RZ`) whose own compliance it is: displacement over load along the same axis,
     all of it, at any load; None elsewhere. Joints that are measured by themselves are compared with these.

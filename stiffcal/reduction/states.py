@@ -212,10 +212,27 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
         sigma=sigma,
         set_aside_code=codes,
     )
-    if states.deflection_given:
-        return states
-    chosen = {name: entry.reference for name, entry in manifest_runs.items()}
-    return replace(states, reference=reference_states(run, names, chosen, states.used))
+    if not states.deflection_given:
+        chosen = {name: entry.reference for name, entry in manifest_runs.items()}
+        states = replace(states, reference=reference_states(run, names, chosen, states.used))
+    return _rows_as_runs(states) if states.absolute.any() else states
+
+
+def _rows_as_runs(states: LoadStates) -> LoadStates:
+    """Make each row of an absolute run a run of its own: a place has no reference and shares no offset with others."""
+    runs: list[RunInfo] = []
+    number = np.empty(len(states), dtype=np.int64)
+    absolute = states.absolute
+    last = -1
+    for k in range(len(states)):
+        info = states.runs[int(states.run[k])]
+        if absolute[k]:
+            runs.append(replace(info, name=f"{info.name} row {states.row[k]}", of=info.name))
+        elif states.run[k] != last:
+            runs.append(info)
+        last = int(states.run[k])
+        number[k] = len(runs) - 1
+    return replace(states, runs=tuple(runs), run=number, reference=states.reference | absolute)
 
 
 def _anything_measured(*readings: Floats) -> Booleans:

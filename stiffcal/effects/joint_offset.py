@@ -1,0 +1,67 @@
+"""Joints whose zero is not where the robot file has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.absolute_places import lacks_absolute_places
+from stiffcal.model.effect import RZ, DocumentedEffect, Kind, ParameterSpec, Place, Term, Values, joint_node
+
+
+class JointOffset(DocumentedEffect):
+    """The controller's zero of a joint is not the robot file's: what one enters in the controller to mend it.
+
+    Law: ``zero`` is added to the logged angle of the joint, before ``direction`` and ``logged = {…}``; the model angles
+    that are combinations of it follow.
+
+    Assumes that the whole scale is shifted, as after a lost or changed encoder.
+
+    Limits: next to the geometry of all links it adds nothing (``link-geometry`` replaces it). The first joint's zero cannot
+    be separated from a tracker that is estimated, the last one's not from a target that is.
+    """
+
+    name = "joint-offset"
+    kind = Kind.CONFIGURATION
+    place_kind = "joints"
+    summary = "the joint's zero is not the robot file's"
+    parameters = (
+        ParameterSpec(
+            "zero", "rad", "added to the angle as logged", -0.2, 0.2, 1e-3,
+            "mastering of industrial robots: about a milliradian", tolerance=5e-3,
+        ),
+    )  # fmt: skip
+    needs = ("absolute places in poses that turn the joints",)
+    looks_like = ("link-geometry", "joint-eccentricity")
+    fingerprint = "the places miss by the lever about one joint's axis, alike at all its angles"
+    how_to_check = "Move the joint to its mechanical mark and compare with the angle that the controller shows."
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Displacements do not depend on it to first order."""
+        return lacks_absolute_places(states)
+
+    def adjusted_chain(self, place: Place, chain: Chain, values: Values) -> Chain:
+        """Turn every joint frame whose model angle takes the logged one."""
+        zero = values.get("zero", 0.0)
+        if not zero:
+            return chain
+        fixed = chain.fixed.copy()
+        for model_joint, share in enumerate(chain.coupling[:, place.joints[0] - 1]):
+            cosine, sine = np.cos(share * zero), np.sin(share * zero)
+            turn = np.eye(4)
+            turn[:2, :2] = [[cosine, -sine], [sine, cosine]]
+            fixed[model_joint] = fixed[model_joint] @ turn
+        return replace(chain, fixed=fixed)
+
+    def geometry_terms(self, place: Place, chain: Chain, angles: Floats, shape: Values) -> Sequence[Term]:
+        """A turn about the axis of every joint whose model angle takes the logged one."""
+        return [
+            Term(joint_node(model_joint + 1), RZ, "zero", np.full(angles.shape[1], share))
+            for model_joint, share in enumerate(chain.coupling[:, place.joints[0] - 1])
+            if share
+        ]

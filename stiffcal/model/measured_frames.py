@@ -1,0 +1,99 @@
+"""The frames that a fit of absolute places finds together with the robot: where the tracker and the targets are.
+
+They are set-up parameters of the same fit, ``frame.tracker.x`` to ``frame.target1.rz``: small motions from where
+registration has put the frame with the robot file's geometry, in the axes of the body that carries it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import (
+    DocumentedEffect,
+    Inputs,
+    Kind,
+    ParameterRole,
+    ParameterSpec,
+    Place,
+    Values,
+)
+
+FRAME = "frame"
+"""What parameter names of frames begin with."""
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+_SOURCE = "registration with the robot file's geometry leaves some tenths of a millimetre and of a milliradian"
+
+
+def _spec(symbol: str) -> ParameterSpec:
+    turn = symbol.startswith("r")
+    return ParameterSpec(
+        symbol,
+        "rad" if turn else "m",
+        f"{'turn about' if turn else 'shift along'} {symbol[-1]} from where registration puts the frame",
+        -0.5,
+        0.5,
+        1e-3,
+        _SOURCE,
+        ParameterRole.SETUP,
+    )
+
+
+class FramePosition(DocumentedEffect):
+    """A frame of which only the place is found: a target whose orientation is not measured.
+
+    Law: its origin is where registration puts it plus (x, y, z), in the axes of the body that carries it.
+    """
+
+    name = FRAME
+    kind = Kind.OBSERVATION
+    place_kind = "frames"
+    summary = "where a frame is that the manifest leaves to be found"
+    parameters = tuple(_spec(symbol) for symbol in AXES[:3])
+    moves_frames = True
+
+    def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
+        """Move the target, or the tracker, of that name."""
+        small = np.array([values.get(symbol, 0.0) for symbol in AXES])
+        if not small.any():
+            return inputs
+        setup = inputs.setup
+        if place.frame in setup.target_names:
+            targets = tuple(
+                Attachment(target.body, _moved(target.transform, small)) if name == place.frame else target
+                for name, target in zip(setup.target_names, setup.targets, strict=True)
+            )
+            return replace(inputs, setup=replace(setup, targets=targets))
+        registered = setup.base_from_tracker
+        present = registered if setup.tracker_error is None else inverse_transform(setup.tracker_error) @ registered
+        error = registered @ inverse_transform(_moved(present, small))
+        return replace(inputs, setup=replace(setup, tracker_error=error))
+
+
+class FramePose(FramePosition):
+    """A frame whose place and orientation are found: the tracker's, or a target's whose orientation is measured.
+
+    Law: its origin moves by (x, y, z) and its axes turn by the rotation vector (rx, ry, rz), in the axes of the body
+    that carries it.
+    """
+
+    parameters = tuple(_spec(symbol) for symbol in AXES)
+
+
+def placed_frame(name: str, with_orientation: bool) -> PlacedEffect:
+    """Return the frame of that name as part of a model."""
+    effect = FramePose() if with_orientation else FramePosition()
+    return PlacedEffect(effect, Place("frames", frame=name))
+
+
+def _moved(body_from_frame: Floats, small: Floats) -> Floats:
+    """Return the frame, shifted and turned about its origin in the body's axes."""
+    result = np.eye(4)
+    result[:3, :3] = rotation_from_vector(small[3:]) @ body_from_frame[:3, :3]
+    result[:3, 3] = body_from_frame[:3, 3] + small[:3]
+    return result
