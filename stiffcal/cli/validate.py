@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from stiffcal.measurements.rms import Rms
     from stiffcal.results.validate_result import ValidateResult
+    from stiffcal.validation.distances import DistanceSummary, Distances, LadderStep, TargetDistance
     from stiffcal.validation.results import ErrorSlice, WorstState
 
 
@@ -68,6 +69,8 @@ def show_validation(console: Console, result: ValidateResult) -> None:
     table.add_row("noise", deviation(result.noise) if result.noise is not None else "not known")
     table.add_row("share of the deflection", _shares(result.relative))
     console.print(table)
+    if result.distance is not None:
+        _show_distances(console, result.distance, result.ladder or [])
     slices = {
         "body": result.by_body,
         "run": result.by_run,
@@ -87,6 +90,29 @@ def show_validation(console: Console, result: ValidateResult) -> None:
     if result.passed:
         limits = ", ".join(result.thresholds)
         console.print(f"thresholds held: {limits}" if limits else "no thresholds are set")
+
+
+def _show_distances(console: Console, distance: Distances, ladder: Sequence[LadderStep]) -> None:
+    """Draw the distances of the targets, and the ladder from the nominal robot to the present model."""
+    table = plain_table("distance", "mean>", "median>", "95 %>", "worst>", "rms>")
+    for title, summary in (
+        ("fit", distance.fit),
+        ("poses left out at random", distance.heldout_random),
+        ("regions left out", distance.heldout_region),
+    ):
+        if summary is None:
+            continue
+        parts: list[tuple[str, DistanceSummary | TargetDistance]] = [(title, summary)]
+        if len(summary.by_target) > 1:
+            parts += [(f"  {part.target}", part) for part in summary.by_target]
+        for label, part in parts:
+            table.add_row(label, *(length(v) for v in (part.mean, part.median, part.p95, part.max, part.rms)))
+    console.print(table)
+    table = plain_table("model", "parameters>", "fit, rms>", "random, rms>", "region, rms>")
+    for step in ladder:
+        cells = [step.fit, step.heldout_random, step.heldout_region]
+        table.add_row(step.step, str(step.n_parameters), *("–" if v is None else length(v) for v in cells))
+    console.print(table)
 
 
 def _show_slices(console: Console, title: str, parts: Sequence[ErrorSlice], most: int = 8) -> None:

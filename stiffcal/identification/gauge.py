@@ -74,7 +74,9 @@ def _motions(
             if name not in fixed:
                 is_target = placed_effect.place.frame in data.setup.target_names
                 rank = _rank(placed_effect, symbol, number, first_axis, is_target)
-                motions.append((name, rank, np.concatenate([(motion[b] * rows[:, None]).ravel() for b, rows in measured])))
+                motions.append(
+                    (name, rank, np.concatenate([(motion[b] * rows[:, None]).ravel() for b, rows in measured]))
+                )
     return motions
 
 
@@ -102,7 +104,9 @@ def _motions_of(
             step = 1e-3 * spec.typical
             moved = placed_effect.effect.adjusted(placed_effect.place, inputs, {spec.symbol: step}).setup
             frames = reported_targets(bodies, moved)
-            changes = [displacement_between(after, before) / step for after, before in zip(frames, targets, strict=True)]
+            changes = [
+                displacement_between(after, before) / step for after, before in zip(frames, targets, strict=True)
+            ]
             motions[spec.symbol] = np.stack(changes)
         return motions
     shape = placed_effect.shape()

@@ -219,6 +219,8 @@ def with_geometry(fit: Fit, states: LoadStates) -> Fit:
     fit : from `identify_parameters`.
     states : the campaign's load states, whose absolute places show how well the geometry is known.
     """
+    if states.absolute.any():
+        return fit  # the geometry is measured by the same places, and is in the model or in the residual
     robot = fit.robot
     prior = geometry_prior(states, robot)
     sizes = prior.sizes(robot.chain.n_joints)

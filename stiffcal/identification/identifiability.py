@@ -22,9 +22,7 @@ SAME_REGRESSOR = 1e-3
 # In a direction that the data do not determine, parameters with a share above this take part.
 TAKES_PART = 0.1
 
-SAME_MOTION = (
-    "other frames and links make the same motion in every pose: it stays at 0 by convention, and their values contain it"
-)
+SAME_MOTION = "other frames and links make the same motion in every pose: it stays at 0 by convention, and their values contain it"
 REDUNDANT = (
     "alone it is exactly redundant with all compliances; only a known weight or torque in a law that is not straight "
     "determines it"

@@ -277,7 +277,9 @@ def _frame_columns(
         # From where the frame is now: the inputs hold its present values already.
         inputs = placed_effect.effect.adjusted(placed_effect.place, loaded.inputs, {column.symbol: step})
         moved = replace(loaded, inputs=inputs)
-        change = [displacement_between(after, before) for after, before in zip(moved.targets, loaded.targets, strict=True)]
+        change = [
+            displacement_between(after, before) for after, before in zip(moved.targets, loaded.targets, strict=True)
+        ]
         rows = data.layout.of_targets(np.where(data.absolute, np.stack(change), 0.0))
         sensitivities[row] = rows / step
 

@@ -11,6 +11,7 @@ from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
 from stiffcal.reduction.registration import RegistrationSummary
+from stiffcal.validation.distances import Distances, LadderStep
 from stiffcal.validation.results import ErrorSlice, ThresholdCheck, Verdict, WorstState
 
 
@@ -48,6 +49,10 @@ class ValidateResult(CommandResult):
     """By the angle of each joint, rad."""
     by_body: OrAbsent[list[ErrorSlice]] = None
     """By the tracked body, where there are several."""
+    distance: OrAbsent[Distances] = None
+    """How far predicted and measured places are apart; None where no run is absolute."""
+    ladder: OrAbsent[list[LadderStep]] = None
+    """From the nominal robot to the present model; None where no run is absolute."""
     worst: list[WorstState]
     """The states with the largest residuals, worst first."""
     by_joint: OrAbsent[list[ErrorSlice]] = None

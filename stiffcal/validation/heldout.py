@@ -9,7 +9,7 @@ reference) is the weighted mean of its own residuals, and the lost degree of fre
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
+from stiffcal.validation.region_folds import region_folds
 
 SAME_POSE = np.radians(1.0)
 
@@ -33,7 +34,9 @@ class HeldoutResiduals:
     """Residuals in held-out poses."""
 
     scheme: str
-    """"leave-one-pose-out", "holdout" (the manifest's runs), or "none" where there is a single pose."""
+    """"leave-one-pose-out", "poses-region" (of absolute places), "holdout" (the manifest's runs), or "none" where there
+    is a single pose.
+    """
     residual: Floats
     """(m, n) measured minus predicted, the run's own offset taken out and √(n/(n − 1)) applied; base axes."""
     displacement: Floats
@@ -63,12 +66,14 @@ def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     is_holdout = [info.holdout for info in states.runs]
     if any(is_holdout):
         return holdout_run_residuals(states, fit)
-    fold = pose_folds(fit.data)
+    by_region = bool(fit.data.absolute.any())
+    fold = region_folds(fit.data) if by_region else pose_folds(fit.data)
     if fold.max(initial=0) == 0:
         whitening = _weights(fit, fit.data, fit.robot)
         residual = corrected_for_freedom(offset_free_residual(fit.robot, fit.data, whitening), fit.data)
         return HeldoutResiduals("none", residual, _without_model(fit.data, whitening), fit.data, fold)
-    return left_out_residuals(fit, fold)
+    heldout = left_out_residuals(fit, fold)
+    return replace(heldout, scheme="poses-region") if by_region else heldout
 
 
 def holdout_run_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
@@ -90,8 +95,6 @@ def residuals_of_model(states: LoadStates, fit: Fit) -> HeldoutResiduals:
 
 
 def _all_runs(states: LoadStates) -> LoadStates:
-    from dataclasses import replace
-
     return replace(states, runs=tuple(replace(info, holdout=False) for info in states.runs))
 
 

@@ -135,10 +135,11 @@ def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None 
 
 
 def _by_run(states: LoadStates, heldout: HeldoutResiduals) -> list[ErrorSlice]:
-    return [
-        _slice(states.runs[heldout.data.run[members[0]]].name, members, heldout)
-        for members in members_of(heldout.data.run)
-    ]
+    # rows of an absolute run are runs of their own; people ask for the run
+    names = [info.of or info.name for info in states.runs]
+    listed = {name: number for number, name in enumerate(dict.fromkeys(names))}
+    number = np.array([listed[names[run]] for run in heldout.data.run], dtype=np.int64)
+    return [_slice(names[heldout.data.run[members[0]]], members, heldout) for members in members_of(number)]
 
 
 def _by_body(heldout: HeldoutResiduals) -> list[ErrorSlice]:

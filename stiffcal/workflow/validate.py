@@ -123,12 +123,14 @@ def validate_now(
     from stiffcal.identification.state_loads import load_columns
     from stiffcal.identification.state_tables import observed_table
     from stiffcal.results.validate_answer import validate_result
+    from stiffcal.validation.distances import distances_of
     from stiffcal.validation.validate import validate_fit
     from stiffcal.workflow.experiments import (
         merge_experiment_validations,
         validate_without_states,
         validated_experiments,
     )
+    from stiffcal.workflow.ladder import ladder_of
 
     fit = fit or fit_now(data, identified.loss, context)
     context.progress("leaving poses out", None)
@@ -139,6 +141,10 @@ def validate_now(
     else:
         validation = validate_fit(data.states, fit)
         result = merge_experiment_validations(validate_result(data.states, validation), experiments)
+        distance = distances_of(fit)
+        if distance is not None:
+            context.progress("fitting the ladder", None)
+            result = replace(result, distance=distance, ladder=ladder_of(data.states, fit, distance))
         heldout = validation.heldout
         predicted = heldout.displacement - heldout.residual
         carried = load_columns(data.states, fit.robot)

@@ -1,0 +1,122 @@
+"""How far the model's places are from the measured ones, as people state it of measured robots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.documents import Number, OrAbsent
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.readings import Observations
+from stiffcal.identification.rows import TRANSLATION
+from stiffcal.validation.heldout import left_out_residuals
+from stiffcal.validation.region_folds import random_folds, region_folds
+
+
+@dataclass(frozen=True, slots=True)
+class TargetDistance:
+    """Distances between predicted and measured places of one target, m."""
+
+    target: str
+    """Its frame's name."""
+    mean: float
+    median: float
+    p95: float
+    """95 % of the places are nearer."""
+    max: float
+    rms: float
+    n: int
+    """Places."""
+
+
+@dataclass(frozen=True, slots=True)
+class DistanceSummary:
+    """Distances between predicted and measured places of all targets, m."""
+
+    mean: float
+    median: float
+    p95: float
+    """95 % of the places are nearer."""
+    max: float
+    rms: float
+    n: int
+    """Places."""
+    by_target: list[TargetDistance]
+    """Of each target by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Distances:
+    """Distances in the rows that were fitted, and in rows that were left out of the fit; the last one is to be expected."""
+
+    fit: DistanceSummary
+    """Of the fit."""
+    heldout_random: DistanceSummary | None
+    """A sixth of the poses at a time left out, drawn at random; None of a single pose."""
+    heldout_region: DistanceSummary | None
+    """One of six regions of the joints' ranges at a time left out; None of a single pose."""
+
+
+@dataclass(frozen=True, slots=True)
+class LadderStep:
+    """A model of the ladder from the nominal robot to the present model, fitted to the same rows."""
+
+    step: str
+    """"nominal", "frames", "offsets", "geometry", "springs" or "model"."""
+    n_parameters: int
+    """Numbers that were estimated."""
+    fit: Number
+    """rms distance in the rows that were fitted, m."""
+    heldout_random: Number
+    """rms distance, a sixth of the poses at a time left out, m."""
+    heldout_region: Number
+    """rms distance, one of six regions at a time left out, m."""
+    mean_region: OrAbsent[Number] = None
+    """Mean distance, one of six regions at a time left out, m."""
+
+
+def distances_of(fit: Fit) -> Distances | None:
+    """Return the distances of a fit to absolute places; None where no place was measured."""
+    if not fit.data.absolute.any() or summary_of(fit.residual, fit.data) is None:
+        return None
+    heldout: list[DistanceSummary | None] = []
+    for fold in (random_folds(fit.data), region_folds(fit.data)):
+        single = int(fold.max(initial=0)) == 0
+        heldout.append(None if single else summary_of(left_out_residuals(fit, fold).residual, fit.data))
+    of_fit = summary_of(fit.residual, fit.data)
+    return None if of_fit is None else Distances(of_fit, *heldout)
+
+
+def summary_of(residual: Floats, data: Observations) -> DistanceSummary | None:
+    """Return the distances that residuals (m, n) are; None where no place was measured."""
+    of_targets, every = [], []
+    for b, name in enumerate(data.setup.target_names):
+        length = _lengths(residual, data, b)
+        if len(length):
+            of_targets.append(TargetDistance(name, *_figures(length), len(length)))
+            every.append(length)
+    if not every:
+        return None
+    together = np.concatenate(every)
+    return DistanceSummary(*_figures(together), len(together), of_targets)
+
+
+def _lengths(residual: Floats, data: Observations, target: int) -> Floats:
+    """Return the distances of one target in the rows in which it was measured in all three components, m."""
+    rows = np.flatnonzero((data.kind == TRANSLATION) & (data.body == target))
+    if len(rows) < 3:
+        return np.zeros(0)
+    measured = data.measured_mask[rows].all(axis=0) & data.absolute
+    return np.asarray(np.linalg.norm(residual[np.ix_(rows, np.flatnonzero(measured))], axis=0))
+
+
+def _figures(length: Floats) -> tuple[float, float, float, float, float]:
+    return (
+        float(length.mean()),
+        float(np.median(length)),
+        float(np.quantile(length, 0.95)),
+        float(length.max()),
+        float(np.sqrt(np.mean(length**2))),
+    )
