@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from itertools import chain, islice
 from pathlib import Path, PurePosixPath
 
+from stiffcal.campaign.absolute_checks import absolute_faults
 from stiffcal.campaign.explain import key_path
 from stiffcal.campaign.frame_checks import frame_fault, frame_faults
 from stiffcal.campaign.manifest import Manifest, Source
@@ -41,6 +42,7 @@ def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[F
         _source_faults(manifest),
         _signal_faults(manifest, links),
         exclusion_faults(manifest),
+        absolute_faults(manifest),
     )
     return list(islice(faults, MOST_FAULTS))
 

@@ -122,6 +122,7 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
         target_names=targets,
         moments_measured=load.moments,
         base_from_tracker=frames[tracker].transform,
+        estimated=frames_to_estimate(manifest),
         tool_mass=0.0 if tool is None else tool.mass_kg,
         tool_com=np.zeros(3) if tool is None else np.array(tool.com_m),
         sigma=_sigma(manifest, load),

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from stiffcal.measurements.rms import Rms
     from stiffcal.results.validate_result import ValidateResult
-    from stiffcal.validation.distances import DistanceSummary, Distances, LadderStep, TargetDistance
+    from stiffcal.validation.distances import Distances, DistanceSummary, LadderStep, TargetDistance
     from stiffcal.validation.results import ErrorSlice, WorstState
 
 

@@ -35,14 +35,14 @@ _POSES_A_PERIOD = 3
 class JointEccentricity(DocumentedEffect):
     """The joint's true angle differs from the logged one by a sine of the angle: an eccentric encoder or gear.
 
-    Law: θ = q + a cos mq + b sin mq, with q the model angle as logged and m the order: 1 and 2, and the gear orders that
-    robot.toml gives for the joint.
+    Law: θ = q + a cos mq + b sin mq, with q the model angle as logged and m the order: 1 and 2, and the gear orders
+    that robot.toml gives for the joint.
 
     Assumes that the error depends on the joint's own angle alone, not on load or direction of motion.
 
-    Limits: the constant part is the joint's zero and belongs to the geometry. Where a joint turns through less than half a
-    turn, order 1 is hardly more than the zero and a scale. A joint's compliance under weight alone follows a sine of order
-    1 of its angle too: the two differ only where other joints, or a payload, change the torque at one angle.
+    Limits: the constant part is the joint's zero and belongs to the geometry. Where a joint turns less than half a
+    turn, order 1 is hardly more than the zero and a scale. A joint's compliance under weight alone follows a sine of
+    order 1 of its angle too: the two differ only where other joints, or a payload, change the torque at one angle.
     """
 
     name = "joint-eccentricity"

@@ -22,8 +22,8 @@ class JointOffset(DocumentedEffect):
 
     Assumes that the whole scale is shifted, as after a lost or changed encoder.
 
-    Limits: next to the geometry of all links it adds nothing (``link-geometry`` replaces it). The first joint's zero cannot
-    be separated from a tracker that is estimated, the last one's not from a target that is.
+    Limits: next to the geometry of all links it adds nothing (``link-geometry`` replaces it). The first joint's zero
+    cannot be separated from a tracker that is estimated, the last one's not from a target that is.
     """
 
     name = "joint-offset"

@@ -22,16 +22,16 @@ _WORST_LENGTH, _WORST_ANGLE = 5e-3, 5e-3
 class LinkGeometry(DocumentedEffect):
     """A joint's axis is not where the robot file puts it on the link before: shifted across and tilted.
 
-    Law: T = N · Trans(x, y, 0) · Exp(rx, ry, 0) · Rz(θ), with N the joint's frame on the link before at model angle 0, z
-    along the axis. The shift along the axis and the turn about it are left out at every joint, because the next joint's
-    frame or the target takes them: so 4 numbers per joint, a target's and none of a tracker that is estimated are
-    complete (Hayati 1983; Everett, Driels and Mooring 1987).
+    Law: T = N · Trans(x, y, 0) · Exp(rx, ry, 0) · Rz(θ), with N the joint's frame on the link before at model angle 0,
+    z along the axis. The shift along the axis and the turn about it are left out at every joint, because the next
+    joint's frame or the target takes them: 4 numbers per joint and the target's are complete (Hayati 1983; Everett,
+    Driels and Mooring 1987). A tracker that is estimated takes the place of joint 1's four.
 
     Assumes rigid links; what bends under weight is compliance.
 
-    Limits: errors of the links and of the zeros of the joints are one set: the zero of a joint is in the tilts and shifts
-    of the joint after it. The frame that the tracker stands in cannot be separated from joint 1's numbers, the target's
-    place not from the last joint's zero.
+    Limits: errors of the links and of the zeros of the joints are one set: the zero of a joint is in the tilts and
+    shifts of the joint after it. Where the tracker stands cannot be separated from joint 1's numbers, nor the target's
+    place from the last joint's zero.
     """
 
     name = "link-geometry"

@@ -35,6 +35,8 @@ class ThermalDrift(DocumentedEffect):
     Assumes that the drift is even over the campaign. ISO 9283 has a test of its own for the drift of a warming robot,
     which is quicker at first; then the runs at the beginning show it more.
 
+    Absolute places have no reference of their own: there time counts from the first row.
+
     Limits: only what happens between a run's reference and its states shows. Runs in which load and time rise
     together cannot separate drift from compliance: measure unloaded states in between and at the end.
     """
@@ -61,7 +63,7 @@ class ThermalDrift(DocumentedEffect):
         for value in (states.temperature[:, 0] if states.temperature.shape[1] else None, states.time):
             if value is None or not np.isfinite(value).any():
                 continue
-            if any(varies(value[members]) for members in members_of(states.run)):
+            if any(varies(value[members]) for members in members_of(states.run)) or varies(value[states.absolute]):
                 return None
         return "time stamps or a temperature that change within a run"
 

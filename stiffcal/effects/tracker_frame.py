@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.effect import DocumentedEffect, Kind, Observed, ParameterSpec, Place, Values
 
@@ -37,6 +39,12 @@ class TrackerFrame(DocumentedEffect):
         "Compare kinematics with the tracker in the unloaded poses: the same turn shows there. Or register the frame "
         "anew from many poses (estimate = true)."
     )
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """A place shows where the tracker stands; only displacements can be turned and not shifted."""
+        if len(states) and states.absolute.all():
+            return "displacements under load: of absolute places the tracker's frame is found by the fit"
+        return None
 
     def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
         """Return e × D for each axis e: the slope of exp(r) D."""

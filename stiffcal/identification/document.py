@@ -55,6 +55,8 @@ def model_summary(robot: CompliantRobot) -> ModelSummary:
     """Return the content of the model: balance and effects with places."""
     places: dict[str, dict[str, list[Any]]] = {}
     for placed in robot.placed:
+        if placed.effect.moves_frames:
+            continue  # the manifest states which frames are found, not the model file
         of_effect = places.setdefault(placed.effect.name, {})
         for kind, items in Where.of(placed.place).items():
             of_effect.setdefault(kind, []).extend(items)

@@ -16,7 +16,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.readings import Observations
-from stiffcal.mechanics.kinematics import StackedFrame, cross, from_frame, stacked_bodies
+from stiffcal.mechanics.kinematics import StackedFrame, cross, stacked_bodies
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Inputs
 from stiffcal.model.equilibrium import displacement_between, last_node_inboard, reported_targets

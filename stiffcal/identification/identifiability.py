@@ -22,7 +22,10 @@ SAME_REGRESSOR = 1e-3
 # In a direction that the data do not determine, parameters with a share above this take part.
 TAKES_PART = 0.1
 
-SAME_MOTION = "other frames and links make the same motion in every pose: it stays at 0 by convention, and their values contain it"
+SAME_MOTION = (
+    "other frames and links make the same motion in every pose: it stays at 0 by convention, their values contain it"
+)
+NO_BETTER = "from these poses it is known no better than from the assembly"
 REDUNDANT = (
     "alone it is exactly redundant with all compliances; only a known weight or torque in a law that is not straight "
     "determines it"
@@ -34,7 +37,7 @@ class GivenBefore:
     """What is known of p parameters before any measurement."""
 
     tolerance: Floats
-    """(p,) standard uncertainty without one, of the parameter's unit; an estimate no better is none. Infinite: nothing."""
+    """(p,) standard uncertainty in the parameter's unit: an estimate that is no better is none. Infinite: not known."""
     same_motion: Booleans
     """(p,) True for geometry that other parameters make up for in every pose (`stiffcal.identification.gauge`)."""
 
@@ -126,9 +129,9 @@ def check_identifiability(
         for i in hidden:
             identifiable[i], left_out[i] = False, True
             ambiguities.append(Ambiguity((names[i],), "", "what loads do to it is hidden behind the other parameters"))
-        for i in _no_better_than(factor, left_out, before.tolerance):
-            identifiable[i], left_out[i] = False, True
-            ambiguities.append(Ambiguity((names[i],), "", "these poses tell it no better than assembly does"))
+        for number in _no_better_than(factor, left_out, before.tolerance):
+            identifiable[number], left_out[number] = False, True
+            ambiguities.append(Ambiguity((names[number],), "", NO_BETTER))
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
 
 

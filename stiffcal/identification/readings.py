@@ -6,7 +6,7 @@ free constant offset instead of trusting it (physics, section 3).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -47,12 +47,18 @@ class Observations:
     """Where the instruments sit."""
     index: Integers
     """(n,) index of the state in the campaign's load states."""
-    absolute: Booleans
-    """(n,) True where a place was measured: the displacement is counted from the robot file's undeformed robot."""
     spread: PoseSpread | None = None
     """How far each pose is known where poses come from points, some of them hidden at times; else None."""
     run_names: tuple[str, ...] = ()
     """Of the campaign's runs, by run number."""
+    absolute: Booleans = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    """(n,) True where a place was measured: the displacement is counted from the robot file's undeformed robot. Nowhere
+    if not given.
+    """
+
+    def __post_init__(self) -> None:
+        if self.absolute.size == 0:
+            object.__setattr__(self, "absolute", np.zeros(len(self.run), dtype=np.bool_))
 
     def place_of(self, state: int) -> str:
         """Return in words where a state was measured, for messages."""

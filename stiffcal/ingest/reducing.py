@@ -232,15 +232,15 @@ def _ingested_runs(states: LoadStates, runs: Sequence[ReducedRun]) -> list[Inges
     by_name = {run.states.run[0]: run for run in runs}
     ingested = []
     used = states.used
-    for info, members in zip(states.runs, states.members(), strict=True):
-        reduced = by_name.get(info.name)
+    for name, members in states.members_by_name().items():
+        reduced = by_name.get(name)
         set_aside = [
             UnusedData(state=int(states.row[k]), why=str(states.set_aside[k]), code=str(states.set_aside_code[k]))
             for k in members[~used[members]]
         ]
         ingested.append(
             IngestedRun(
-                id=info.name,
+                id=name,
                 clock_ahead_s={} if reduced is None else dict(reduced.clocks),
                 n_states=int(used[members].sum()),
                 dropped=([] if reduced is None else sum_up_dropped(reduced.dropped)) + set_aside,

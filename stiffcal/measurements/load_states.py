@@ -84,6 +84,8 @@ class MeasurementSetup:
     """(4, 4) motion in base axes of what is reported against what is there, as ``base_from_tracker`` is not where the
     tracker stands; None: it is.
     """
+    estimated: tuple[str, ...] = ()
+    """Names of the frames that the manifest leaves to be found."""
     tool_mass: float = 0.0
     """kg hung on the flange."""
     tool_com: Floats = field(default_factory=lambda: np.zeros(3))
@@ -259,6 +261,14 @@ class LoadStates:
         codes, texts = self.set_aside_code.astype(object), self.set_aside.astype(object)
         codes[chosen], texts[chosen] = code.value, reasons
         return replace(self, set_aside=texts.astype(np.str_), set_aside_code=codes.astype(np.str_))
+
+    def members_by_name(self) -> dict[str, Integers]:
+        """Return the states of each run of the manifest, as indices: rows of an absolute run together."""
+        names = [run.of or run.name for run in self.runs]
+        listed = list(dict.fromkeys(names))
+        place = {name: number for number, name in enumerate(listed)}
+        number_of_run = np.array([place[name] for name in names], dtype=np.int64)
+        return dict(zip(listed, members_of(number_of_run[self.run], len(listed)), strict=True))
 
     def members(self) -> list[Integers]:
         """Return the states of each of the R runs, as indices; empty for a run without states."""

@@ -212,6 +212,7 @@ def _setup_document(states: LoadStates) -> Document:
             "target_names": list(setup.target_names),
             "moments_measured": setup.moments_measured,
             "base_from_tracker": setup.base_from_tracker.tolist(),
+            "estimated": list(setup.estimated),
             "tool_mass_kg": setup.tool_mass,
             "tool_com_m": setup.tool_com.tolist(),
             "sigma": {
@@ -259,6 +260,7 @@ def _setup(document: Document) -> MeasurementSetup:
         target_names=tuple(document["target_names"]),
         moments_measured=bool(document["moments_measured"]),
         base_from_tracker=np.array(document["base_from_tracker"], dtype=np.float64),
+        estimated=tuple(document.get("estimated", ())),
         tool_mass=float(document["tool_mass_kg"]),
         tool_com=np.array(document["tool_com_m"], dtype=np.float64),
         sigma=Sigma(

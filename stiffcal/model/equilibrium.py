@@ -229,8 +229,8 @@ def first_order_displacement(rest: Rest, nodes: Floats | None = None) -> list[Fl
 class WeightOnlyRest:
     """What displacements are counted from, state axis last: of loads the rest under weight alone.
 
-    Of absolute places it is the undeformed robot as the robot file and the manifest describe it, without any effect: what
-    weight does is then part of the displacement.
+    Of absolute places it is the undeformed robot as the robot file and the manifest describe it, without any effect:
+    what weight does is then part of the displacement.
     """
 
     targets: list[StackedFrame]
@@ -243,6 +243,8 @@ class WeightOnlyRest:
     """(2J + 2, 6, n) m, rad, displacement of each node, its axes."""
     terms: list[tuple[PlacedEffect, Term]]
     """The laws' terms."""
+    absolute: Booleans | None = None
+    """(n,) True where it is the robot file's undeformed robot; None: nowhere."""
 
 
 def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = TOLERANCE) -> WeightOnlyRest:
@@ -303,6 +305,7 @@ def counted_from(unloaded: WeightOnlyRest, nominal: WeightOnlyRest, absolute: Bo
         unloaded.wrench,
         np.where(absolute, 0.0, unloaded.displacement),
         [(placed, replace(term, value=np.where(absolute, 0.0, term.value))) for placed, term in unloaded.terms],
+        absolute,
     )
 
 
@@ -313,7 +316,14 @@ def displacements(robot: CompliantRobot, loaded: Rest, unloaded: WeightOnlyRest)
             displacement_between(after, before) for after, before in zip(loaded.targets, unloaded.targets, strict=True)
         ]
     linear = first_order_displacement(loaded)
-    return [after - before for after, before in zip(linear, unloaded.linear, strict=True)]
+    change = [after - before for after, before in zip(linear, unloaded.linear, strict=True)]
+    if unloaded.absolute is None:
+        return change
+    # Here the chain is drawn undeformed: where geometry and frames put it counts next to what it gives.
+    return [
+        sag + np.where(unloaded.absolute, displacement_between(drawn, nominal), 0.0)
+        for sag, drawn, nominal in zip(change, loaded.targets, unloaded.targets, strict=True)
+    ]
 
 
 def solve_balance(

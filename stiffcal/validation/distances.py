@@ -49,7 +49,7 @@ class DistanceSummary:
 
 @dataclass(frozen=True, slots=True)
 class Distances:
-    """Distances in the rows that were fitted, and in rows that were left out of the fit; the last one is to be expected."""
+    """Distances in the rows that were fitted, and in rows that were left out of the fit."""
 
     fit: DistanceSummary
     """Of the fit."""

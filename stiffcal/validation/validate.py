@@ -193,6 +193,8 @@ def _by_direction(states: LoadStates, heldout: HeldoutResiduals, robot: Complian
 
 def _by_load(states: LoadStates, heldout: HeldoutResiduals) -> list[ErrorSlice]:
     magnitude = find_load_cycles(states).magnitude[heldout.data.index]
+    if heldout.data.absolute.all() and not magnitude.any():
+        return []  # weight alone
     return _binned(magnitude, np.linspace(0.0, float(magnitude.max(initial=0.0)), LOAD_BINS + 1), "N", "", 1.0, heldout)
 
 

@@ -11,6 +11,7 @@ from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faul
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.proposals import propose_sources
 from stiffcal.planning.rod_views import rod_views
+from stiffcal.workflow.check_absolute import joints_from_places
 from stiffcal.workflow.check_results import (
     CheckedColumn,
     CheckedJoint,
@@ -99,7 +100,8 @@ def check_campaign(
                 registration=None if registration is None else registration.summary,
             )
             if not quick or any_table:
-                joints, unidentifiable = _joints(campaign, states)
+                from_places = bool(len(states) and states.absolute.all())
+                joints, unidentifiable = (joints_from_places if from_places else _joints)(campaign, states)
                 result, missing = replace(result, joints=joints), missing + unidentifiable
             if not quick:
                 suspects, not_checked = suspects_in(campaign, states, progress=progress)
@@ -254,15 +256,15 @@ def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[Reduced
     work = work_of_load(states, campaign.chain).work if loads else np.full(len(states.runs), np.nan)
     return [
         CheckedRun(
-            id=info.name,
-            experiment=info.experiment,
+            id=name,
+            experiment=states.runs[int(states.run[own[0]])].experiment if own.size else "",
             n_states=int(states.used[own].sum()),
             set_aside=[set_aside[i] for i in own if set_aside[i]],
             largest_force_N=_number(np.linalg.norm(states.wrench[own, :3], axis=1).max(initial=0.0)),
-            work_J=_number(work[k]),
-            clock_ahead_s=dict(clocks.get(info.name, {})),
+            work_J=_number(np.sum(work[np.unique(states.run[own])])),
+            clock_ahead_s=dict(clocks.get(name, {})),
         )
-        for k, (info, own) in enumerate(zip(states.runs, states.members(), strict=True))
+        for name, own in states.members_by_name().items()
     ]
 
 

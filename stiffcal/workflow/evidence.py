@@ -53,10 +53,12 @@ def evidence_of(data: Ingested, search: Search) -> tuple[Columns, list[EffectEvi
     from stiffcal.model.campaign_effects import all_effects
 
     campaign = data.campaign
-    basic = {entry.type for entry in default_model(campaign.chain.n_joints).effects}
+    experiments = {run.experiment for run in campaign.manifest.runs}
+    basic = {entry.type for entry in default_model(campaign.chain.n_joints, experiments).effects}
     present = {
         f"{placed_effect.effect.name} {placed_effect.place.label}": placed_effect.effect.name
         for placed_effect in search.first.fit.robot.placed
+        if not placed_effect.effect.moves_frames
     }
     missing = [evidence_by_name.candidate.name for evidence_by_name in search.found]
     beyond = [name for name, effect in present.items() if effect not in basic]

@@ -276,6 +276,10 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
     error, whole = rms["translation"], deflection["translation"]
     if error is None or not whole:
         return Rms.of(rms), "no displacement was measured: no error can be estimated"
+    if fit.data.absolute.any():
+        noise = fit.noise_length["translation"]
+        against = "" if noise is None else f"; the instruments scatter by {1e3 * noise:.3g} mm"
+        return Rms.of(rms), f"in regions that were not measured expect an error of {1e3 * error:.3g} mm rms{against}"
     return Rms.of(rms), (
         f"in new poses like these expect an error of {1e3 * error:.3g} mm rms, "
         f"{100.0 * error / whole:.3g} % of the deflection under such loads"

@@ -293,7 +293,9 @@ def column_cases() -> list[tuple[str, str]]:
 
 def always_lacking(effect: Effect) -> bool:
     """True for effects that act on moving joints and running clocks only."""
-    return any(word in need for need in effect.needs for word in ("sweeps", "friction runs", "clamped runs"))
+    return any(
+        word in need for need in effect.needs for word in ("sweeps", "friction runs", "clamped runs", "absolute places")
+    )
 
 
 @cache

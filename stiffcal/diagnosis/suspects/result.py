@@ -30,6 +30,7 @@ class NotCheckedReason(StrEnum):
     SOME_STATES = "some-states"
     NO_EFFECT = "no-effect"
     NO_FIT = "no-fit"
+    ABSOLUTE_ROWS = "absolute-rows"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -49,6 +49,8 @@ def select_states(states: LoadStates, robot: CompliantRobot) -> Selection:
     nothing = np.zeros(0, dtype=np.int64)
     if not robot.placed:
         return Selection(nothing, 0, not_checked(NotCheckedReason.NO_EFFECT))
+    if len(states) and states.absolute.all():
+        return Selection(nothing, 0, not_checked(NotCheckedReason.ABSOLUTE_ROWS))
     if most == 0:
         return Selection(nothing, 0, not_checked(NotCheckedReason.FEW_RUNS, n_runs))
     if n_runs < RUNS_FOR_ALL_KINDS:
@@ -87,6 +89,7 @@ def not_checked(code: NotCheckedReason, *numbers: int) -> RunsNotChecked:
             "runs were compared with each other in {0} of {1} states, evenly spaced in each run: a single bad reading "
             "among the rest was not looked for"
         ),
+        NotCheckedReason.ABSOLUTE_ROWS: "rows of absolute runs are not compared with each other in this version",
         NotCheckedReason.NO_EFFECT: "runs were not compared with each other: the model holds no effect",
         NotCheckedReason.NO_FIT: "runs were not compared with each other: the model cannot be fitted to them",
     }
