@@ -304,7 +304,7 @@ def test_the_report_and_plot_draw_what_a_new_kind_returns(
 def test_without_its_folder_the_kind_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = with_run(tmp_path / "c", 'experiment = "probing"', 'probing = { plate = "granite" }')
     lines = refusal(capsys, "check", folder).splitlines()
-    assert lines[0].endswith('write one of "clamped", "free", "friction" or "load" [value-invalid]')
+    assert lines[0].endswith('write one of "absolute", "clamped", "free", "friction" or "load" [value-invalid]')
     assert lines[1].startswith('campaign.toml: runs[1] (pose1).probing: unknown key "probing"')
 
 

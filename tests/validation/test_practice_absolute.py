@@ -41,6 +41,7 @@ def fitted(name: str) -> tuple[Campaign, Fit]:
 
 @cache
 def truth(name: str) -> dict[str, Any]:
+    entry: dict[str, Any]
     (entry,) = [entry for entry in json.loads((FOLDER / "truth.json").read_text()) if entry["name"] == name]
     return entry
 
