@@ -193,7 +193,7 @@ def test_a_run_may_be_of_a_new_kind_and_have_its_options(tmp_path: Path) -> None
 @pytest.mark.usefixtures("kind")
 def test_faults_of_the_manifest_know_a_new_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = with_run(tmp_path / "c", 'experiment = "probe"', 'probing = { plato = "granite" }')
-    place, names = "campaign.toml: runs[1] (pose1)", '"clamped", "free", "friction", "load" or "probing"'
+    place, names = "campaign.toml: runs[1] (pose1)", '"absolute", "clamped", "free", "friction", "load" or "probing"'
     assert refusal(capsys, "check", folder).splitlines() == [
         f'{place}.experiment: "probe" is not one of the choices; write one of {names} [value-invalid]',
         f'{place}.probing.plato: unknown key "plato"; did you mean "plate"? The keys here are plate [key-unknown]',
