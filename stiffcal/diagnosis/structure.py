@@ -120,6 +120,10 @@ def _families(data: Observations, states: LoadStates) -> list[_Family]:
             by_run=True,
         ),
     ]
+    if data.absolute.any():
+        # One row per pose: curves by run would fit anything, and nothing is loaded and unloaded.
+        text = "the places miss by an amount that follows the joints' angles"
+        families = [_Family("joint angle", _per_component(data, _angle_curves(data)), text)]
     time = data.order.since_reference
     if np.isfinite(time).all() and varies(time):
         text = "the residual drifts with the time since the run's reference"
@@ -128,7 +132,24 @@ def _families(data: Observations, states: LoadStates) -> list[_Family]:
     if np.isfinite(warm).all() and varies(warm):
         text = "the residual follows the logged temperature"
         families.append(_Family("temperature", _per_component(data, (warm / np.ptp(warm))[None]), text))
-    return [family for family in families if size.any() or family.what in ("time", "temperature")]
+    loaded = size.any() or data.absolute.any()
+    return [family for family in families if loaded or family.what in ("time", "temperature")]
+
+
+def _angle_curves(data: Observations) -> Floats:
+    """Return (k, n) sines and cosines of the joints that carry the weights, in axes that turn with the first one.
+
+    What springs and links do is carried around by joint 1; the loads of weight change with joints 2 and 3 above all,
+    whose sum counts where their axes are parallel.
+    """
+    angles = data.angles
+    arms = [angles[1], angles[2], angles[1] + angles[2]] if len(angles) > 2 else list(angles[1:])
+    curves = [
+        np.ones(data.n_states),
+        *(turn(order * arm) for arm in arms for order in (1, 2) for turn in (np.cos, np.sin)),
+    ]
+    around = (np.ones(data.n_states), np.cos(angles[0]), np.sin(angles[0]))
+    return np.stack([first * curve for first in around for curve in curves])
 
 
 def _per_component(data: Observations, features: Floats) -> Floats:

@@ -88,7 +88,8 @@ def test_a_place_is_the_tracker_times_the_changed_chain() -> None:
     names = {f"frame.tracker.{s}": v for s, v in zip(("x", "y", "z", "rx", "ry", "rz"), tracker, strict=True)}
     names |= {f"frame.{TARGET}.{s}": v for s, v in zip("xyz", target, strict=True)}
     setup = replace(
-        states.setup, base_from_tracker=transform(rotation_from_vector(np.array([0.1, 0.2, 2.0])), [3, -1, 0.4])
+        states.setup,
+        base_from_tracker=transform(rotation_from_vector(np.array([0.1, 0.2, 2.0])), np.array([3.0, -1.0, 0.4])),
     )
     states = replace(states, setup=setup)
     robot = with_frames(chain, *on_all_joints(LinkGeometry(), 6, values)).with_values(names)
