@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test test-long test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
+.PHONY: demo test test-long test-browser test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -16,11 +16,15 @@ demo: $(VENV)/run.stamp
 # the quick tests, in minutes; what takes longer than ten seconds would be printed, and belongs to the long ones
 PYTEST = $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 test: $(VENV)/test.stamp
-	$(PYTEST) -m "not long" --durations=20 --durations-min=10
+	$(PYTEST) -m "not long and not browser" --durations=20 --durations-min=10
 
 # whole campaigns, kills at random points, hidden robots: the tests marked `long`
 test-long: $(VENV)/test.stamp
-	$(PYTEST) -m long
+	$(PYTEST) -m "long and not browser"
+
+# the page of `view` in a browser; needs Debian's chromium (apt-get install chromium), or CHROMIUM=/path/to/chromium
+test-browser: $(VENV)/browser.stamp
+	$(BIN)/python -m pytest -q -rs -m browser tests/view
 
 # the tests that judge numbers, under the BLAS kernels of several processors; KERNELS=--others leaves out this one's own
 KERNELS ?=
@@ -76,6 +80,7 @@ COMPILE = $(UV) pip compile --quiet --universal --python-version 3.11 --generate
 lock:
 	$(COMPILE) --group test -o requirements/test.txt
 	$(COMPILE) -c requirements/test.txt -o requirements/run.txt
+	$(COMPILE) --group browser -c requirements/test.txt -o requirements/browser.txt
 
 # the example that `stiffcal demo` copies; installed packages have no campaigns/
 example:
@@ -93,6 +98,10 @@ $(VENV)/bin/python:
 $(VENV)/run.stamp: requirements/run.txt pyproject.toml | $(VENV)/bin/python
 	$(PIP) $(LOCKED) -r requirements/run.txt
 	$(PIP) install --quiet --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(VENV)/browser.stamp: requirements/browser.txt $(VENV)/test.stamp
+	$(PIP) $(LOCKED) -r requirements/browser.txt
 	@touch $@
 
 # test.txt holds run.txt

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.next_step import after_diagnosis
 from stiffcal.cli.options import AsJson
@@ -29,5 +30,6 @@ def demo(
         from stiffcal.workflow.steps import RunContext
 
         result = run_demo(folder, RunContext(progress=answer.progress, notify=answer.notify))
-        answer.give(result, show_run, after_diagnosis(folder, result.diagnose, None, finished="history"))
+        show = partial(show_run, page=command_line("view", folder))
+        answer.give(result, show, after_diagnosis(folder, result.diagnose, None, finished="history"))
     return OK if result.passed else NOT_HELD

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import answering
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.identify import show_fit
 from stiffcal.cli.next_step import after_diagnosis
@@ -28,12 +29,15 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
 
         context = RunContext(store=store, progress=answer.progress, notify=answer.notify)
         result = run_campaign(folder, context)
-        answer.give(result, show_run, after_diagnosis(folder, result.diagnose, store, finished="history"))
+        page = command_line("view", folder, store=store)
+        answer.give(
+            result, partial(show_run, page=page), after_diagnosis(folder, result.diagnose, store, finished="history")
+        )
     return OK if result.passed else NOT_HELD
 
 
-def show_run(console: Console, result: RunResult) -> None:
-    """Draw the stiffness table, the error in held-out poses, what is missing, and where the PDF is."""
+def show_run(console: Console, result: RunResult, page: str) -> None:
+    """Draw the stiffness table, the error in held-out poses, what is missing, where the PDF is, and the command `page`."""
     show_fit(console, result.identify)
     validation = result.validate
     relative = dict(validation.relative.items())
@@ -50,3 +54,4 @@ def show_run(console: Console, result: RunResult) -> None:
         console.print("thresholds NOT held")
     console.print(result.diagnose.summary, soft_wrap=True)
     console.print(f"report: {result.report}", soft_wrap=True)
+    console.print(f"in a browser: {page}", soft_wrap=True)

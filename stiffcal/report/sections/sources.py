@@ -20,6 +20,7 @@ def section(content: ReportContent) -> ReportSection:
         rows.append(("made with", ", ".join(f"{name} {version}" for name, version in origin.versions)))
     if origin.settings:
         rows.append(("settings", ", ".join(f"{name}: {value}" for name, value in origin.settings)))
+    rows.append(("in a browser", "stiffcal view DIR writes these results as a page with robot, residuals and effects"))
     files = (sources_table(origin.sources),) if origin.sources else (Paragraph("The store names no source files."),)
     return ReportSection(_TITLE, (Facts(tuple(rows)), *files))
 

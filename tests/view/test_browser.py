@@ -1,0 +1,196 @@
+"""The page in a real browser: from a file, with the network off; every panel drawn, linked, inert to hostile names."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stiffcal.view.page import build_page
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.history import read_history
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.workflow.view_content import view_content
+from tests.laboratory.small_campaign import write_small_campaign
+
+pytestmark = pytest.mark.browser
+
+PANELS = ("robot", "against", "ladder", "effects", "poses", "compliance")
+SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+HOSTILE = "</script><img src=x onerror=alert(1)>'\"\u202eevil"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Debian's chromium; where CI is set it must be there."""
+    path = os.environ.get("CHROMIUM") or shutil.which("chromium")
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        path = None
+    if path is None:
+        if os.environ.get("CI"):
+            pytest.fail("no browser: apt-get install chromium, and make test-browser")
+        pytest.skip("no browser: apt-get install chromium, and make test-browser")
+    with sync_playwright() as play:
+        started = play.chromium.launch(executable_path=path, args=SOFTWARE)
+        yield started
+        started.close()
+
+
+@pytest.fixture(scope="module")
+def content(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    folder, context = write_small_campaign(tmp_path_factory.mktemp("view") / "small", poses=4), RunContext()
+    diagnose_campaign(folder)
+    data = up_to_date_states(folder, context)
+    identified = up_to_date_fit(data, context)
+    made = view_content(data, identified, up_to_date_validation(data, identified, context), raw=True)
+    return made, read_history(folder)
+
+
+@pytest.fixture(scope="module")
+def file(content: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("page") / "view.html"
+    path.write_text(build_page(content[0]), encoding="utf-8")
+    return path
+
+
+def opened(browser: Any, file: Path, **options: Any) -> tuple[Any, list[str]]:
+    """Open the page with the network off; return it with what it complained of."""
+    page = browser.new_context(offline=True, **options).new_page()
+    complaints: list[str] = []
+    page.on("console", lambda message: complaints.append(message.text))
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.goto(file.as_uri())
+    page.wait_for_selector("body[data-ready], body[data-failed]")
+    return page, complaints
+
+
+@pytest.fixture
+def page(browser: Any, file: Path) -> Iterator[Any]:
+    page, complaints = opened(browser, file)
+    yield page
+    assert complaints == []
+    page.context.close()
+
+
+def colours_of(page: Any, panel: str) -> int:
+    """Return how many colours a canvas shows."""
+    return int(
+        page.evaluate(
+            """(id) => { const c = document.getElementById(id + "-canvas");
+            const d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data, seen = new Set();
+            for (let i = 0; i < d.length; i += 4) seen.add(d[i] << 16 | d[i + 1] << 8 | d[i + 2]);
+            return seen.size; }""",
+            panel,
+        )
+    )
+
+
+def settled(page: Any) -> None:
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def test_every_panel_is_drawn(page: Any) -> None:
+    for panel in PANELS:
+        assert colours_of(page, panel) > 8, panel
+    assert page.locator("#reading-table tbody tr").count() > 6
+
+
+def test_a_model_of_the_ladder_shows_the_numbers_of_history(page: Any, content: Any) -> None:
+    fits = content[1].fits
+    page.evaluate("(id) => stiffcal.set({ model: id })", f"fit{fits[0].id}")
+    settled(page)
+    numbers = page.locator("#ladder-numbers")
+    assert float(numbers.get_attribute("data-heldout")) == pytest.approx(fits[0].heldout_rms.translation, rel=1e-12)
+    assert float(numbers.get_attribute("data-fit")) == pytest.approx(fits[0].fit_rms.translation, rel=1e-12)
+    first = page.evaluate("Array.from(stiffcal.residual().move)")
+    # a click on the row of the first candidate switches all panels
+    order = ["no model", *(model.id for model in content[0].models if model.kind != "without")]
+    chosen = next(model.id for model in content[0].models if model.kind == "with")
+    box = page.locator("#ladder-canvas").bounding_box()
+    page.locator("#ladder-canvas").click(position={"x": box["width"] / 2, "y": 34 + 26 * (order.index(chosen) + 0.5)})
+    settled(page)
+    assert page.evaluate("stiffcal.state.model") == chosen
+    assert page.evaluate("Array.from(stiffcal.residual().move)") != first
+    stated = next(model for model in content[0].models if model.id == chosen).heldout_rms
+    assert float(numbers.get_attribute("data-heldout")) == pytest.approx(stated.translation, rel=1e-12)
+
+
+def test_brushing_selects_in_all_panels_and_stands_in_the_address(page: Any, browser: Any) -> None:
+    before = {panel: page.locator(f"#{panel}-canvas").screenshot() for panel in ("against", "compliance")}
+    canvas = page.locator("#against-canvas")
+    canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 40)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 0.8 * box["height"], steps=3)
+    page.mouse.up()
+    settled(page)
+    chosen = page.evaluate("Array.from(stiffcal.selected.keys()).filter((i) => stiffcal.selected[i])")
+    assert 0 < len(chosen) < page.evaluate("stiffcal.n")
+    for panel, picture in before.items():
+        assert page.locator(f"#{panel}-canvas").screenshot() != picture, panel
+    rows = page.evaluate("(i) => i.map((k) => stiffcal.data.states.row[k])", chosen)
+    lines = page.locator("#exclude").inner_text()
+    assert all(str(int(row)) in lines for row in rows[:5])
+    again = page.context.new_page()
+    again.goto(page.url)
+    again.wait_for_selector("body[data-ready]")
+    assert again.evaluate("Array.from(stiffcal.selected.keys()).filter((i) => stiffcal.selected[i])") == chosen
+
+
+def test_numbers_are_those_of_python(page: Any, content: Any) -> None:
+    states, effect = content[0].states, content[0].effects[0]
+    model = next(entry for entry in content[0].models if entry.present)
+    page.evaluate("(name) => stiffcal.set({ off: [name], mode: 'part', kind: 'heldout' })", effect.name)
+    shown = np.array(page.evaluate("Array.from(stiffcal.residual().move)")).reshape(-1, 3)
+    expected = (model.residual_heldout + effect.part)[:, :3]
+    used = states.used
+    assert np.nanmax(np.abs(shown - expected)[used]) < 0.02 * content[0].noise.translation
+    rms = float(np.sqrt(np.nanmean(np.sum(expected[used] ** 2, axis=1))))
+    assert page.evaluate("stiffcal.rms(stiffcal.residual().move)") == pytest.approx(rms, rel=1e-3)
+
+
+def test_hostile_names_are_texts(browser: Any, content: Any, tmp_path: Path) -> None:
+    runs = [replace(run, name=HOSTILE + run.name, files=[HOSTILE]) for run in content[0].runs]
+    variables = [replace(v, levels=[HOSTILE + w for w in v.levels]) if v.levels else v for v in content[0].variables]
+    hostile = replace(content[0], campaign=HOSTILE, robot=HOSTILE, runs=runs, variables=variables, joints=[HOSTILE] * 6)
+    file = tmp_path / "view.html"
+    file.write_text(build_page(hostile), encoding="utf-8")
+    page, complaints = opened(browser, file)
+    assert complaints == []
+    assert page.locator("img").count() == 0
+    assert HOSTILE.replace("\u202e", "\\u202e") in page.locator("#title").inner_text()
+    assert "\u202e" not in page.locator("body").inner_text()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1280])
+def test_axe_finds_nothing(browser: Any, file: Path, scheme: str, width: int) -> None:
+    from axe_playwright_python.sync_playwright import Axe
+
+    # our policy lets no other script in; here the tester's is let in
+    page, _ = opened(browser, file, color_scheme=scheme, viewport={"width": width, "height": 900}, bypass_csp=True)
+    results = Axe().run(page, options={"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]})
+    assert [(found["id"], found["nodes"][0]["html"][:200]) for found in results.response["violations"]] == []
+    # nothing is wider than the window
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    page.context.close()
+
+
+def test_a_page_that_cannot_unpack_says_so(browser: Any, file: Path) -> None:
+    context = browser.new_context(offline=True)
+    context.add_init_script("delete window.DecompressionStream")
+    page = context.new_page()
+    page.goto(file.as_uri())
+    page.wait_for_selector("body[data-failed]")
+    assert "cannot be shown" in page.locator("#status").inner_text()
