@@ -37,7 +37,12 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
 
 
 def show_run(console: Console, result: RunResult, page: str) -> None:
-    """Draw the stiffness table, the error in held-out poses, what is missing, where the PDF is, and the command `page`."""
+    """Draw the stiffness table, the error in held-out poses, what is missing, where the PDF is, and the command `page`.
+
+    Parameters
+    ----------
+    page : the command that writes the page for a browser.
+    """
     show_fit(console, result.identify)
     validation = result.validate
     relative = dict(validation.relative.items())
