@@ -43,7 +43,8 @@
     g.restore();
     g.textAlign = "left"; g.textBaseline = "middle"; g.fillStyle = S.theme.ink;
     let x = box.x;
-    for (const s of series.filter((entry) => entry.label)) {
+    const first = (entry, k) => entry.label && series.findIndex((other) => other.label === entry.label) === k;
+    for (const s of series.filter(first)) {
       g.fillStyle = s.kind_ === "Band" || s.kind_ === "Span" ? S.theme.band : colourOf(s.colour);
       if (s.kind_ === "Marks") { g.beginPath(); S.marker(g, SHAPES[s.marker] ?? Number(s.marker), x + 6, 14, 4); g.fill(); } else g.fillRect(x, 12, 12, s.kind_ === "Line" ? 3 : 8);
       g.fillStyle = S.theme.ink; g.fillText(S.visible(s.label), x + 16, 14); x += 30 + g.measureText(S.visible(s.label)).width;
