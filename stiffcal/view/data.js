@@ -69,7 +69,7 @@ const stiffcal = {};
    */
   S.residual = function () {
     const state = S.state;
-    const key = [state.model, state.kind, state.off.join("|"), state.mode].join("/");
+    const key = S.shownKey();
     if (cached.key === key) return cached.value;
     let model = S.modelById.get(state.model);
     if (state.mode === "refit" && state.off.length) {

@@ -12,7 +12,7 @@
     const panel = S.panel({
       id: "effects", title: "4 Effects of the present model", height: 44 + ROW * Math.max(data.effects.length, 1),
       about: "Uncheck an effect to take it out in all panels. “Its part taken out”: the prediction without it, all other values unchanged, exact for one effect. “Refitted without it”: a refit that diagnose stored, one effect at a time.",
-      controls: [mode, ...checks], draw, table,
+      controls: [mode, ...checks], draw, table, depends: S.shownKey,
     });
     let partial = { key: "", values: [] };
     /** Error with the part of each effect taken out, of the drawn states; m. */

@@ -22,7 +22,7 @@
     const panel = S.panel({
       id: "ladder", title: "3 Ladder of models", height,
       about: "Error in held-out poses (bars) and of the fit (frames), all states; logarithmic. A click, or up and down arrows, shows a model in all panels. Grey: the store does not hold its predictions.",
-      draw, table: list, key,
+      draw, table: list, key, depends: S.shownKey,
     });
     let find = () => -1;
     const choose = (id) => { if (S.isDrawable(S.modelById.get(id))) S.set({ model: id, off: [] }); };

@@ -7,7 +7,7 @@
     const panel = S.panel({
       id: "poses", title: "5 Poses", height: Math.min(height, 900),
       about: "Error of the shown residual by run and direction of the load, over the drawn states. A click on a cell selects its states in all panels.",
-      draw, table, key: () => false,
+      draw, table, depends: () => `${S.shownKey()}/${S.state.run}`,
     });
     let place = null;
     panel.canvas.addEventListener("click", (event) => {
@@ -69,7 +69,7 @@
     const panel = S.panel({
       id: "compliance", title: "5b Apparent compliance by pose", height: 360,
       about: "How large an effect appears in each run against its fitted size: 1 plus the part of the residual along the effect, as a share of it, with ± 95 % from the noise. A trend over an angle shows an effect that the model lacks, also one outside the catalogue.",
-      controls: [effect, over], draw, table,
+      controls: [effect, over], draw, table, depends: () => `${S.shownKey()}/${S.state.joint}/${S.state.over}/${S.version}`,
     });
     let points = [];
     panel.canvas.addEventListener("click", (event) => {

@@ -49,6 +49,8 @@
   S.nSelected = 0;
   /** Counts changes of the selection. */
   S.version = 0;
+  /** Which residual is shown, as a text: what errors depend on, whatever is selected. */
+  S.shownKey = () => [S.state.model, S.state.kind, S.state.off.join("|"), S.state.mode].join("/");
   /** The state but for the camera, as a text: what most pictures depend on. */
   S.everything = function () {
     const { turn, tilt, zoom, scale, arrows, ...rest } = S.state;

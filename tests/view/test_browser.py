@@ -160,6 +160,20 @@ def test_numbers_are_those_of_python(page: Any, content: Any) -> None:
     assert page.evaluate("stiffcal.rms(stiffcal.residual().move)") == pytest.approx(rms, rel=1e-3)
 
 
+def test_a_turn_of_the_robot_takes_few_milliseconds(page: Any) -> None:
+    times = page.evaluate(
+        """async () => { const times = [];
+        for (let k = 0; k < 21; k++) {
+          stiffcal.set({ turn: stiffcal.state.turn + 0.02 });
+          await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+          times.push(stiffcal.lastFrame);
+        }
+        return times; }"""
+    )
+    # the least: what else runs on the machine makes frames longer, never shorter
+    assert min(times) <= 4.0
+
+
 def test_hostile_names_are_texts(browser: Any, content: Any, tmp_path: Path) -> None:
     runs = [replace(run, name=HOSTILE + run.name, files=[HOSTILE]) for run in content[0].runs]
     variables = [replace(v, levels=[HOSTILE + w for w in v.levels]) if v.levels else v for v in content[0].variables]
