@@ -159,7 +159,11 @@ def _load(manifest: Manifest, gravity: float) -> _Load:
         raise InputError.at(
             FaultCode.KEY_CONFLICT, "campaign.toml", loads[1][0], reason, "keep the one that is to count"
         )
-    return loads[0][1] if loads else _Load("flange", "flange", False, None, None, "run")
+    if loads:
+        return loads[0][1]
+    # Clamped runs without a force sensor: what holds the flange follows from the motor's torque, moments included.
+    from_motors = any(run.experiment == "clamped" for run in manifest.runs)
+    return _Load("flange", "flange", from_motors, None, None, "run")
 
 
 def _is_load(signal: Signal) -> bool:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.contrasts import LEAST_DOF, contrasts, some_groups, without_wild
-from stiffcal.identification.readings import Observations
+from stiffcal.identification.readings import ClampedSigma, Observations
 from stiffcal.identification.rows import (
     GAUGE,
     LENGTH,
@@ -97,6 +97,8 @@ class Noise:
         if self.clamped_wrench is not None:
             clamped = data.measured_mask[data.kind == MOTOR].any(axis=0)
             size[:, clamped] = np.repeat([[self.clamped_wrench[0]], [self.clamped_wrench[1]]], 3, axis=0)
+        if data.clamped is not None:
+            size = np.where(np.isfinite(data.clamped.wrench), data.clamped.wrench, size)
         return np.asarray(size)
 
 
@@ -188,6 +190,9 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
 def own_variance(noise: Noise, data: Observations) -> Floats:
     """Return (m, n) the variances of the rows without the wrench's share."""
     variance: Floats = np.repeat(noise.of_rows(data.kind)[:, None] ** 2, data.n_states, axis=1)
+    if data.clamped is not None:
+        motors = data.rows_of(MOTOR)
+        variance[motors] = np.where(np.isfinite(data.clamped.motor), data.clamped.motor**2, variance[motors])
     if data.spread is not None:
         rows = data.kind <= ROTATION
         rotation_spread = np.einsum("aan->an", data.spread.rotation)[rows]
@@ -282,6 +287,8 @@ def noise_from_repeats(
     groups : positions of states that repeat each other.
     """
     motors = data.kind == MOTOR
+    if motors.all() and motors.any() and data.clamped is not None:
+        return _of_neighbours(data.clamped)
     if motors.any() and not motors.all():
         return _of_two_experiments(data, predicted, sensitivity, groups, motors)
     plain = without_wild(contrasts(data, predicted, sensitivity, some_groups(groups)), data.kind)
@@ -322,6 +329,14 @@ def _of_two_experiments(
         return None
     dof = min(load.dof, clamped.dof)
     return replace(load, motor_angle=clamped.motor_angle, clamped_wrench=(clamped.force, clamped.moment), dof=dof)
+
+
+def _of_neighbours(sigma: ClampedSigma) -> Noise:
+    """Return the noise of clamped runs: each state's own, here its typical size."""
+    known = np.isfinite(sigma.motor)
+    force, moment = (float(np.sqrt(np.mean(sigma.wrench[rows][:, known] ** 2))) for rows in (slice(0, 3), slice(3, 6)))
+    motor = float(np.sqrt(np.mean(sigma.motor[known] ** 2)))
+    return Noise(0.0, 0.0, 0.0, 0.0, "repeats", sigma.dof, motor_angle=motor, clamped_wrench=(force, moment))
 
 
 def stated_noise(sigma: Sigma, data: Observations) -> Noise | None:

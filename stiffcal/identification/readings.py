@@ -22,6 +22,22 @@ from stiffcal.reduction.outliers import load_is_good
 
 
 @dataclass(frozen=True)
+class ClampedSigma:
+    """Standard uncertainty of the states of clamped runs, from the scatter of neighbouring readings; NaN in others."""
+
+    motor: Floats
+    """(n,) rad, of the moved motor's angle."""
+    wrench: Floats
+    """(6, n) N and N·m."""
+    dof: float
+    """Degrees of freedom behind them: readings."""
+
+    def subset(self, pick: slice | Booleans | Integers) -> ClampedSigma:
+        """Return that of some states."""
+        return ClampedSigma(self.motor[pick], self.wrench[:, pick], self.dof)
+
+
+@dataclass(frozen=True)
 class Observations:
     """What was measured, ready for a fit: n states, m rows each, state axis last."""
 
@@ -55,6 +71,8 @@ class Observations:
     """(n,) True where a place was measured: the displacement is counted from the robot file's undeformed robot. Nowhere
     if not given.
     """
+    clamped: ClampedSigma | None = None
+    """What the readings of clamped runs are known to; None where there are none, or where repeats show it."""
 
     def __post_init__(self) -> None:
         if self.absolute.size == 0:
@@ -113,6 +131,7 @@ class Observations:
             index=self.index[pick],
             absolute=self.absolute[pick],
             spread=None if self.spread is None else self.spread.subset(pick),
+            clamped=None if self.clamped is None else self.clamped.subset(pick),
         )
 
 
@@ -171,7 +190,16 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         absolute=states.absolute[keep],
         spread=None if spread is None else spread.subset(keep),
         run_names=tuple(run.name for run in states.runs),
+        clamped=_clamped_sigma(states, keep),
     )
+
+
+def _clamped_sigma(states: LoadStates, keep: Integers) -> ClampedSigma | None:
+    known = np.isfinite(states.motor_sigma[keep])
+    if not known.any():
+        return None
+    dof = float(np.sum(states.n_readings[keep][known]))
+    return ClampedSigma(states.motor_sigma[keep], np.ascontiguousarray(states.wrench_sigma[keep].T), dof)
 
 
 def _displacement(states: LoadStates, b: int, reference: Integers) -> Floats:

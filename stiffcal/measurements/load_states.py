@@ -183,6 +183,12 @@ class LoadStates:
     """(n, B, 6) standard uncertainty of each target's place and turn, m and rad, base axes, where the log states it row
     by row; NaN where it does not.
     """
+    motor_sigma: Floats = field(default_factory=lambda: np.zeros(0))
+    """(n,) standard uncertainty of the moved motor's angle in clamped runs, rad, at the joint's side: the scatter of
+    neighbouring readings; NaN elsewhere.
+    """
+    wrench_sigma: Floats = field(default_factory=lambda: np.zeros((0, 6)))
+    """(n, 6) the same of the wrench in clamped runs, N and N·m; NaN elsewhere."""
     set_aside_code: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, dtype=np.str_))
     """(n,) values of `SetAsideCode`; where not given, what has a text is excluded."""
 
@@ -196,6 +202,9 @@ class LoadStates:
             object.__setattr__(self, "markers_measured", nothing)
         if self.sigma.size == 0:
             object.__setattr__(self, "sigma", np.full((len(self), self.position.shape[1], 6), np.nan))
+        if self.motor_sigma.size == 0:
+            object.__setattr__(self, "motor_sigma", np.full(len(self), np.nan))
+            object.__setattr__(self, "wrench_sigma", np.full((len(self), 6), np.nan))
         if self.set_aside_code.size == 0:
             excluded = np.where(self.set_aside == "", SetAsideCode.NONE.value, SetAsideCode.EXCLUDED.value)
             object.__setattr__(self, "set_aside_code", excluded)
@@ -237,7 +246,7 @@ class LoadStates:
             for name in (
                 "run", "time", "hold", "joints", "wrench", "position", "rotation", "deflection", "reference",
                 "temperature", "row", "n_readings", "wrench_scatter", "position_scatter", "set_aside",
-                "lengths", "displacement", "markers_measured", "sigma", "set_aside_code",
+                "lengths", "displacement", "markers_measured", "sigma", "motor_sigma", "wrench_sigma", "set_aside_code",
             )
         }  # fmt: skip
         return replace(self, **arrays)

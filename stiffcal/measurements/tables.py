@@ -38,6 +38,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     measured, where its pose comes from points), ``<rod>_length_m`` and ``<gauge>_displacement_m`` as read,
     ``reference``, ``temperature<k>``, ``n_readings``,
     ``Fx_scatter_N …`` and ``<target>_x_scatter_m …`` (standard deviation of single readings within the hold), and
+    ``motor_angle_sigma_rad`` and ``Fx_sigma_N …`` (standard uncertainty of states of clamped runs), and
     ``set_aside`` (why a state is not used, "" where it is), ``set_aside_code`` (the same as a value of `SetAsideCode`).
 
     Parameters
@@ -73,6 +74,9 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     columns |= {f"temperature{k + 1}": states.temperature[:, k] for k in range(states.temperature.shape[1])}
     columns["n_readings"] = states.n_readings
     columns |= {_scatter_name(name): states.wrench_scatter[:, k] for k, name in enumerate(_WRENCH)}
+    if np.isfinite(states.motor_sigma).any():
+        columns["motor_angle_sigma_rad"] = states.motor_sigma
+        columns |= {_scatter_name(name, "sigma"): states.wrench_sigma[:, k] for k, name in enumerate(_WRENCH)}
     columns["set_aside"] = [str(reason) for reason in states.set_aside]
     columns["set_aside_code"] = [str(code) for code in states.set_aside_code]
     table = table_of(columns)
@@ -153,7 +157,19 @@ def states_from_table(table: pa.Table) -> LoadStates:
         markers_measured=_markers_measured(table, setup),
         sigma=np.concatenate([stated("{}_{}_sigma_m"), stated("{}_r{}_sigma_rad")], axis=2),
         set_aside_code=values_of(table.column("set_aside_code")),
+        **_clamped_sigma(table),
     )
+
+
+def _clamped_sigma(table: pa.Table) -> dict[str, Floats]:
+    """Return the uncertainties that states of clamped runs carry; nothing where there are none."""
+    if "motor_angle_sigma_rad" not in table.column_names:
+        return {}
+    names = [_scatter_name(name, "sigma") for name in _WRENCH]
+    return {
+        "motor_sigma": np.asarray(values_of(table.column("motor_angle_sigma_rad")), dtype=np.float64),
+        "wrench_sigma": np.stack([values_of(table.column(name)) for name in names], axis=1).astype(np.float64),
+    }
 
 
 def _markers_columns(states: LoadStates) -> dict[str, list[str]]:
@@ -188,10 +204,10 @@ def _fixture(run: Document) -> tuple[tuple[float, ...], ...] | None:
     return None if rows is None else tuple(tuple(float(item) for item in row) for row in rows)
 
 
-def _scatter_name(name: str) -> str:
+def _scatter_name(name: str, what: str = "scatter") -> str:
     """Return ``Fx_scatter_N`` for ``Fx_N``."""
     component, unit = name.split("_")
-    return f"{component}_scatter_{unit}"
+    return f"{component}_{what}_{unit}"
 
 
 def _setup_document(states: LoadStates) -> Document:

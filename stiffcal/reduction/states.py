@@ -210,6 +210,8 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
         displacement=displacement,
         markers_measured=markers_measured,
         sigma=sigma,
+        motor_sigma=raw_states.signals.get("sigma.motor", np.full((n, 1), np.nan))[:, 0],
+        wrench_sigma=raw_states.signals.get("sigma.wrench", np.full((n, 6), np.nan)),
         set_aside_code=codes,
     )
     if not states.deflection_given:

@@ -24,6 +24,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
+from stiffcal.validation.clamped_folds import with_clamped_folds
 from stiffcal.validation.region_folds import region_folds
 
 SAME_POSE = np.radians(1.0)
@@ -48,11 +49,11 @@ class HeldoutResiduals:
 
 
 def pose_folds(data: Observations) -> Integers:
-    """Return (n,) fold numbers: runs whose joints agree within 1° share one."""
+    """Return (n,) fold numbers: runs whose joints agree within 1° share one, clamped runs have their own."""
     edges = run_edges(data.run)
     fold_of_run = pose_groups(data.angles[:, edges].T, SAME_POSE)
     counts = np.diff(np.append(edges, data.n_states))
-    return np.asarray(np.repeat(fold_of_run, counts), dtype=np.int64)
+    return with_clamped_folds(data, np.asarray(np.repeat(fold_of_run, counts), dtype=np.int64))
 
 
 def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:

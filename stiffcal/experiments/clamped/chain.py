@@ -122,7 +122,7 @@ def clamped_chain(
     start = np.median(readings.joints[: max(3, len(readings) // 200)], axis=0)
     motion = (readings.joints - start) @ chain.coupling.T @ np.linalg.inv(drives).T
     measured = bool(np.isfinite(readings.wrench).all())
-    weight_torque = _weight(chain, setup, angles) @ drives
+    weight_torque = drive_weight(chain, setup, angles)
     if measured:
         axes = attached_poses(chain, angles, setup.wrench_axes)[1][0]
         wrench = np.concatenate([readings.wrench[:, :3] @ axes.T, readings.wrench[:, 3:] @ axes.T], axis=1)
@@ -151,8 +151,13 @@ def clamped_chain(
     )
 
 
-def _weight(chain: Chain, setup: MeasurementSetup, angles: Floats) -> Floats:
-    """Return (J,) torques of the weight about the model joints, N·m; zero where masses are not known."""
+def drive_weight(chain: Chain, setup: MeasurementSetup, angles: Floats) -> Floats:
+    """Return (J,) torques of the weight about the drives' axes, N·m; zero where masses are not known.
+
+    Parameters
+    ----------
+    angles : (1, J) model angles, rad.
+    """
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.model.effect import RZ, Inputs
     from stiffcal.model.equilibrium import find_rest
@@ -161,4 +166,4 @@ def _weight(chain: Chain, setup: MeasurementSetup, angles: Floats) -> Floats:
         return np.zeros(chain.n_joints)
     inputs = Inputs(np.ascontiguousarray(angles.T), np.zeros((6, 1)), setup, loaded=False)
     rest = find_rest(CompliantRobot(chain, ()), inputs)
-    return np.asarray(rest.wrench[1 : 2 * chain.n_joints : 2, RZ, 0])
+    return np.asarray(rest.wrench[1 : 2 * chain.n_joints : 2, RZ, 0] @ chain.drive_axes)

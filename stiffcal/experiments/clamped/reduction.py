@@ -1,13 +1,17 @@
-"""Logs of clamped runs brought together: readings for a joint's own law, load states where load runs are fitted too."""
+"""Logs of clamped runs brought together: readings for the descriptions of a joint, load states for the fit."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
 from stiffcal.documents import document_of
+from stiffcal.experiments.clamped.holding import held_wrench
 from stiffcal.experiments.clamped.readings import ClampedReadings, readings_table, stacked_readings
 from stiffcal.experiments.clamped.states import clamped_states
 from stiffcal.experiments.clamped.sweeps import clamped_readings, moved_joint
@@ -21,6 +25,15 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 CLAMPED = "clamped"
+
+
+def _temperature(logs: Mapping[str, Blocks], time: Floats) -> Floats | None:
+    """Return (n, T) the temperatures of the first log that holds some, at times of the log of motor angles."""
+    for blocks in logs.values():
+        values = blocks.mean.get("temperature")
+        if values is not None:
+            return np.stack([np.interp(time, blocks.time, column) for column in values.T], axis=1)
+    return None
 
 
 class ClampedReduction(RunsReduction):
@@ -38,9 +51,8 @@ class ClampedReduction(RunsReduction):
         self.entries.append(
             IngestedRun(id=run.id, clock_ahead_s=clocks, n_states=0, n_readings=len(readings), dropped=[])
         )
-        # alone, clamped runs are identified joint by joint, from all their readings
-        together = any(run_in_manifest.experiment == "load" for run_in_manifest in self.campaign.manifest.runs)
-        return clamped_states(readings, joint) if together else None
+        wrench = held_wrench(self.campaign, readings, run, joint)
+        return None if wrench is None else clamped_states(readings, joint, wrench, _temperature(logs, readings.time))
 
     def tables(self, settings: IngestSettings) -> dict[str, pa.Table]:
         """Return the readings of all runs."""

@@ -278,13 +278,8 @@ def cut_sweeps(angle: Floats, torque: Floats) -> Sweeps:
     """
     n = angle.size
     number, up = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.bool_)
-    size = np.ptp(angle)
-    if n < 8 or size <= 0.0:
-        return Sweeps(number, up, 0)
-    place = angle / size + torque / max(float(np.ptp(torque)), 1e-300)
-    corners = _corners(place, TURN_SHARE * float(np.ptp(place)))
-    count = 0
-    for start, end in pairwise(corners):
+    size, count = np.ptp(angle), 0
+    for start, end in pairwise(loop_corners(angle, torque)):
         # the way from rest to the first corner, and from the last one to rest, is no whole branch
         if abs(angle[end] - angle[start]) < WHOLE * size:
             continue
@@ -292,6 +287,20 @@ def cut_sweeps(angle: Floats, torque: Floats) -> Sweeps:
         up[start : end + 1] = angle[end] > angle[start]
         count += 1
     return Sweeps(number, up, count)
+
+
+def loop_corners(angle: Floats, torque: Floats) -> list[int]:
+    """Return the readings at which a torque-angle loop turns, its first and last extreme among them.
+
+    Parameters
+    ----------
+    angle, torque : (n,) rad and N·m, in order of time.
+    """
+    size = np.ptp(angle)
+    if angle.size < 8 or size <= 0.0:
+        return []
+    place = angle / size + torque / max(float(np.ptp(torque)), 1e-300)
+    return _corners(place, TURN_SHARE * float(np.ptp(place)))
 
 
 def _corners(place: Floats, least: float) -> list[int]:

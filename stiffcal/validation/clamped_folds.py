@@ -1,0 +1,68 @@
+"""What is left out together of clamped runs: a run, that is a joint in one position, or where these are few a cycle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.identification.observation import Observations
+from stiffcal.identification.rows import MOTOR
+from stiffcal.measurements.load_states import members_of
+
+# With fewer positions of a joint its cycles are left out instead.
+LEAST_POSITIONS = 3
+# A motor's angle has turned when it goes back by this share of its span.
+TURN_SHARE = 0.35
+
+
+def with_clamped_folds(data: Observations, fold: Integers) -> Integers:
+    """Return fold numbers (n,) in which clamped runs have folds of their own.
+
+    Parameters
+    ----------
+    data : the observations, n states.
+    fold : (n,) folds by pose.
+    """
+    motors = data.rows_of(MOTOR)
+    clamped = np.asarray(data.measured_mask[motors].any(axis=0), dtype=np.bool_)
+    if not clamped.any():
+        return fold
+    result, following = fold.copy(), int(fold.max(initial=-1)) + 1
+    runs = [members for members in members_of(data.run) if clamped[members].any()]
+    angles = [data.measured[np.ix_(motors, members)] for members in runs]
+    joints = [int(np.argmax(np.ptp(angle, axis=1))) for angle in angles]
+    for members, angle, joint in zip(runs, angles, joints, strict=True):
+        cycle = np.zeros(len(members), dtype=np.int64)
+        if joints.count(joint) < LEAST_POSITIONS:
+            cycle = cycles(angle[joint])
+        result[members] = following + cycle
+        following += int(cycle.max(initial=0)) + 1
+    return np.asarray(np.unique(result, return_inverse=True)[1], dtype=np.int64)
+
+
+def cycles(angle: Floats) -> Integers:
+    """Return (n,) the cycle of each state of a run, from 0: two half sweeps, the way to the first with them.
+
+    Parameters
+    ----------
+    angle : (n,) rad, in order of time.
+
+    Examples
+    --------
+    >>> cycles(np.interp(np.arange(21.0), [0, 5, 10, 15, 20], [0.0, 1.0, -1.0, 1.0, 0.0])).max()
+    1
+    """
+    least, turns = TURN_SHARE * float(np.ptp(angle)), [0]
+    low = high = 0
+    rising: bool | None = None
+    for k in range(1, len(angle)):
+        high = k if angle[k] > angle[high] else high
+        low = k if angle[k] < angle[low] else low
+        if rising is not False and angle[high] - angle[k] > least:
+            turns.append(high)
+            rising, low = False, k
+        elif rising is not True and angle[k] - angle[low] > least:
+            turns.append(low)
+            rising, high = True, k
+    half = np.searchsorted(np.array(turns[1:]), np.arange(len(angle)), side="left")
+    return np.asarray(half // 2, dtype=np.int64)
