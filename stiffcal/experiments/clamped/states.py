@@ -19,7 +19,7 @@ from stiffcal.measurements.set_aside import IN_USE
 from stiffcal.reduction.raw_states import RawStates
 
 # Stretches of a half sweep to begin with, and at most: those over which angle or torque bend are split.
-PIECES, MOST_PIECES = 16, 64
+PIECES, MOST_PIECES = 32, 96
 # A stretch with fewer readings is averaged, and is not split any further than to the second number.
 ENOUGH, FEWEST = 6, 2
 # Standard deviations of its sum of squares by which a stretch misses its parabola before it is split.
@@ -66,7 +66,8 @@ def clamped_states(
     corners = loop_corners(angle, follows)
     if len(corners) < 2:
         return None
-    edges = sorted({0, *corners, n})
+    # the turning point itself still belongs to the half sweep that it ends
+    edges = sorted({0, *(corner + 1 for corner in corners if corner > 0), n})
     both = np.stack([angle, load], axis=1)
     noise = np.maximum(_white_noise(both), [encoder_noise(angle), 1e-12 * max(float(np.ptp(load)), 1e-300)])
     stretches: list[_Stretch] = []
