@@ -93,21 +93,28 @@ def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
         rms={
             "motor_angle": float(np.sqrt(np.mean(motor_angle**2))) if motor_angle.size else None,
             "torque": float(np.sqrt(np.mean(squares))) if squares else None,
-        },
-        noise=_noise_of(result.runs),
-        noise_source="repeats" if _noise_of(result.runs) else "none",
+        }
+        if alone
+        else {},
+        noise=_noise_of(result.runs) if alone else {},
+        noise_source="repeats" if alone and _noise_of(result.runs) else "none",
         n_runs=len(used),
         n_readings=int(sum(np.count_nonzero(run.sweeps.number >= 0) for run in used)),
-        expected=_expected(result),
+        expected=_expected(result) if alone else "",
         warnings=clamped_warnings(data, result.runs, result.joints),
         tables={BRANCHES: branches_table(result.runs)},
     )
 
 
 def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
-    """Judge each joint in a pose that its law was not fitted to; None where the campaign holds no clamped run."""
+    """Judge each joint in a pose that its law was not fitted to.
+
+    None where the campaign holds no clamped run, and where their states are judged like those of other runs.
+    """
     from stiffcal.experiments.clamped.heldout import heldout_clamped
 
+    if data.n_states > 0:
+        return None
     result = clamped_result(data.campaign, readings_of(data))
     if result is None:
         return None
