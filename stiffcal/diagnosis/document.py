@@ -23,7 +23,14 @@ from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
-from stiffcal.diagnosis.words import candidate_in_words, explain, pattern_in_words, places_in_words
+from stiffcal.diagnosis.words import (
+    candidate_in_words,
+    error_in_words,
+    explain,
+    leading_measure,
+    pattern_in_words,
+    places_in_words,
+)
 from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
 from stiffcal.identification.document import finite, identified_parameter, wrong_geometry_in_words
 from stiffcal.identification.fit import Fit
@@ -224,7 +231,7 @@ def _findings(search: Search, before: Rms) -> list[Finding]:
         alternatives = [candidate for candidate in near if candidate.name != name] if name in names else []
         explanation = None
         if judgement.supported:
-            explanation = explain(scan, trial, before.translation, after.translation, alternatives)
+            explanation = explain(scan, trial, before, after, alternatives)
         at = effect_at(trial.candidate)
         findings.append(
             Finding(
@@ -330,9 +337,11 @@ def _share_in_words(search: Search) -> str:
 
 def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     """Return the answer in one or two sentences."""
-    error = before.translation or 0.0
-    floor = noise.translation if noise is not None else None
-    against = f"{1e3 * error:.3g} mm in held-out poses" + (f", noise {1e3 * floor:.3g} mm" if floor else "")
+    measure = leading_measure(before)
+    error = dict(before.items()).get(measure) or 0.0
+    floor = dict(noise.items()).get(measure) if noise is not None else None
+    against = f"{error_in_words(error, measure)} in held-out poses"
+    against += f", noise {error_in_words(floor, measure)}" if floor else ""
     if not search.tried and search.before is None and not search.unexplained:
         return f"Nothing is supported; without a known noise nobody can say whether that is good enough ({against})."
     if not search.tried and not search.unexplained and search.before is not None and not search.before.adequate:

@@ -16,6 +16,7 @@ from stiffcal.diagnosis.results import (
     PatternAlternative,
 )
 from stiffcal.diagnosis.scan import Trial
+from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
@@ -76,23 +77,43 @@ def places_in_words(places: AgreementWithPlaces) -> str:
     return f"which show {share:.0f} ± {limit:.0f} % of the fitted value in the unloaded poses"
 
 
-def explain(
-    scan: LoadScan, trial: Trial, before: float | None, after: float | None, alike: Sequence[Candidate]
-) -> Explanation:
+def error_in_words(value: float, measure: str) -> str:
+    """Return an error with its unit.
+
+    Parameters
+    ----------
+    value : m, rad or N·m. measure : "translation", "motor_angle" or "torque".
+    """
+    if measure == "torque":
+        return f"{value:.3g} N·m"
+    return f"{1e6 * value:.3g} µrad" if measure == "motor_angle" else f"{1e3 * value:.3g} mm"
+
+
+def leading_measure(rms: Rms) -> str:
+    """Return the measure by which an error is named: the tool's place, else the motors' angles, else the torque."""
+    known = {name for name, value in rms.items() if value is not None}
+    return next((name for name in ("translation", "motor_angle", "torque") if name in known), "translation")
+
+
+def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequence[Candidate]) -> Explanation:
     """Explain a candidate.
 
     Parameters
     ----------
     scan, trial : the scan and the candidate.
-    before, after : rms in held-out poses without and with it, m.
+    before, after : rms in held-out poses without and with it.
     alike : look-alikes.
     """
     effect, place = trial.candidate.effect, trial.candidate.place
     helped, poses = poses_helped(scan, trial), len(scan.folds)
     effect_text = f"At {place_in_words(place)}: {effect.fingerprint or effect.summary}"
-    effect_text += f", by {1e3 * size_at_tool(scan, trial):.2g} mm rms at the tool"
-    if before is not None and after is not None:
-        effect_text += f"; with it the error in held-out poses goes from {1e3 * before:.3g} to {1e3 * after:.3g} mm"
+    measure = leading_measure(before)
+    if measure == "translation":
+        effect_text += f", by {1e3 * size_at_tool(scan, trial):.2g} mm rms at the tool"
+    errors = [dict(rms.items()).get(measure) for rms in (before, after)]
+    if errors[0] is not None and errors[1] is not None:
+        first, last = (error_in_words(error or 0.0, measure) for error in errors)
+        effect_text += f"; with it the error in held-out poses goes from {first} to {last}"
     effect_text += f" and falls in {helped} of {poses} poses."
     means = f"That is {effect.name}: {effect.summary}{values_in_words(trial)}."
     if trial.places is not None and trial.places.supported:

@@ -95,6 +95,8 @@ def many_states(n: int) -> LoadStates:
         temperature=np.zeros((n, 0)),
         row=np.arange(1, n + 1),
         n_readings=np.ones(n, dtype=np.int64),
+        motor_sigma=np.full(n, np.nan),
+        wrench_sigma=np.full((n, 6), np.nan),
         wrench_scatter=np.full((n, 6), np.nan),
         position_scatter=np.full((n, 1, 3), np.nan),
         set_aside=np.full(n, "", dtype=np.str_),

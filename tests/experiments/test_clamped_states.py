@@ -30,7 +30,7 @@ def driven(noise: float = 0.0) -> ClampedReadings:
 
 def test_the_corner_between_play_and_flank_stays_sharp() -> None:
     """A mean over a stretch would lie beside the law where it bends: by a third of a tenth of the play."""
-    states = clamped_states(driven(), 3)
+    states = clamped_states(driven(), 3, driven().wrench)
     assert states is not None
     moment = states.signals["wrench"][:, 5]
     law = moment / STIFFNESS + 0.5 * WIDTH * np.tanh(moment / BAND)
@@ -44,7 +44,7 @@ def test_the_corner_between_play_and_flank_stays_sharp() -> None:
 def test_noise_does_not_choose_the_ends() -> None:
     """The corners of the loop are the readings that noise drove out furthest: states stay off them."""
     noise = 2e-5
-    states = clamped_states(driven(noise), 3)
+    states = clamped_states(driven(noise), 3, driven(noise).wrench)
     assert states is not None
     moment = states.signals["wrench"][:, 5]
     law = moment / STIFFNESS + 0.5 * WIDTH * np.tanh(moment / BAND)
