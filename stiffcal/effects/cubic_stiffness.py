@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import ClassVar
 
+import numpy as np
+
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.cubic_curve import angle_of_torque
+from stiffcal.model.cubic_curve import LEAST_SLOPE, angle_of_torque, monotonic_range
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
@@ -52,6 +54,7 @@ class CubicStiffness(DocumentedEffect):
         ParameterSpec("c2", "rad/(N·m)²", "quadratic term of angle over torque", -1e-3, 1e-3, 4e-10, _SOURCE),
         ParameterSpec("c3", "rad/(N·m)³", "cubic term of angle over torque", -1e-3, 1e-3, 5e-13, _SOURCE),
     )
+    has_curve_of_torque = True
     needs = ("loads of several sizes",)
     looks_like = ("two-slope", "asymmetric-stiffness", "backlash")
     fingerprint = "the residual bends with the joint's torque, smoothly, the same on loading and unloading"
@@ -109,6 +112,15 @@ class _TorqueOverAngle(CubicStiffness):
         joint = place.joints[0]
         torque = drive_torque(chain, loads.wrench, joint)
         return drive_terms(chain, joint, "", angle_of_torque(torque, (shape["p1"], shape["p2"], shape["p3"])))
+
+    def shape_slopes(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """∂φ/∂p_k = −φᵏ/(p1 + 2 p2 φ + 3 p3 φ²)."""
+        joint, curve = place.joints[0], (shape["p1"], shape["p2"], shape["p3"])
+        angle = angle_of_torque(drive_torque(chain, loads.wrench, joint), curve)
+        inside = np.clip(angle, *monotonic_range(curve))
+        slope = np.maximum(curve[0] + inside * (2.0 * curve[1] + inside * 3.0 * curve[2]), LEAST_SLOPE * curve[0])
+        powers = enumerate((inside, inside**2, inside**3), start=1)
+        return tuple(term for k, power in powers for term in drive_terms(chain, joint, f"p{k}", -power / slope))
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of."""

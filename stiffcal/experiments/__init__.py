@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
     from stiffcal.experiments.row_search import RowProblem
     from stiffcal.measurements.table_specimens import TableSpecimen
+    from stiffcal.model.composite import CompliantRobot
     from stiffcal.simulation.kinds import RunSimulation
 
 
@@ -75,6 +76,15 @@ class ExperimentKind:
             Nothing can be fitted to them.
         """
         return None
+
+    def starting_values(self, data: MeasuredRuns, robot: CompliantRobot) -> Mapping[str, float]:
+        """Return values, by full name, from which the fit of load states starts where the model gives none.
+
+        Parameters
+        ----------
+        data : the campaign, with the tables of logs. robot : the model.
+        """
+        return {}
 
     def section_type(self) -> type[object] | None:
         """Return the type of the section that `fit` adds to ``identify``, to read it back from a store."""

@@ -318,9 +318,10 @@ def _solve(
     checked = _check_identifiability(reduced, robot, columns, settings)
     lower, upper = bounds_of(robot, columns)
     shapes = _are_nonlinear(columns)
-    # A law bends with its shape: no step beyond a factor of two.
-    lower = np.where(shapes, np.maximum(lower, start / 2), lower)
-    upper = np.where(shapes, np.minimum(upper, start * 2), upper)
+    # A law bends with its shape: no step beyond a factor of two. Shapes of either sign have no such scale.
+    scaled = shapes & (lower >= 0.0)
+    lower = np.where(scaled, np.maximum(lower, start / 2), lower)
+    upper = np.where(scaled, np.minimum(upper, start * 2), upper)
     # The reduced target is for the step; bounds hold for the sum.
     target = reduced.target + reduced.factor @ start
     system = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)

@@ -130,7 +130,7 @@ def _evaluate_block(
     _observation_columns(model, data, displacement, columns_out, rows)
     _frame_columns(model, data, columns, loaded, columns_out)
     if not rigid:
-        _difference_columns(model, data, columns, prediction, columns_out)
+        _difference_columns(model, data, columns, prediction, columns_out, (loaded, unloaded))
     sensitivity = _sensitivity(model, data, loaded) if with_sensitivity else None
     return Evaluation(block, prediction, columns_out, sensitivity)
 
@@ -290,11 +290,18 @@ def _difference_columns(
     columns: Sequence[ParameterColumn],
     prediction: Floats,
     sensitivities: Floats,
+    at_rest: tuple[Rest, WeightOnlyRest],
 ) -> None:
-    """Fill the columns of shape and set-up parameters by a forward difference of the whole balance."""
+    """Fill the columns of shape and set-up parameters: by the law's own derivatives, else by a forward difference."""
+    slopes: dict[int, dict[str, Floats]] = {}
     for row, column in enumerate(columns):
         placed_effect = model.placed[column.placed]
         if column.role is ParameterRole.AMPLITUDE or placed_effect.effect.moves_frames:
+            continue
+        if column.placed not in slopes:
+            slopes[column.placed] = _shape_slopes(model, placed_effect, data, *at_rest)
+        if column.symbol in slopes[column.placed]:
+            sensitivities[row] = slopes[column.placed][column.symbol]
             continue
         spec = placed_effect.effect.spec(column.symbol)
         neutral = spec.typical if column.role is ParameterRole.NONLINEAR else spec.neutral
@@ -303,6 +310,23 @@ def _difference_columns(
         shifted = model.with_values({placed_effect.parameter_name(column.symbol): value + step})
         loaded, unloaded = rests(shifted, data)
         sensitivities[row] = (predicted(shifted, data, loaded, unloaded) - prediction) / step
+
+
+def _shape_slopes(
+    model: CompliantRobot, placed: PlacedEffect, data: Observations, loaded: Rest, unloaded: WeightOnlyRest
+) -> dict[str, Floats]:
+    """Return symbol to (m, n): what the law gives as its derivatives by shape parameters, moved to the rows."""
+    columns: dict[str, Floats] = {}
+    angles, shape = loaded.inputs.angles, placed.shape()
+    rests = (
+        (1.0, NodeLoads(loaded.wrench, angles, data.order, loaded.weight)),
+        (-1.0, NodeLoads(unloaded.wrench, angles)),
+    )
+    for sign, loads in rests:
+        for term in placed.effect.shape_slopes(placed.place, model.chain, loads, shape):
+            column = sign * lever_of(loaded, data, term.node, term.component) * term.value
+            columns[term.symbol] = columns.get(term.symbol, 0.0) + column
+    return columns
 
 
 def _sensitivity(model: CompliantRobot, data: Observations, loaded: Rest) -> Floats:

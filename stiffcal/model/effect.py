@@ -223,6 +223,8 @@ class Effect(ABC):
     """
     general: ClassVar[bool] = False
     """True where the law holds whatever its place can do: it is no rival of what it holds as a special case."""
+    has_curve_of_torque: ClassVar[bool] = False
+    """True where `from_torque_angle` gives the parameters of another form of the law, the curve itself (`form`)."""
     curve: ClassVar[tuple[str, ...]] = ()
     """Symbols of the law's curved form (`form`), where it has one in addition to the straight."""
 
@@ -281,6 +283,13 @@ class Effect(ABC):
         chain : the robot.
         angles : (J, n) model joint angles, rad.
         shape : values of the shape parameters by symbol.
+        """
+        return ()
+
+    def shape_slopes(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """Return the derivatives of `terms` by shape parameters, as terms with their symbols.
+
+        Parameters whose derivative is not among them are differentiated by difference.
         """
         return ()
 

@@ -12,10 +12,10 @@ from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, SeparatingMea
 from stiffcal.documents import Origin, document_of
 from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms, VarianceRatio
-from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.store.document_shape import result_from
 from stiffcal.workflow.diagnose_rows import diagnose_rows
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, REFITS, diagnoses_with, evidence_of, refit_columns
+from stiffcal.workflow.experiments import robot_to_fit
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_document, up_to_date_states
 from stiffcal.workflow.suspects import described, suspicion_of
@@ -263,7 +263,7 @@ def search_now(data: Ingested, loss: str, context: RunContext) -> Search:
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import all_effects
 
-    campaign, robot = data.campaign, placed_robot(data.campaign)
+    campaign, robot = data.campaign, robot_to_fit(data)
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
     catalogue, _ = all_effects(campaign)
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from stiffcal.documents import Number
 from stiffcal.measurements.rms import Rms
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.summary import Balance, ModelSummary
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.workflow.steps import Ingested
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
+    from stiffcal.model.composite import CompliantRobot
     from stiffcal.results.validate_result import ValidateResult
 
 
@@ -54,6 +56,16 @@ def runs_with_fits(data: Ingested) -> MeasuredRuns:
     measured = measured_runs(data)
     fits = {name: data.store.read_table(name) for name in tables_of_fits() if name in data.store.tables}
     return replace(measured, tables={**measured.tables, **fits})
+
+
+def robot_to_fit(data: Ingested) -> CompliantRobot:
+    """Return the campaign's robot and effects, valued where the model file or a kind of experiment gives a start."""
+    from stiffcal.experiments import all_kinds
+
+    robot = placed_robot(data.campaign)
+    for kind in all_kinds():
+        robot = robot.with_values(kind.starting_values(measured_runs(data), robot))
+    return robot
 
 
 def merge_experiment_fits(result: IdentifyResult, fits: Sequence[ExperimentFit]) -> IdentifyResult:

@@ -145,6 +145,7 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
     from stiffcal.identification.identify import Settings, identify_parameters
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.reduction.displacement_measured import check_displacement_measured
+    from stiffcal.workflow.experiments import robot_to_fit
 
     campaign = data.campaign
     if len(data.states) == 0 and data.non_load:
@@ -168,7 +169,7 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
         )
     raise_faults(check_displacement_measured(data.states))  # a store of an earlier version may hold none
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
-    return identify_parameters(data.states, robot, settings, context.progress)
+    return identify_parameters(data.states, robot_to_fit(data), settings, context.progress)
 
 
 def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:

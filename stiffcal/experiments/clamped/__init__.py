@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from stiffcal.experiments import ExperimentKind
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stiffcal.campaign.loading import Campaign
     from stiffcal.experiments.clamped.results import ClampedSection
     from stiffcal.experiments.clamped.simulation_settings import Clamping
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
+    from stiffcal.model.composite import CompliantRobot
     from stiffcal.simulation.kinds import RunSimulation
 
 
@@ -37,6 +40,12 @@ class ClampedKind(ExperimentKind):
         from stiffcal.experiments.clamped.parts import clamped_experiment_fit
 
         return clamped_experiment_fit(data)
+
+    def starting_values(self, data: MeasuredRuns, robot: CompliantRobot) -> Mapping[str, float]:
+        """Return shapes of curves, from torque over angle."""
+        from stiffcal.experiments.clamped.parts import starting_values
+
+        return starting_values(data, robot)
 
     def section_type(self) -> type[object]:
         """Return the type of the section in ``identify``."""

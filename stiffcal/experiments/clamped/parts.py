@@ -20,6 +20,7 @@ from stiffcal.experiments.clamped.documents import (
     joint_result,
     parameters_of,
     run_result,
+    torque_angle,
 )
 from stiffcal.experiments.clamped.faults import loaded_words, why_no_sweep
 from stiffcal.experiments.clamped.heldout import angle_residual
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.campaign.manifest import Run
     from stiffcal.experiments.clamped.heldout import HeldoutRun
+    from stiffcal.model.composite import CompliantRobot
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,34 @@ def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
         warnings=clamped_warnings(data, result.runs, result.joints),
         tables={BRANCHES: branches_table(result.runs)},
     )
+
+
+def starting_values(data: MeasuredRuns, robot: CompliantRobot) -> dict[str, float]:
+    """Return shapes of laws that have no value yet, from each joint's torque over angle.
+
+    Only of laws that no other effect of the joint excludes: a curve that holds its linear term stands for it alone.
+
+    Parameters
+    ----------
+    data : the campaign, with the table of readings. robot : the model.
+    """
+    wanted = [placed for placed in robot.placed if placed.place.kind == "joints" and not placed.values]
+    readings = readings_of(data) if any(placed.effect.has_curve_of_torque for placed in wanted) else None
+    if readings is None:
+        return {}
+    result = clamped_result(data.campaign, readings)
+    joints = {} if result is None else {joint.joint: joint for joint in result.joints}
+    values: dict[str, float] = {}
+    for placed in wanted:
+        joint = joints.get(placed.place.joints[0])
+        others = [other.effect.name for other in robot.placed if other is not placed and other.place == placed.place]
+        if joint is None or not placed.effect.has_curve_of_torque:
+            continue
+        known = placed.effect.from_torque_angle(torque_angle(joint), others)
+        form = placed.effect.form(known)
+        if not set(form.excludes) & set(others):
+            values |= {placed.parameter_name(symbol): value for symbol, (value, _) in known.items()}
+    return values
 
 
 def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
