@@ -336,7 +336,7 @@ def _of_neighbours(sigma: ClampedSigma) -> Noise:
     known = np.isfinite(sigma.motor)
     force, moment = (float(np.sqrt(np.mean(sigma.wrench[rows][:, known] ** 2))) for rows in (slice(0, 3), slice(3, 6)))
     motor = float(np.sqrt(np.mean(sigma.motor[known] ** 2)))
-    return Noise(0.0, 0.0, 0.0, 0.0, "repeats", sigma.dof, motor_angle=motor, clamped_wrench=(force, moment))
+    return Noise(0.0, 0.0, 0.0, 0.0, "neighbours", sigma.dof, motor_angle=motor, clamped_wrench=(force, moment))
 
 
 def stated_noise(sigma: Sigma, data: Observations) -> Noise | None:
