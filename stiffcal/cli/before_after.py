@@ -55,7 +55,7 @@ def estimate_words(estimate: EstimatedValue | None) -> str:
     --------
     >>> from stiffcal.identification.before_after import EstimatedValue
     >>> estimate_words(EstimatedValue(value=5.0e4, interval=[4.9e4, 5.1e4]))
-    '5.00·10⁴ ± 0.10·10⁴'
+    '(5.00 ± 0.10)·10⁴'
     >>> estimate_words(EstimatedValue(value=None, interval=[4.9e4, None])), estimate_words(None)
     ('above 4.90·10⁴', 'not in the model')
     """

@@ -53,7 +53,7 @@ def text_of(words: Words) -> str:
     --------
     >>> from stiffcal.experiments.presentation import Digits, Interval, Joints
     >>> text_of((Joints((1, 2, 3)), ": ", Digits(0.12345), " N·m, ", Interval(2.0, 1.0, 3.0)))
-    'joints 1–3: 0.123 N·m, 2.00 ± 1.0'
+    'joints 1–3: 0.123 N·m, 2.0 ± 1.0'
     """
     from stiffcal.experiments.presentation import Digits, Interval, Joints, Names
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from stiffcal.diagnosis.results import UntestableEffect
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
 from stiffcal.identification.regressors import Regressor, RegressorMaker
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.identification.rows import drives_of_logged
+from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, ParameterRole, Place
 
@@ -44,6 +48,7 @@ def list_candidates(
     catalogue : effects by name.
     """
     in_model = {(placed_effect.effect.name, placed_effect.place) for placed_effect in robot.placed}
+    driven = driven_joints(states, robot.chain) if len(states) and states.clamped.all() else None
     candidates, not_tried = [], []
     for effect in catalogue.values():
         reason = effect.lacking(robot.chain, states)
@@ -51,6 +56,12 @@ def list_candidates(
             not_tried.append(UntestableEffect(effect.name, reason))
             continue
         places = effect.places(robot.chain)
+        if driven is not None:
+            if not effect.in_drive:
+                needs = "load runs: clamped runs show what acts in a drive"
+                not_tried.append(UntestableEffect(effect.name, needs))
+                continue
+            places = [place for place in places if driven.issuperset(place.joints)]
         if not places:
             not_tried.append(UntestableEffect(effect.name, f"no place on this robot: it sits on {effect.place_kind}"))
         for place in places:
@@ -89,3 +100,10 @@ def variants(candidate: Candidate, state: RegressorMaker, most: int = MANY_SHAPE
             regressor = state.regressor(effect, candidate.place, shape)
             if regressor.columns.any() or regressor.fixed.any():
                 yield regressor
+
+
+def driven_joints(states: LoadStates, chain: Chain) -> frozenset[int]:
+    """Return the drives, from 1, that clamped runs have moved: in each the one that turned furthest."""
+    turn = states.joints @ drives_of_logged(chain).T
+    runs = [members for members in members_of(states.run) if states.clamped[members].all()]
+    return frozenset(int(np.argmax(np.ptp(turn[members], axis=0))) + 1 for members in runs)

@@ -36,6 +36,7 @@ class AsymmetricStiffness(DocumentedEffect):
     name = "asymmetric-stiffness"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    in_drive = True
     summary = "other stiffness for positive than for negative torque"
     parameters = (
         ParameterSpec(

@@ -35,6 +35,7 @@ class AxisCoupling(DocumentedEffect):
     name = "axis-coupling"
     kind = Kind.COUPLING
     place_kind = "pairs"
+    in_drive = True
     summary = "torque on one joint turns the other"
     parameters = (
         ParameterSpec(

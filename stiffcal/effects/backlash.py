@@ -44,6 +44,7 @@ class Backlash(DocumentedEffect):
     name = "backlash"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    in_drive = True
     summary = "lost motion when the total torque, weight included, changes sign"
     parameters = (
         ParameterSpec(

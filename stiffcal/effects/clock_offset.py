@@ -28,6 +28,7 @@ class ClockOffset(DocumentedEffect):
     name = "clock-offset"
     kind = Kind.OBSERVATION
     place_kind = "setup"
+    in_drive = True
     summary = "two logs are shifted in time"
     parameters = (
         ParameterSpec(

@@ -45,6 +45,7 @@ class Creep(DocumentedEffect):
     name = "creep"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    in_drive = True
     summary = "the deflection goes on growing while the load is held"
     has_memory = True
     parameters = (

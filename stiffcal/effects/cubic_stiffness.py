@@ -49,6 +49,7 @@ class CubicStiffness(DocumentedEffect):
     name = "cubic-stiffness"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    in_drive = True
     summary = "torque–angle curve with quadratic and cubic terms"
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
         ParameterSpec("c2", "rad/(N·m)²", "quadratic term of angle over torque", -1e-3, 1e-3, 4e-10, _SOURCE),

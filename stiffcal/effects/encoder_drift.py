@@ -44,6 +44,7 @@ class EncoderDrift(DocumentedEffect):
     name = "encoder-drift"
     kind = Kind.OBSERVATION
     place_kind = "joints"
+    in_drive = True
     summary = "a joint's encoder reading wanders with time or temperature"
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
         ParameterSpec("rad_per_s", "rad/s", "drift of the reading over time", -1e-3, 1e-3, 2e-8, _SOURCE),

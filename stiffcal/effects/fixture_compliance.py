@@ -32,6 +32,7 @@ class FixtureCompliance(DocumentedEffect):
     name = "fixture-compliance"
     kind = Kind.OBSERVATION
     place_kind = "setup"
+    in_drive = True
     summary = "the fixture that holds a clamped robot gives"
     parameters = (
         ParameterSpec(

@@ -45,11 +45,12 @@ class FrictionHysteresis(DocumentedEffect):
     name = "friction-hysteresis"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    in_drive = True
     summary = "loading and unloading run on different curves"
     has_memory = True
     parameters = (
         ParameterSpec(
-            "c", "rad/(N·m)", "compliance of what slips", 0.0, 1e-3, 1e-6,
+            "c", "rad/(N·m)", "compliance of what slips", 0.0, 1e-1, 1e-6,
             "hysteresis loss of 1 arc minute (2 c slip), the usual limit in catalogues of strain-wave gears",
         ),
         ParameterSpec(

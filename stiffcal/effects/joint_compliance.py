@@ -37,6 +37,7 @@ class JointCompliance(DocumentedEffect):
     name = "joint-compliance"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    in_drive = True
     summary = "drive: rotation about the joint axis, proportional to torque"
     parameters = (
         ParameterSpec(
@@ -45,7 +46,7 @@ class JointCompliance(DocumentedEffect):
             meaning="compliance of the drive about the joint's axis",
             lower=0.0,
             # Softer than any joint that carries a tool: harmonic drives of light arms have some 1e4 N·m/rad.
-            upper=1e-3,
+            upper=1e-1,
             typical=2e-6,
             source="Wang, Zhang and Fuhlbrigge 2009, section III.C: 1.4e-6 (joint 1) to 6e-5 (joint 6)",
             compliance=True,

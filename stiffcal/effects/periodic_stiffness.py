@@ -43,6 +43,7 @@ class PeriodicStiffness(DocumentedEffect):
     name = "periodic-stiffness"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    in_drive = True
     summary = "compliance follows the joint's own angle"
     parameters = (
         ParameterSpec("a", "rad/(N·m)", "cosine part of the compliance's swing", -1e-3, 1e-3, 2e-7, _SOURCE),

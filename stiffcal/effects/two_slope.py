@@ -42,6 +42,7 @@ class TwoSlope(DocumentedEffect):
     name = "two-slope"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    in_drive = True
     summary = "softer inside a wind-up torque than outside"
     parameters = (
         ParameterSpec("c", "rad/(N·m)", "extra compliance inside the knee", 0.0, 1e-3, 6e-6, _SOURCE, compliance=False),

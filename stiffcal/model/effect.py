@@ -223,6 +223,8 @@ class Effect(ABC):
     """
     general: ClassVar[bool] = False
     """True where the law holds whatever its place can do: it is no rival of what it holds as a special case."""
+    in_drive: ClassVar[bool] = False
+    """True where clamped runs can show the effect: it acts in a drive, or on what such a bench measures."""
     has_curve_of_torque: ClassVar[bool] = False
     """True where `from_torque_angle` gives the parameters of another form of the law, the curve itself (`form`)."""
     curve: ClassVar[tuple[str, ...]] = ()

@@ -21,7 +21,7 @@ MEND = "mend the file"
 _SYMBOL = re.compile(r"[^\W\d]\w{0,99}")
 _TEXTS = ("summary", "fingerprint", "how_to_check")
 _NAMES = ("includes", "excludes", "needs", "looks_like", "curve")
-_FLAGS = ("has_memory", "in_motion", "constant_torque", "general")
+_FLAGS = ("has_memory", "in_motion", "in_drive", "constant_torque", "general")
 _MOST_TEXT = 10_000
 # Far beyond every quantity in SI units; the sum of the squares of many is still a number.
 _LARGEST = 1e100

@@ -21,7 +21,8 @@ def validate_result(states: LoadStates, validation: Validation) -> ValidateResul
     warnings = []
     if heldout.scheme == "none":
         warnings.append("a single pose: the error in held-out poses cannot be estimated, this is the error of the fit")
-    if validation.noise.translation is None:
+    noise_known = any(value is not None for _, value in validation.noise.items())
+    if not noise_known:
         warnings.append("the noise is not known: whether the model is good enough cannot be judged")
     return ValidateResult(
         warnings=warnings,
@@ -30,7 +31,7 @@ def validate_result(states: LoadStates, validation: Validation) -> ValidateResul
         n_poses=int(heldout.fold.max(initial=-1)) + 1,
         rms=validation.rms,
         max=validation.max,
-        noise=None if validation.noise.translation is None else validation.noise,
+        noise=validation.noise if noise_known else None,
         relative=validation.relative,
         zero_model=validation.zero_model,
         by_run=validation.by["run"],

@@ -100,7 +100,8 @@ def report_content(
     identified : the present fit. validation : of it. history : every fit.
     """
     states, chain = data.states, data.campaign.chain
-    report_states = report_states_of(data) if len(states) else None
+    # Of clamped runs alone no displacement was measured: their own pages show them.
+    report_states = report_states_of(data) if states.has_poses or np.isfinite(states.displacement).any() else None
     paths = stored_document(data.store, LOAD_PATHS) or {"paths": []}
     beside = tuple(
         ReportRun(

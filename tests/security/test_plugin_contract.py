@@ -112,7 +112,7 @@ def test_answers_on_free_motion_that_are_none_are_a_fault_of_the_file(folder: Pa
         ("CrossStiffness.name = 5", "name is no text"),
         ("CrossStiffness.name = 'a\\x1b[2J'", "holds U+001B"),
         ("CrossStiffness.kind = 'node law'", "kind is no Kind"),
-        ("CrossStiffness.place_kind = 'everywhere'", "place_kind is none of joints, links, pairs, setup"),
+        ("CrossStiffness.place_kind = 'everywhere'", "place_kind is none of joints, links, pairs, frames, setup"),
         ("CrossStiffness.parameters = 'c'", "parameters is no tuple of ParameterSpec"),
         ("CrossStiffness.parameters *= 2", "two parameters have the symbol c"),
         ("CrossStiffness.summary = None", "summary is no text"),

@@ -28,8 +28,6 @@ def test_the_template_is_rehearsed_and_identified(tmp_path: Path) -> None:
         values["cubic-stiffness.j5.p1" if "cubic-stiffness.j5.p1" in values else "cubic-stiffness.j5.c2"]["value"]
         is None
     )
-    assert any("joint 5 was driven in no clamped run" in one["reason"] for one in found["not_identifiable"])
-    # The encoder's step repeats alike in every cycle: repeats do not show it, and it speaks against no law.
-    diagnosis = diagnose_campaign(tmp_path / "rehearsal")
-    assert diagnosis.adequate
-    assert "encoder's step of 10 µrad" in diagnosis.summary
+    assert any("cubic-stiffness.j5" in name for one in found["not_identifiable"] for name in one["parameters"])
+    # The encoder's step repeats alike in every cycle: it is part of the noise, and nothing is named for it.
+    assert diagnose_campaign(tmp_path / "rehearsal").missing == []

@@ -76,11 +76,13 @@ def clamped_states(
     weights = [_weights(readings.time, stretch) for stretch in stretches]
     spread = np.array([float(np.sqrt(np.sum(weight**2))) for weight in weights])
     inflation = np.sqrt([_correlation(readings.time, both[:, k], stretches) for k in range(2)])
-    step = encoder_noise(angle)
-    motor_sigma = np.hypot(
-        inflation[0] * spread * noise[0], step / np.sqrt([max(len(weight), 1) for weight in weights])
+    noise, wrench_noise = (
+        np.maximum(own, _scatter(readings.time, values, stretches))
+        for own, values in ((noise, both), (_white_noise(wrench), wrench))
     )
-    wrench_sigma = inflation[1] * spread[:, None] * _white_noise(wrench)
+    rounding = encoder_noise(angle) / np.sqrt([len(weight) for weight in weights])
+    motor_sigma = np.hypot(inflation[0] * spread * noise[0], rounding)
+    wrench_sigma = inflation[1] * spread[:, None] * wrench_noise
     name = readings.runs[int(readings.run[0])].name
 
     def read(values: Floats) -> Floats:
@@ -184,6 +186,22 @@ def _weights(time: Floats, stretch: _Stretch) -> Floats:
     q, r = np.linalg.qr((centred / scale)[:, None] ** np.arange(3))
     # the value at the point is the first coefficient: e₀ᵀ R⁻¹ Qᵀ
     return np.asarray(q @ np.linalg.solve(r.T, [1.0, 0.0, 0.0]))
+
+
+def _scatter(time: Floats, values: Floats, stretches: list[_Stretch]) -> Floats:
+    """Return (c,) standard deviation of values (n, c) about the parabolas of all long stretches; zero without one.
+
+    Fast noise alone is too small where a slower log was brought to the times of a faster one.
+    """
+    squares, dof = np.zeros(values.shape[1]), 0.0
+    for stretch in stretches:
+        if stretch.end - stretch.start < 2 * LAGS:
+            continue
+        basis = _basis(time[stretch.start : stretch.end])
+        own = values[stretch.start : stretch.end]
+        squares += np.sum((own - basis @ (basis.T @ own)) ** 2, axis=0)
+        dof += stretch.end - stretch.start - 3.0
+    return np.sqrt(squares / dof) if dof else squares
 
 
 def _correlation(time: Floats, values: Floats, stretches: list[_Stretch]) -> float:
