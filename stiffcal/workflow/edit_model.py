@@ -22,9 +22,6 @@ from stiffcal.workflow.history import model_of
 if TYPE_CHECKING:
     from stiffcal.model.effect import Effect
 
-TORQUE_OVER_ANGLE = ("p1", "p2", "p3")
-"""Symbols of a curve of torque over angle."""
-
 
 def edit_model(
     folder: Path,
@@ -124,7 +121,7 @@ def _edit(
     n_joints = campaign.chain.n_joints
     changes = []
     if action == "add":
-        changes += _remove_replaced(folder, campaign, _form_in(campaign, catalogue[effect]), given)
+        changes += _remove_replaced(folder, campaign, catalogue[effect], given)
         new = add_effect(folder, effect, **given, n_joints=n_joints)
         if new or not wanted.curved:
             changes.append(
@@ -136,17 +133,6 @@ def _edit(
         removed = remove_effect(folder, effect, **given, n_joints=n_joints)
         changes.append(f"removed {effect}: {', '.join(removed)}")
     return changes
-
-
-def _form_in(campaign: Campaign, effect: Effect) -> Effect:
-    """Return the form of a law that a campaign of clamped runs fits: the curve of torque over angle, where it has one.
-
-    Runs in which the load moves the tool fit the other form, which adds to the joint's linear compliance.
-    """
-    kinds = {run.experiment for run in campaign.manifest.runs}
-    if not effect.has_curve_of_torque or "clamped" not in kinds or kinds & {"load", "absolute"}:
-        return effect
-    return effect.form(TORQUE_OVER_ANGLE)
 
 
 def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]) -> str:
