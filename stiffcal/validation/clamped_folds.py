@@ -41,7 +41,7 @@ def with_clamped_folds(data: Observations, fold: Integers) -> Integers:
 
 
 def cycles(angle: Floats) -> Integers:
-    """Return (n,) the cycle of each state of a run, from 0: two half sweeps, the way to the first with them.
+    """Return (n,) the cycle of each state of a run, from 0: two half sweeps; the way to the first turn is the first.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ def cycles(angle: Floats) -> Integers:
 
     Examples
     --------
-    >>> cycles(np.interp(np.arange(21.0), [0, 5, 10, 15, 20], [0.0, 1.0, -1.0, 1.0, 0.0])).max()
-    1
+    >>> cycles(np.interp(np.arange(21.0), [0, 5, 10, 15, 20], [0.0, 1.0, -1.0, 1.0, 0.0])).tolist()[::5]
+    [0, 0, 1, 1, 2]
     """
     least, turns = TURN_SHARE * float(np.ptp(angle)), [0]
     low = high = 0
