@@ -1,7 +1,8 @@
 """`make practice`: the campaigns whose truth is told, through the library as ingest and diagnose use it.
 
 A table of what was hidden, what is named first and whether that is right, with the error in held-out poses before and
-after, over the noise. ``campaigns/hidden`` holds them; the folder given on the command line may be another.
+after, over the noise. ``campaigns/hidden`` holds those of loads, ``campaigns/joints`` those of single joints; a folder
+given on the command line is taken for one of loads. Absolute campaigns are not scored.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.effect import Place
+from tests.rates.practice_joints import JOINTS, ask_joint, joint_table, read_truths
 from tests.rates.workers import one_thread_each
 
 HIDDEN = Path(__file__).resolve().parents[2] / "campaigns" / "hidden"
@@ -142,10 +144,14 @@ def main(arguments: Sequence[str]) -> int:
     """Ask all; the folder may be given."""
     folder = Path(arguments[0]) if arguments else HIDDEN
     folders = [folder / name for name in sorted(truth(folder)) if (folder / name / "campaign.toml").is_file()]
+    joints = [] if arguments else [JOINTS / name for name in sorted(read_truths())]
     with one_thread_each(2) as pool:
-        answers = list(pool.map(ask, folders))
+        answers, of_joints = list(pool.map(ask, folders)), list(pool.map(ask_joint, joints))
     print(table_of(answers))
-    return 0 if all(one.right for one in answers) else 1
+    if of_joints:
+        print(f"\nJoints\n{joint_table(of_joints)}\n\nAbsolute campaigns: not scored by this command")
+    right = [answer.right for answer in answers] + [answer.right for answer in of_joints]
+    return 0 if all(right) else 1
 
 
 if __name__ == "__main__":
