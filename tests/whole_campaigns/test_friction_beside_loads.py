@@ -51,11 +51,12 @@ def test_both_are_told(both: Path, command: Command) -> None:
     assert len(document["free_parameters"]) == len(document["covariance"])
     assert document["n_states"] > 90
     assert document["rms"]["translation"] < 3e-5
-    assert document["rms"]["torque"] < 2.0
+    # means over bins of a pass, against the noise of such a mean
+    assert document["rms"]["torque"] < 1.3 * document["noise"]["torque"]
     judged = command("validate", both)
     assert judged["rms"]["translation"] < 5e-5
     # four speeds: with one left out a line is drawn through the others
-    assert judged["rms"]["torque"] < 8.0
+    assert judged["rms"]["torque"] < 2.0 * judged["noise"]["torque"]
     assert "friction" in judged["scheme"]
     assert {"pose1", "joint1"} <= {one["label"] for one in judged["by_run"]}
 
