@@ -328,7 +328,8 @@ def _of_two_experiments(
     if load is None or clamped is None:
         return None
     dof = min(load.dof, clamped.dof)
-    return replace(load, motor_angle=clamped.motor_angle, clamped_wrench=(clamped.force, clamped.moment), dof=dof)
+    wrench = clamped.clamped_wrench or (clamped.force, clamped.moment)
+    return replace(load, motor_angle=clamped.motor_angle, clamped_wrench=wrench, dof=dof)
 
 
 def _of_neighbours(sigma: ClampedSigma) -> Noise:

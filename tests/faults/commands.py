@@ -55,6 +55,7 @@ COMMANDS = (
     Command("remove", ("remove", "{}/c", "joint-compliance", "--joints", "6"), "validated"),
     Command("history --restore", ("history", "{}/c", "--restore", "1"), "two models"),
     Command("report", ("report", "{}/c", "-o", "{}/c/r.pdf"), "validated", heavy=True),
+    Command("view", ("view", "{}/c", "-o", "{}/c/v.html"), "validated", heavy=True),
     Command("plot", ("plot", "{}/c", "-o", "{}/c/p.svg"), "validated"),
     Command("export csv", ("export", "{}/c", "-o", "{}/c/s.csv"), "validated"),
     Command("export parquet", ("export", "{}/c", "-o", "{}/c/s.parquet"), "validated"),
