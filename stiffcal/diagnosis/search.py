@@ -17,14 +17,20 @@ import numpy as np
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.deletions import Rival, rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import explained_share
-from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values
+from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values, reduction_between
 from stiffcal.diagnosis.naming import near_best, ties_with_named
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.diagnosis.search_context import LoadSearchContext, NoBalanceWithError, SearchContext, without
 from stiffcal.diagnosis.search_results import F, MissingEffect, S, Search, SearchOf
 from stiffcal.diagnosis.sufficient import sufficient_alone
-from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_ALTERNATIVES, MOST_EFFECTS
+from stiffcal.diagnosis.thresholds import (
+    LEAST_EXPLAINED,
+    LEAST_FALL,
+    MOST_ALTERNATIVES,
+    MOST_EFFECTS,
+    STANDARD_ERRORS,
+)
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.identify import Problem, Settings, fit_problem
@@ -188,7 +194,7 @@ def _reconsider(
         changed = False
         for number, candidate in enumerate(list(chosen)):
             progress(f"is {candidate.name} still needed?", 0.6 + 0.05 * number)
-            look = bench.look(without(scan.fit.robot, candidate, first.fit.robot))
+            look = bench.look(_reduced(bench, first, scan.fit.robot, candidate))
             missing_effect = _supported_effect(look, candidate)
             if missing_effect is not None and missing_effect.candidate.name == candidate.name:
                 tried[candidate.name] = missing_effect
@@ -196,7 +202,7 @@ def _reconsider(
             changed = True
             chosen.remove(candidate)
             tried.pop(candidate.name, None)
-            scan = look
+            scan = bench.in_best_form(look)
             if missing_effect is not None:
                 trial = next(t for t in look.trials if t.candidate.name == missing_effect.candidate.name)
                 scan = bench.look_with(look.fit.robot, trial)
@@ -204,7 +210,32 @@ def _reconsider(
                 tried[missing_effect.candidate.name] = missing_effect
         if not changed:
             break
-    return scan, tuple(tried[candidate.name] for candidate in chosen if candidate.name in tried)
+    found = tuple(tried[candidate.name] for candidate in chosen if candidate.name in tried)
+    return _without_redundant(bench, scan, found)
+
+
+def _without_redundant(
+    bench: SearchContext[S, F], scan: S, tried: tuple[MissingEffect, ...]
+) -> tuple[S, tuple[MissingEffect, ...]]:
+    """Drop what made up for the form in which another law was added, and is not needed with the form that errs least."""
+    kept = list(tried)
+    for missing_effect in sorted(tried, key=lambda missing_effect: missing_effect.judgement.fall):
+        if not bench.in_other_form(scan.fit.robot, missing_effect.candidate):
+            continue
+        look = bench.look(without(scan.fit.robot, missing_effect.candidate))
+        rise, errors = reduction_between(look, scan)
+        if rise <= LEAST_FALL and errors <= STANDARD_ERRORS:
+            scan = look
+            kept.remove(missing_effect)
+    return scan, tuple(kept)
+
+
+def _reduced(bench: SearchContext[S, F], first: S, robot: CompliantRobot, *candidates: Candidate) -> CompliantRobot:
+    """Return a model without some effects, the other laws in forms to which candidates can be added."""
+    present = first.fit.robot
+    for candidate in candidates:
+        robot = without(robot, candidate, present)
+    return bench.in_added_form(robot, present)
 
 
 def one_for_two(
@@ -216,9 +247,7 @@ def one_for_two(
     model, and then the second makes up for it.
     """
     for pair in combinations(chosen, 2):
-        robot = scan.fit.robot
-        for candidate in pair:
-            robot = without(robot, candidate, first.fit.robot)
+        robot = _reduced(bench, first, scan.fit.robot, *pair)
         progress(f"is one effect enough for {pair[0].name} and {pair[1].name}?", 0.8)
         look = bench.look(robot)
         for trial in look.trials:

@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic
 
+import numpy as np
+
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.held_to_places import ReferencePlaces, held_to_places
@@ -18,6 +20,7 @@ from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.diagnosis.search_results import F, Pace, S
 from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.diagnosis.structure import what_it_follows
+from stiffcal.diagnosis.whole_form import with_whole_form
 from stiffcal.diagnosis.wrong_geometry import wrong_geometry
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, Settings, fit_observations
@@ -81,7 +84,7 @@ class SearchContext(ABC, Generic[S, F]):
 
     def look(self, robot: CompliantRobot) -> S:
         """Fit a model and try every candidate as an addition to it."""
-        key = frozenset(f"{placed.effect.name} {placed.place.label}" for placed in robot.placed)
+        key = frozenset(_label_of(placed) for placed in robot.placed)
         if key not in self.looks:
             self.release()
             fit = self.fit(robot)
@@ -105,6 +108,24 @@ class SearchContext(ABC, Generic[S, F]):
             return self.look(robot)
         except NoBalanceError:
             raise NoBalanceWithError(trials[-1].candidate.name) from None
+
+    def in_best_form(self, scan: S) -> S:
+        """Return the look at the same laws, each in the form that errs least in what is left out."""
+        return scan
+
+    def in_added_form(self, robot: CompliantRobot, present: CompliantRobot) -> CompliantRobot:
+        """Return a model with laws in the form that is added to others, where the search replaced it.
+
+        Parameters
+        ----------
+        robot : the model.
+        present : the model that was there before the search.
+        """
+        return robot
+
+    def in_other_form(self, robot: CompliantRobot, candidate: Candidate) -> bool:
+        """Return whether another law at the candidate's place is not in the form in which it is added."""
+        return False
 
     def release(self) -> None:
         """Let go of the models at rest of all looks so far."""
@@ -152,6 +173,53 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
         """Return the effects that can be added to a model, and those that cannot, with the reason."""
         return list_candidates(robot, self.states, self.catalogue)
 
+    def look_with(self, robot: CompliantRobot, *trials: Trial) -> LoadScan:
+        """Add candidates to a model, each in the form of its law that errs least, and look at it.
+
+        Raises
+        ------
+        NoBalanceWithError : the robot finds no balance with the last of them.
+        """
+        return self.in_best_form(super().look_with(robot, *trials))
+
+    def in_best_form(self, scan: LoadScan) -> LoadScan:
+        """Return the look at the same laws, each in the form that errs least in what is left out."""
+        best = scan
+        for placed in scan.fit.robot.placed:
+            whole = with_whole_form(self.states, best.fit, placed)
+            if whole is None:
+                continue
+            try:
+                look = self.look(whole)
+            except (NoBalanceError, ArithmeticError):
+                # a curve that turns over within the loads is no curve of a spring
+                continue
+            if float(np.sum(look.base.heldout)) < float(np.sum(best.base.heldout)):
+                best = look
+        return best
+
+    def in_added_form(self, robot: CompliantRobot, present: CompliantRobot) -> CompliantRobot:
+        """Return a model with laws in the form that is added to others, where the search replaced it."""
+        kept = {(placed.effect.name, placed.place) for placed in present.placed}
+        placed_effects: list[PlacedEffect] = []
+        for placed in robot.placed:
+            added = self.catalogue.get(placed.effect.name, placed.effect)
+            if (placed.effect.name, placed.place) in kept or added.parameters == placed.effect.parameters:
+                placed_effects.append(placed)
+                continue
+            replaced = (p for p in present.placed if p.place == placed.place and p.effect.name in placed.effect.includes)
+            placed_effects += [*replaced, PlacedEffect(added, placed.place)]
+        return replace(robot, placed=tuple(placed_effects))
+
+    def in_other_form(self, robot: CompliantRobot, candidate: Candidate) -> bool:
+        """Return whether another law at the candidate's place is not in the form in which it is added."""
+        return any(
+            placed.place == candidate.place
+            and placed.effect.name != candidate.effect.name
+            and placed.effect.parameters != self.catalogue.get(placed.effect.name, placed.effect).parameters
+            for placed in robot.placed
+        )
+
     def follows(self, scan: LoadScan) -> list[ResidualDependence]:
         """Return what the residual of a scan's model follows, largest share first."""
         return what_it_follows(scan, self.states)
@@ -168,6 +236,11 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
         if not before or not after:
             return own
         return replace(own, ratio=own.ratio * before / after)
+
+
+def _label_of(placed: PlacedEffect) -> str:
+    """Return effect, form and place."""
+    return " ".join((placed.effect.name, placed.place.label, *(spec.symbol for spec in placed.effect.parameters)))
 
 
 def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
@@ -187,14 +260,15 @@ def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
 
 def without(robot: CompliantRobot, candidate: Candidate, present: CompliantRobot | None = None) -> CompliantRobot:
     """Return the model without an effect; what the effect had replaced in ``present`` is put back."""
-    kept = tuple(
-        placed
-        for placed in robot.placed
-        if not (placed.effect.name == candidate.effect.name and placed.place == candidate.place)
-    )
+    kept, included = [], set(candidate.effect.includes)
+    for placed in robot.placed:
+        if placed.effect.name == candidate.effect.name and placed.place == candidate.place:
+            included.update(placed.effect.includes)
+        else:
+            kept.append(placed)
     dependent = tuple(
         placed
         for placed in (present.placed if present is not None else ())
-        if placed.place == candidate.place and placed.effect.name in candidate.effect.includes
+        if placed.place == candidate.place and placed.effect.name in included
     )
     return replace(robot, placed=(*dependent, *kept))

@@ -80,6 +80,19 @@ class CubicStiffness(DocumentedEffect):
         """The curve as it is, torque over angle: `form` of these symbols."""
         return dict(zip(("p1", "p2", "p3"), torque_angle.curve, strict=True))
 
+    def whole_form(self, states: LoadStates) -> Effect | None:
+        """Torque over angle, where drives are clamped (paper 004, Table 2); elsewhere loads seldom reach the bend."""
+        return _TORQUE_OVER_ANGLE if len(states) and states.clamped.all() else None
+
+    def start_of_whole_form(self, torque: Floats, angle: Floats) -> dict[str, float]:
+        """Return the cubic of the torque over the angle by least squares."""
+        reach = float(np.abs(angle).max(initial=0.0)) or 1.0
+        powers = (angle[:, None] / reach) ** np.arange(1, 4)
+        p1, p2, p3 = np.linalg.lstsq(powers, torque, rcond=None)[0] / reach ** np.arange(1, 4)
+        if p1 > 0.0:
+            return {"p1": float(p1), "p2": float(p2), "p3": float(p3)}
+        return {"p1": float(torque @ torque / (torque @ angle)), "p2": 0.0, "p3": 0.0}
+
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of: angle over torque (c2, c3), or torque over angle (p1, p2, p3)."""
         return _TORQUE_OVER_ANGLE if _TORQUE_OVER_ANGLE_SYMBOLS & set(symbols) else self
@@ -88,7 +101,7 @@ class CubicStiffness(DocumentedEffect):
 class _TorqueOverAngle(CubicStiffness):
     __doc__ = CubicStiffness.__doc__
 
-    excludes = ("joint-compliance",)
+    includes = ("joint-compliance",)
     parameters = (
         ParameterSpec(
             "p1",

@@ -153,7 +153,7 @@ def observed_displacement(model: CompliantRobot, data: Observations, loaded: Res
     displacement = np.stack(displacements(model, loaded, unloaded))
     shift = np.zeros_like(displacement)
     observed = Observed(displacement, data.order, data.layout.held)
-    for placed_effect in model.placed:
+    for placed_effect in model.acting:
         finite = placed_effect.effect.observation_shift(placed_effect.place, observed, placed_effect.values)
         if finite is not None:
             shift += finite
@@ -231,7 +231,7 @@ def _law_columns(
     sensitivities: Floats,
 ) -> None:
     """Add levers times the laws' terms, less those under weight alone: displacements are counted from there."""
-    numbers = {id(placed_effect): number for number, placed_effect in enumerate(model.placed)}
+    numbers = {id(placed_effect): number for number, placed_effect in enumerate(model.acting)}
     values: dict[tuple[int, tuple[int, int]], Floats] = {}
     for sign, terms in ((1.0, loaded), (-1.0, unloaded.terms)):
         for placed_effect, term in terms:

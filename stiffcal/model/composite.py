@@ -63,18 +63,26 @@ class CompliantRobot:
     first-order form.
     """
 
+    background: tuple[PlacedEffect, ...] = ()
+    """Effects that act with their values and are not in question: they have no columns and are nowhere listed."""
+
+    @property
+    def acting(self) -> tuple[PlacedEffect, ...]:
+        """All effects that act."""
+        return (*self.placed, *self.background)
+
     @cached_property
     def adjusted_chain(self) -> Chain:
         """The chain with what the effects change of its geometry and masses."""
         chain = self.chain
-        for placed_effect in self.placed:
+        for placed_effect in self.acting:
             chain = placed_effect.effect.adjusted_chain(placed_effect.place, chain, placed_effect.values)
         return chain
 
     @property
     def has_memory(self) -> bool:
         """True where a law depends on the states before."""
-        return any(placed_effect.effect.has_memory for placed_effect in self.placed)
+        return any(placed_effect.effect.has_memory for placed_effect in self.acting)
 
     def with_values(self, values: Mapping[str, float]) -> CompliantRobot:
         """Return the robot with parameters set by full name; names that the model lacks are ignored."""

@@ -254,6 +254,23 @@ class Effect(ABC):
         """Return the forms of the law that a search compares on these states; the best of them is named."""
         return (self,)
 
+    def whole_form(self, states: LoadStates) -> Effect | None:
+        """Return the form that replaces other laws of its place (`includes`) with as many parameters; None without one.
+
+        It is no addition, so that a search fits it once the law is in the model, and keeps whichever errs less.
+        """
+        return None
+
+    def start_of_whole_form(self, torque: Floats, angle: Floats) -> dict[str, float]:
+        """Return values from which a fit of `whole_form` starts.
+
+        Parameters
+        ----------
+        torque : (n,) about the joint, N·m.
+        angle : (n,) rad, by which the law and those that the form replaces let the joint turn.
+        """
+        return {}
+
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Return the data missing to determine this effect from these data, or None where it can be tried."""
         return None

@@ -76,7 +76,7 @@ def law_terms(robot: CompliantRobot, loads: NodeLoads) -> list[tuple[PlacedEffec
     """Return the terms of all laws under these loads."""
     return [
         (placed_effect, term)
-        for placed_effect in robot.placed
+        for placed_effect in robot.acting
         for term in placed_effect.effect.terms(placed_effect.place, robot.chain, loads, placed_effect.shape())
     ]  # fmt: skip
 
@@ -93,7 +93,7 @@ def node_displacements(robot: CompliantRobot, terms: list[tuple[PlacedEffect, Te
 
 def _add_side_torques(robot: CompliantRobot, angles: Floats, wrench: Floats) -> None:
     """Add torques that act in parallel with a drive (balancing springs) to what its joint carries."""
-    for placed_effect in robot.placed:
+    for placed_effect in robot.acting:
         torque = placed_effect.effect.joint_torque(placed_effect.place, robot.chain, angles, placed_effect.values)
         if torque is not None:
             wrench[2 * placed_effect.place.joints[0] - 1, RZ] += torque
@@ -124,7 +124,7 @@ def find_rest(
     ------
     NoBalanceError : the iteration does not settle.
     """
-    for placed_effect in robot.placed:
+    for placed_effect in robot.acting:
         inputs = placed_effect.effect.adjusted(placed_effect.place, inputs, placed_effect.values)
     chain = robot.adjusted_chain
     n = inputs.angles.shape[1]

@@ -10,7 +10,7 @@ from stiffcal.identification.rows import MOTOR
 from stiffcal.measurements.load_states import members_of
 
 # With fewer positions of a joint its cycles are left out instead.
-LEAST_POSITIONS = 3
+LEAST_POSITIONS = 5
 # A motor's angle has turned when it goes back by this share of its span.
 TURN_SHARE = 0.35
 

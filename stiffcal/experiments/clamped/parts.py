@@ -131,7 +131,7 @@ def starting_values(data: MeasuredRuns, robot: CompliantRobot) -> dict[str, floa
             continue
         known = placed.effect.from_torque_angle(torque_angle(joint), others)
         form = placed.effect.form(known)
-        if not set(form.excludes) & set(others):
+        if not {*form.includes, *form.excludes} & set(others):
             values |= {placed.parameter_name(symbol): value for symbol, (value, _) in known.items()}
     return values
 
