@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -68,14 +68,14 @@ def add_effect(
     return new
 
 
-def set_starts(folder: Path, effect: str, names: Sequence[str], n_joints: int) -> tuple[str, ...]:
-    """Name parameters of an effect that the model file holds, starting from zero; what is named already stays.
+def set_starts(folder: Path, effect: str, values: Mapping[str, float], n_joints: int) -> tuple[str, ...]:
+    """Name parameters of an effect that the model file holds, with their start values; what is named already stays.
 
     Parameters
     ----------
     folder : the campaign folder.
     effect : its name.
-    names : full names (effect.place.symbol) of places that the effect has there.
+    values : start, SI, by full name (effect.place.symbol), of places that the effect has there.
     n_joints : J, for ``joints = "all"``.
 
     Returns
@@ -89,12 +89,14 @@ def set_starts(folder: Path, effect: str, names: Sequence[str], n_joints: int) -
         if entry.get("type") != effect:
             continue
         places = _entry_places(entry, n_joints)
-        new_names = [name for name in names if name.split(".")[1] in places and name not in entry.get("parameters", {})]
+        new_names = [
+            name for name in values if name.split(".")[1] in places and name not in entry.get("parameters", {})
+        ]
         if new_names and "parameters" not in entry:
             entry["parameters"] = tomlkit.table()
         for name in new_names:
             start = tomlkit.inline_table()
-            start["value"] = 0.0
+            start["value"] = values[name]
             entry["parameters"][name] = start
         new += new_names
     if new:

@@ -22,6 +22,12 @@ EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Its name, see
 Curved = Annotated[
     bool, typer.Option("--curved", help="Springs with square and cube: bearing-tilt, joint-translation.")
 ]
+Start = Annotated[
+    str | None,
+    typer.Option(
+        "--start", metavar="SYMBOL=VALUE,…", help="Values, SI, from which the fit starts; they choose the form."
+    ),
+]
 Everywhere = Annotated[bool, typer.Option("--all", help="Every place the effect can have.")]
 
 
@@ -33,6 +39,7 @@ def add(
     pairs: Pairs = None,
     everywhere: Everywhere = False,
     curved: Curved = False,
+    start: Start = None,
     as_json: AsJson = False,
 ) -> int:
     """Add a physical effect to model.toml.
@@ -42,7 +49,7 @@ def add(
     Example: stiffcal add demo backlash --joints 4
     """
     where = {"joints": joints, "links": links, "pairs": pairs}
-    return edit(folder, "add", effect, where, everywhere, as_json, curved=curved)
+    return edit(folder, "add", effect, where, everywhere, as_json, curved=curved, start=start)
 
 
 def edit(
@@ -54,12 +61,14 @@ def edit(
     as_json: bool,
     *,
     curved: bool = False,
+    start: str | None = None,
 ) -> int:
     """Change model.toml and show what it holds now; of `add` and `remove`."""
     with answering(as_json) as answer:
-        from stiffcal.workflow.edit_model import edit_model
+        from stiffcal.workflow.edit_model import edit_model, start_values
 
-        result = edit_model(folder, action, effect, where=where, everywhere=everywhere, curved=curved)
+        values = start_values(start)
+        result = edit_model(folder, action, effect, where=where, everywhere=everywhere, curved=curved, start=values)
         answer.give(result, show_edit, command_line("identify", folder))
     return OK
 

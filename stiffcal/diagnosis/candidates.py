@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stiffcal.arrays import Integers
 from stiffcal.diagnosis.results import UntestableEffect
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
 from stiffcal.identification.regressors import Regressor, RegressorMaker
@@ -48,7 +49,7 @@ def list_candidates(
     catalogue : effects by name.
     """
     in_model = {(placed_effect.effect.name, placed_effect.place) for placed_effect in robot.placed}
-    driven = driven_joints(states, robot.chain) if len(states) and states.clamped.all() else None
+    driven = set(driven_joint_of_state(states, robot.chain)) if len(states) and states.clamped.all() else None
     candidates, not_tried = [], []
     for effect in catalogue.values():
         reason = effect.lacking(robot.chain, states)
@@ -102,8 +103,10 @@ def variants(candidate: Candidate, state: RegressorMaker, most: int = MANY_SHAPE
                 yield regressor
 
 
-def driven_joints(states: LoadStates, chain: Chain) -> frozenset[int]:
-    """Return the drives, from 1, that clamped runs have moved: in each the one that turned furthest."""
-    turn = states.joints @ drives_of_logged(chain).T
-    runs = [members for members in members_of(states.run) if states.clamped[members].all()]
-    return frozenset(int(np.argmax(np.ptp(turn[members], axis=0))) + 1 for members in runs)
+def driven_joint_of_state(states: LoadStates, chain: Chain) -> Integers:
+    """Return (n,) the drive, from 1, that a clamped run has moved: the one that turned furthest; 0 of other runs."""
+    turn, result = states.joints @ drives_of_logged(chain).T, np.zeros(len(states), dtype=np.int64)
+    for members in members_of(states.run):
+        if states.clamped[members].all():
+            result[members] = int(np.argmax(np.ptp(turn[members], axis=0))) + 1
+    return result

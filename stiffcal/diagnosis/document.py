@@ -57,7 +57,9 @@ def proposed(missing_effect: MissingEffect) -> ProposedEffect:
     """Return an effect to add."""
     at = effect_at(missing_effect.candidate)
     alternatives = [effect_at(candidate) for candidate in missing_effect.alternatives]
-    return ProposedEffect(effect=at.effect, where=at.where, alternatives=alternatives)
+    return ProposedEffect(
+        effect=at.effect, where=at.where, alternatives=alternatives, form=dict(missing_effect.form) or None
+    )
 
 
 def _by_effect(candidates: tuple[Candidate, ...]) -> list[EffectAt]:

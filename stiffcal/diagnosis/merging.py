@@ -4,10 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from math import sqrt
 
-from stiffcal.diagnosis.results import DiagnoseResult, SearchPace
+from stiffcal.diagnosis.explained import Explained
+from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace
 from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import EffectAt
+
+
+class Subject(Enum):
+    """What a search is of."""
+
+    LOADS = "loads"
+    CLAMPED = "clamped"
+    MOTION = "motion"
 
 
 @dataclass(frozen=True)
@@ -21,11 +32,29 @@ class PartialDiagnosis:
     n_rows: int
     """Readings that it rests on."""
     joints: tuple[int, ...] = ()
-    """The joints whose torque over motion it is of, from 1; empty for load states."""
+    """The joints that it is of, from 1; empty where all states are searched together."""
+    subject: Subject = Subject.LOADS
+    """What is searched."""
+    explained: Explained | None = None
+    """How much of its avoidable error goes with what is missing; None where nothing is missing, or it is not known."""
+
+    @property
+    def name(self) -> str:
+        """The search, as `ProposedEffect.searched_in` has it."""
+        return "-".join((self.subject.value, *(f"j{joint}" for joint in self.joints)))
+
+    @property
+    def summary(self) -> str:
+        """The answer, with what it is of."""
+        text = self.result.summary
+        if self.subject is not Subject.CLAMPED:
+            return text
+        joints = ", ".join(str(joint) for joint in self.joints)
+        return f"{_TORQUE_OVER[self.subject]} of joint {joints}: {text[:1].lower()}{text[1:]}"
 
     @property
     def complete(self) -> bool:
-        """Whether nothing is missing in the motion of its joints."""
+        """Whether nothing is missing at its joints."""
         return bool(self.joints) and self.result.adequate is True and not self.result.superfluous
 
 
@@ -38,9 +67,14 @@ def merged_diagnosis(parts: Sequence[PartialDiagnosis]) -> DiagnoseResult:
     if len(parts) == 1:
         return first
     missing = sorted(
-        ((fall, effect) for part in parts for fall, effect in zip(part.falls, part.result.missing, strict=True)),
+        (
+            (fall, replace(effect, searched_in=part.name))
+            for part in parts
+            for fall, effect in zip(part.falls, part.result.missing, strict=True)
+        ),
         key=lambda pair: -pair[0],
     )
+    explained = _explained(parts)
     noises = [result.noise for result in results]
     return replace(
         first,
@@ -49,7 +83,7 @@ def merged_diagnosis(parts: Sequence[PartialDiagnosis]) -> DiagnoseResult:
         noise=None if all(noise is None for noise in noises) else _pooled(parts, lambda result: result.noise),
         rms=_pooled(parts, lambda result: result.rms) or first.rms,
         lack_of_fit=next((result.lack_of_fit for result in results if result.lack_of_fit is not None), None),
-        missing=[effect for _, effect in missing],
+        missing=_each_once([effect for _, effect in missing]),
         contradicted=[setting for result in results for setting in result.contradicted],
         undecided=[] if missing else next((result.undecided for result in results if result.undecided), []),
         could_be=[effect for result in results for effect in result.could_be],
@@ -60,7 +94,13 @@ def merged_diagnosis(parts: Sequence[PartialDiagnosis]) -> DiagnoseResult:
             (dependence for result in results for dependence in result.structure),
             key=lambda dependence: -(dependence.share or 0.0),
         ),
-        explained_by_missing=first.explained_by_missing,
+        explained_by_missing=explained.share if explained else first.explained_by_missing,
+        explained_interval=[explained.low, explained.high] if explained else first.explained_interval,
+        pattern=next((result.pattern for result in results if result.pattern is not None), None),
+        next_measurement=next(
+            (result.next_measurement for result in results if result.next_measurement is not None), None
+        ),
+        evidence=[evidence for result in results for evidence in result.evidence],
         heldout_rms_with_missing=_pooled(parts, lambda result: result.heldout_rms_with_missing),
         heldout_rms_after_choosing=_pooled(parts, lambda result: result.heldout_rms_after_choosing)
         or first.heldout_rms_after_choosing,
@@ -70,19 +110,64 @@ def merged_diagnosis(parts: Sequence[PartialDiagnosis]) -> DiagnoseResult:
         n_signatures=sum(result.n_signatures or 0 for result in results),
         pace=_pace([result.pace for result in results]),
         summary=" ".join(_summaries(parts)),
-        superfluous=[effect for result in results for effect in result.superfluous],
+        superfluous=_superfluous(results),
     )
 
 
+def _each_once(missing: Sequence[ProposedEffect]) -> list[ProposedEffect]:
+    """Return the effects, one that several searches found (of the set-up) once."""
+    first: dict[str, ProposedEffect] = {}
+    for effect in missing:
+        first.setdefault(f"{effect.effect} {effect.where}", effect)
+    return list(first.values())
+
+
+def _superfluous(results: Sequence[DiagnoseResult]) -> list[EffectAt]:
+    """Return the effects that are not needed; of the set-up only those that no search needs."""
+    counts: dict[str, int] = {}
+    effects: dict[str, EffectAt] = {}
+    for effect in (effect for result in results for effect in result.superfluous):
+        label = f"{effect.effect} {effect.where}"
+        counts[label] = counts.get(label, 0) + 1
+        effects[label] = effect
+    of_set_up = {label for label, effect in effects.items() if not list(effect.where.items())}
+    return [effect for label, effect in effects.items() if label not in of_set_up or counts[label] == len(results)]
+
+
+def _explained(parts: Sequence[PartialDiagnosis]) -> Explained | None:
+    """Return the share of the avoidable error of all parts together; None where only one knows it."""
+    known = [part.explained for part in parts if part.explained is not None]
+    if len(known) < 2:
+        return None
+    total = sum(explained.avoidable for explained in known) or 1.0
+    weights = [explained.avoidable / total for explained in known]
+    share = sum(weight * explained.share for weight, explained in zip(weights, known, strict=True))
+    below, above = (
+        sqrt(
+            sum(
+                (weight * (limit - explained.share)) ** 2
+                for weight, explained, limit in zip(weights, known, limits, strict=True)
+            )
+        )
+        for limits in ([explained.low for explained in known], [explained.high for explained in known])
+    )
+    return Explained(share, max(0.0, share - below), min(1.0, share + above), total)
+
+
+_HELD_OUT = {Subject.CLAMPED: "in what was left out", Subject.MOTION: "at held-out speeds"}
+_TORQUE_OVER = {Subject.CLAMPED: "Torque over angle", Subject.MOTION: "Torque over motion"}
+
+
 def _summaries(parts: Sequence[PartialDiagnosis]) -> list[str]:
-    """Return the answers, those of joints in whose motion nothing is missing as one."""
-    complete = sorted(joint for part in parts if part.complete for joint in part.joints)
-    texts = [part.result.summary for part in parts if not part.complete]
-    if complete:
-        joints = ", ".join(str(joint) for joint in complete)
-        plural = "s" if len(complete) > 1 else ""
-        text = "nothing is missing: the error is that of the instruments at held-out speeds."
-        texts.append(f"Torque over motion of joint{plural} {joints}: {text}")
+    """Return the answers, those of joints at which nothing is missing as one."""
+    texts = [part.summary for part in parts if not part.complete]
+    for subject, held_out in _HELD_OUT.items():
+        complete = sorted(joint for part in parts if part.complete and part.subject is subject for joint in part.joints)
+        if complete:
+            joints = ", ".join(str(joint) for joint in complete)
+            plural = "s" if len(complete) > 1 else ""
+            text = f"nothing is missing: the error is that of the instruments {held_out}."
+            texts.append(f"{_TORQUE_OVER[subject]} of joint{plural} {joints}: {text}")
     return texts
 
 

@@ -27,6 +27,12 @@ class ProposedEffect:
     """Its place."""
     alternatives: list[EffectAt]
     """Those that look the same in these poses and loads."""
+    form: OrAbsent[dict[str, float]] = None
+    """Fitted values, SI, by symbol, of the form of the law that fits best, where `add` writes another by itself."""
+    searched_in: OrAbsent[str] = None
+    """The data that were searched apart from others: ``clamped-j2``, ``motion-j2`` or ``loads``. Effects of different
+    searches share no parameter, and can be added in one step.
+    """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

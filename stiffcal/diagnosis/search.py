@@ -9,7 +9,7 @@ the best in that last look is its look-alike.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -46,6 +46,7 @@ def search_missing(
     settings: Settings | None = None,
     progress: Progress = no_progress,
     problem: Problem | None = None,
+    n_searches: int = 1,
 ) -> Search:
     """Find which effects the model lacks.
 
@@ -57,12 +58,14 @@ def search_missing(
     settings : how fits are made.
     progress : receives a description of each step.
     problem : prepared observations, where they are at hand.
+    n_searches : how many searches of the campaign there are, this among them, that share nothing.
 
     Raises
     ------
     InputError : the data hold no more readings than the model has values.
     """
-    bench = LoadSearchContext(states, problem or fit_problem(states, robot), catalogue, settings or Settings())
+    problem = problem or fit_problem(states, robot)
+    bench = LoadSearchContext(states, problem, catalogue, settings or Settings(), n_searches)
     return search_in(bench, robot, progress)
 
 
@@ -217,7 +220,7 @@ def _reconsider(
 def _without_redundant(
     bench: SearchContext[S, F], scan: S, tried: tuple[MissingEffect, ...]
 ) -> tuple[S, tuple[MissingEffect, ...]]:
-    """Drop what made up for the form in which another law was added, and is not needed with the form that errs least."""
+    """Drop what only made up for the form in which another law was added."""
     kept = list(tried)
     for missing_effect in sorted(tried, key=lambda missing_effect: missing_effect.judgement.fall):
         if not bench.in_other_form(scan.fit.robot, missing_effect.candidate):
@@ -273,7 +276,10 @@ def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[Missin
     bench.release()
     _, not_tried = bench.candidates(present.robot)
     # What matters most is named first: the order of finding is that of falls against a poorer model.
-    tried = tuple(sorted(tried, key=lambda missing_effect: -missing_effect.judgement.fall))
+    tried = tuple(
+        replace(missing_effect, form=bench.form_of(fit.robot, missing_effect.candidate))
+        for missing_effect in sorted(tried, key=lambda missing_effect: -missing_effect.judgement.fall)
+    )
     after = lack_of_fit(fit, scan)
     own = lack_of_fit(present, first)
     before = None if own is None else bench.in_units_of(fit, present, own)

@@ -127,6 +127,10 @@ class SearchContext(ABC, Generic[S, F]):
         """Return whether another law at the candidate's place is not in the form in which it is added."""
         return False
 
+    def form_of(self, robot: CompliantRobot, candidate: Candidate) -> tuple[tuple[str, float], ...]:
+        """Return symbols and values of the form that an effect has in a model; empty where it is the catalogue's."""
+        return ()
+
     def release(self) -> None:
         """Let go of the models at rest of all looks so far."""
         for scan in self.looks.values():
@@ -148,6 +152,8 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
     problem: Problem
     catalogue: Mapping[str, Effect]
     settings: Settings
+    n_searches: int = 1
+    """Searches of the same campaign that share nothing: chance has as many more candidates."""
     geometry: list[GeometryNuisance | None] = field(default_factory=list, kw_only=True)
     """What the geometry's tolerance makes in the readings, the same for all models of the search; made once."""
     places: list[ReferencePlaces | None] = field(default_factory=list, kw_only=True)
@@ -163,6 +169,7 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
             self.geometry.append(GeometryNuisance.of(self.states, fit))
             self.places.append(ReferencePlaces.of(self.states, fit))
         scan = scan_candidates(fit, candidates, None if like is None else weights_of(like), self.geometry[0])
+        scan = replace(scan, n_tried=scan.n_tried * self.n_searches)
         return held_to_places(scan, self.places[0])
 
     def fit_of(self, scan: LoadScan) -> Fit:
@@ -207,7 +214,9 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
             if (placed.effect.name, placed.place) in kept or added.parameters == placed.effect.parameters:
                 placed_effects.append(placed)
                 continue
-            replaced = (p for p in present.placed if p.place == placed.place and p.effect.name in placed.effect.includes)
+            replaced = (
+                p for p in present.placed if p.place == placed.place and p.effect.name in placed.effect.includes
+            )
             placed_effects += [*replaced, PlacedEffect(added, placed.place)]
         return replace(robot, placed=tuple(placed_effects))
 
@@ -219,6 +228,14 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
             and placed.effect.parameters != self.catalogue.get(placed.effect.name, placed.effect).parameters
             for placed in robot.placed
         )
+
+    def form_of(self, robot: CompliantRobot, candidate: Candidate) -> tuple[tuple[str, float], ...]:
+        """Return symbols and values of the form that an effect has in a model; empty where it is the catalogue's."""
+        for placed in robot.placed:
+            if (placed.effect.name, placed.place) == (candidate.effect.name, candidate.place):
+                usual = self.catalogue.get(candidate.effect.name, placed.effect)
+                return () if placed.effect.parameters == usual.parameters else tuple(placed.values.items())
+        return ()
 
     def follows(self, scan: LoadScan) -> list[ResidualDependence]:
         """Return what the residual of a scan's model follows, largest share first."""

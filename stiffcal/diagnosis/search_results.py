@@ -28,6 +28,8 @@ class MissingEffect:
     """How sure."""
     rivals: tuple[Rival, ...] = ()
     """Candidates, itself among them, between which single poses decide; empty where none does."""
+    form: tuple[tuple[str, float], ...] = ()
+    """Symbols and values of the form of the law that fits best; empty where it is the catalogue's."""
 
 
 S = TypeVar("S", bound=Scan)

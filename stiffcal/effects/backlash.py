@@ -71,6 +71,13 @@ class Backlash(DocumentedEffect):
         torque = drive_torque(chain, loads.wrench, joint)
         return drive_terms(chain, joint, "width", 0.5 * np.tanh(torque / shape["band"]))
 
+    def shape_slopes(self, place: Place, chain: Chain, loads: NodeLoads, values: Values) -> Sequence[Term]:
+        """∂δ/∂band = −width τ/(2 band²) sech²(τ/band)."""
+        joint, band = place.joints[0], values["band"]
+        ratio = drive_torque(chain, loads.wrench, joint) / band
+        slope = -0.5 * values["width"] * ratio / band * (1.0 - np.tanh(ratio) ** 2)
+        return drive_terms(chain, joint, "band", slope)
+
     def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Bands as shares of the largest torque applied; none where the torque keeps its sign."""
         torque = drive_torque(chain, loads.wrench, place.joints[0])

@@ -7,6 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.cubic_curve import LEAST_SLOPE, angle_of_torque, monotonic_range
 from stiffcal.model.drives import drive_terms, drive_torque
@@ -127,9 +129,9 @@ class _TorqueOverAngle(CubicStiffness):
         torque = drive_torque(chain, loads.wrench, joint)
         return drive_terms(chain, joint, "", angle_of_torque(torque, (shape["p1"], shape["p2"], shape["p3"])))
 
-    def shape_slopes(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+    def shape_slopes(self, place: Place, chain: Chain, loads: NodeLoads, values: Values) -> Sequence[Term]:
         """∂φ/∂p_k = −φᵏ/(p1 + 2 p2 φ + 3 p3 φ²)."""
-        joint, curve = place.joints[0], (shape["p1"], shape["p2"], shape["p3"])
+        joint, curve = place.joints[0], (values["p1"], values["p2"], values["p3"])
         angle = angle_of_torque(drive_torque(chain, loads.wrench, joint), curve)
         inside = np.clip(angle, *monotonic_range(curve))
         slope = np.maximum(curve[0] + inside * (2.0 * curve[1] + inside * 3.0 * curve[2]), LEAST_SLOPE * curve[0])

@@ -317,13 +317,14 @@ def _shape_slopes(
 ) -> dict[str, Floats]:
     """Return symbol to (m, n): what the law gives as its derivatives by shape parameters, moved to the rows."""
     columns: dict[str, Floats] = {}
-    angles, shape = loaded.inputs.angles, placed.shape()
+    angles = loaded.inputs.angles
+    amplitudes = {spec.symbol: placed.amplitude(spec.symbol) for spec in placed.specs(ParameterRole.AMPLITUDE)}
     rests = (
         (1.0, NodeLoads(loaded.wrench, angles, data.order, loaded.weight)),
         (-1.0, NodeLoads(unloaded.wrench, angles)),
     )
     for sign, loads in rests:
-        for term in placed.effect.shape_slopes(placed.place, model.chain, loads, shape):
+        for term in placed.effect.shape_slopes(placed.place, model.chain, loads, {**amplitudes, **placed.shape()}):
             column = sign * lever_of(loaded, data, term.node, term.component) * term.value
             columns[term.symbol] = columns.get(term.symbol, 0.0) + column
     return columns

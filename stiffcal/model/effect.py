@@ -305,10 +305,17 @@ class Effect(ABC):
         """
         return ()
 
-    def shape_slopes(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
-        """Return the derivatives of `terms` by shape parameters, as terms with their symbols.
+    def shape_slopes(self, place: Place, chain: Chain, loads: NodeLoads, values: Values) -> Sequence[Term]:
+        """Return the derivatives of the law by shape parameters, as terms with their symbols.
 
         Parameters whose derivative is not among them are differentiated by difference.
+
+        Parameters
+        ----------
+        place : where.
+        chain : the robot.
+        loads : what the nodes carry.
+        values : of shape parameters and amplitudes, by symbol.
         """
         return ()
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from stiffcal.diagnosis.drive_parts import drive_parts
 from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
-from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, SeparatingMeasurement, UntestableEffect, WithSuspects
+from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, UntestableEffect, WithSuspects
 from stiffcal.documents import Origin, document_of
 from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms, VarianceRatio
@@ -17,14 +19,15 @@ from stiffcal.workflow.diagnose_rows import diagnose_rows
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, REFITS, diagnoses_with, evidence_of, refit_columns
 from stiffcal.workflow.experiments import robot_to_fit
 from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.load_search import diagnosis_of, search_now
 from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_document, up_to_date_states
 from stiffcal.workflow.suspects import described, suspicion_of
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Booleans
+    from stiffcal.diagnosis.drive_parts import DrivePart
     from stiffcal.diagnosis.search_results import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
-    from stiffcal.model.composite import CompliantRobot
     from stiffcal.results.identify_result import IdentifyResult
 
 DIAGNOSE = "diagnose"
@@ -68,6 +71,9 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     loss = identified.loss
     suspicion = suspicion_of(data.campaign, data.states, loss, context.progress)
     sound = _without(data, suspicion)
+    drives = drive_parts(sound.states, robot_to_fit(sound), _values(identified))
+    if drives:
+        return _diagnosis_of_drives(data, sound, drives, suspicion, identified, context)
     search = search_now(sound, loss, context)
     diagnosis = diagnosis_of(sound, search)
     context.progress("gathering the evidence", 0.9)
@@ -89,6 +95,49 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
         command="diagnose",
     )
     return replace(diagnosis, origin=cast(Origin, data.origin))
+
+
+def _diagnosis_of_drives(
+    data: Ingested,
+    sound: Ingested,
+    drives: Sequence[DrivePart],
+    suspicion: Suspicion,
+    identified: IdentifyResult,
+    context: RunContext,
+) -> DiagnoseResult:
+    """Diagnose a campaign of clamped runs joint by joint, and store the answer."""
+    import numpy as np
+
+    from stiffcal.diagnosis.refits import StoredRefits
+    from stiffcal.workflow.diagnose_drives import diagnose_drives
+
+    key = diagnosis_key(data, identified)
+    answers = diagnose_drives(sound, drives, np.flatnonzero(_kept(data, suspicion)), identified.loss, context)
+    diagnosis = merged_diagnosis([*answers.parts, *diagnose_rows(data, context)])
+    diagnosis = replace(
+        diagnosis,
+        fit_id=identified.fit_id,
+        key=key,
+        registration=data.registration,
+        suspects=described(suspicion, data.campaign, data.states, [], identified.loss),
+        suspects_not_checked=suspicion.not_checked,
+    )
+    stored_refits = StoredRefits(key=key, entries=answers.refit_entries)
+    data.commit(
+        {EVIDENCE: answers.evidence, REFITS: answers.refits},
+        lambda stored: {
+            REFITS: document_of(stored_refits),
+            DIAGNOSE: document_of(diagnosis),
+            DIAGNOSES: diagnoses_with(stored(DIAGNOSES), data, diagnosis),
+        },
+        command="diagnose",
+    )
+    return replace(diagnosis, origin=cast(Origin, data.origin))
+
+
+def _values(identified: IdentifyResult) -> dict[str, float]:
+    """Return the identified values by full name."""
+    return {parameter.name: parameter.value for parameter in identified.parameters if parameter.value is not None}
 
 
 def _without(data: Ingested, suspicion: Suspicion) -> Ingested:
@@ -253,81 +302,3 @@ def diagnosis_key(data: Ingested, identified: IdentifyResult) -> str:
 
     plugins = key_of_plugins(data.campaign)
     return key_of(identified.key, DIAGNOSE, *([plugins] if plugins else []))
-
-
-def search_now(data: Ingested, loss: str, context: RunContext) -> Search:
-    """Search the catalogue, the user's own effects included, without looking at the store."""
-    from stiffcal.diagnosis.model_settings import search_with_settings
-    from stiffcal.diagnosis.search import search_missing
-    from stiffcal.identification.identify import Settings, fit_problem
-    from stiffcal.model.assembly import fixed_parameters
-    from stiffcal.model.campaign_effects import all_effects
-
-    campaign, robot = data.campaign, robot_to_fit(data)
-    settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
-    catalogue, _ = all_effects(campaign)
-
-    def search_again(robot: CompliantRobot, settings: Settings) -> Search:
-        return search_missing(data.states, robot, catalogue, settings, context.progress)
-
-    search = search_again(robot, settings)
-    if not settings.fixed and robot.deformed:
-        return search
-    return search_with_settings(search, fit_problem(data.states, robot), settings, search_again)
-
-
-def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
-    """Return the result of a search, with what the present model holds and does not need."""
-    from stiffcal.campaign.model_file import default_model
-    from stiffcal.diagnosis.document import diagnosis_result, effect_at
-    from stiffcal.diagnosis.redundant import redundant_effects
-    from stiffcal.diagnosis.search_context import LoadSearchContext
-    from stiffcal.identification.identify import Settings, fit_problem
-    from stiffcal.model.assembly import fixed_parameters
-    from stiffcal.model.campaign_effects import all_effects
-
-    present, campaign = search.first.fit, data.campaign
-    catalogue, untrusted = all_effects(campaign)
-    bench = LoadSearchContext(
-        data.states,
-        fit_problem(data.states, present.robot),
-        catalogue,
-        Settings(fixed=fixed_parameters(campaign.model) - {setting.parameter for setting in search.contradicted}),
-    )
-    basic = [entry.type for entry in default_model(campaign.chain.n_joints).effects]
-    redundant = redundant_effects(bench, present, basic)
-    diagnosis = diagnosis_result(data.states, search)
-    return replace(
-        diagnosis,
-        not_tried=[*diagnosis.not_tried, *(UntestableEffect(effect.effect, effect.needs) for effect in untrusted)],
-        superfluous=[effect_at(candidate) for candidate in redundant],
-        next_measurement=_next_measurement(data, search),
-    )
-
-
-def _next_measurement(data: Ingested, search: Search) -> SeparatingMeasurement | None:
-    """Return the pose and load that would separate the first missing effect from the nearest look-alike it can.
-
-    None where no load would show a difference beyond the noise: creep that is over at once is compliance.
-    """
-    import numpy as np
-
-    from stiffcal.diagnosis.document import effect_at, look_alike_pairs
-    from stiffcal.diagnosis.heldout_error import with_values_of
-    from stiffcal.identification.document import finite
-    from stiffcal.planning.separate import separating_measurement
-
-    scan, states = search.first, data.states
-    noise = scan.fit.noise.translation if scan.fit.noise is not None else 0.0
-    for pair in look_alike_pairs(search):
-        first, second = (with_values_of(scan, trial) for trial in pair)
-        separation = separating_measurement(first, second, states.setup, states.joints, states.wrench, noise)
-        if separation is not None and (noise == 0.0 or separation.gain >= 1.0):
-            return SeparatingMeasurement(
-                pose_deg=np.degrees(separation.joints).tolist(),
-                load=separation.wrench.tolist(),
-                separates=[effect_at(trial.candidate) for trial in pair],
-                gain=finite(separation.gain),
-                difference_m=separation.difference,
-            )
-    return None

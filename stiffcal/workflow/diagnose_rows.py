@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stiffcal.diagnosis.merging import PartialDiagnosis
+from stiffcal.diagnosis.merging import PartialDiagnosis, Subject
 from stiffcal.workflow.experiments import measured_runs
 from stiffcal.workflow.steps import Ingested, RunContext
 
@@ -33,12 +33,12 @@ def diagnose_rows(data: Ingested, context: RunContext) -> list[PartialDiagnosis]
         fit = problem.fit(problem.robot)
         refused = too_few_folds(problem, fit)
         if refused is not None:
-            parts.append(PartialDiagnosis(refused, (), len(fit.residual), problem.joints))
+            parts.append(PartialDiagnosis(refused, (), len(fit.residual), problem.joints, Subject.MOTION))
             continue
         bench = RowSearchContext(problem, catalogue, len(problems))
         search: RowSearch = search_in(bench, problem.robot, context.progress)
         redundant = redundant_effects(bench, search.first.fit, kind.basic_effects())
         result = replace(row_diagnosis(bench, search), superfluous=[effect_at(candidate) for candidate in redundant])
         falls = tuple(missing.judgement.fall for missing in search.found)
-        parts.append(PartialDiagnosis(result, falls, len(fit.residual), problem.joints))
+        parts.append(PartialDiagnosis(result, falls, len(fit.residual), problem.joints, Subject.MOTION))
     return parts

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ def edit_model(
     where: Mapping[str, str | None] | None = None,
     everywhere: bool = False,
     curved: bool = False,
+    start: Mapping[str, float] | None = None,
 ) -> EditResult:
     """Add an effect to model.toml, or remove it; the user's comments stay.
 
@@ -42,6 +44,7 @@ def edit_model(
     where : ``joints``, ``links`` and ``pairs`` as words: "2,3", "swing,arm", "5-6".
     everywhere : at every place the effect can have (or, removing, has).
     curved : in the law's curved form, also where the model holds the straight one.
+    start : values by symbol from which the fit starts; of a law with several forms the one with these symbols is added.
 
     Returns
     -------
@@ -53,19 +56,55 @@ def edit_model(
     InputError : no such effect or place; or no place given, with the places that there are.
     """
     campaign = load_campaign(Path(folder), check_files=False)
-    changes = _edit(campaign, campaign.folder, action, effect, _Wanted(where or {}, everywhere, curved))
+    changes = _edit(campaign, campaign.folder, action, effect, _Wanted(where or {}, everywhere, curved, start or {}))
     model = load_campaign(campaign.folder, check_files=False).model
     return EditResult(warnings=[], changes=changes, model=model_of(model))
 
 
-def model_with(campaign: Campaign, text: str, effect: str, *, where: Mapping[str, str | None], curved: bool) -> str:
+def start_values(text: str | None) -> dict[str, float]:
+    """Return start values by symbol, from ``p1=3.6e5,p2=-1.8e7``.
+
+    Raises
+    ------
+    InputError : not written so, or no number.
+
+    Examples
+    --------
+    >>> start_values("c=1e-6, width=2e-3")
+    {'c': 1e-06, 'width': 0.002}
+    """
+    values: dict[str, float] = {}
+    for word in (text or "").split(","):
+        symbol, equals, number = (piece.strip() for piece in word.partition("="))
+        if not word.strip():
+            continue
+        try:
+            values[symbol] = float(number)
+        except ValueError:
+            values[symbol] = math.nan
+        if not equals or not symbol or not math.isfinite(values[symbol]):
+            mend = "write SYMBOL=VALUE, several with commas between them: p1=3.6e5,p2=-1.8e7"
+            reason = f"{word.strip()} is no start value"
+            raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--start", reason, mend)
+    return values
+
+
+def model_with(
+    campaign: Campaign,
+    text: str,
+    effect: str,
+    *,
+    where: Mapping[str, str | None],
+    curved: bool,
+    start: Mapping[str, float] | None = None,
+) -> str:
     """Return model.toml with an effect added, as `edit_model` would write it; the campaign's folder stays as it is.
 
     Parameters
     ----------
     campaign : its model is the one that `text` holds.
     text : model.toml before; "": the default model holds.
-    effect, where, curved : as in `edit_model`.
+    effect, where, curved, start : as in `edit_model`.
 
     Raises
     ------
@@ -76,7 +115,7 @@ def model_with(campaign: Campaign, text: str, effect: str, *, where: Mapping[str
         (folder / MANIFEST_FILE).write_bytes(read_regular(campaign.folder / MANIFEST_FILE, MANIFEST_FILE, limit=TOML))
         if text:
             (folder / MODEL_FILE).write_text(text, encoding="utf-8", newline="\n")
-        _edit(campaign, folder, "add", effect, _Wanted(where, False, curved))
+        _edit(campaign, folder, "add", effect, _Wanted(where, False, curved, start or {}))
         return (folder / MODEL_FILE).read_text(encoding="utf-8")
 
 
@@ -90,6 +129,8 @@ class _Wanted:
     """At every place."""
     curved: bool
     """In the law's curved form."""
+    start: Mapping[str, float]
+    """Values by symbol from which the fit starts."""
 
 
 def _edit(
@@ -106,6 +147,7 @@ def _edit(
         raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "EFFECT", f"no effect is called {effect}", mend)
     if wanted.curved and not catalogue[effect].curve:
         _no_curve(effect, catalogue)
+    law = _form_of(catalogue[effect], tuple(wanted.start))
     kind = catalogue[effect].place_kind
     possible = [place.label for place in catalogue[effect].places(campaign.chain)]
     given = _places(wanted.where, kind, campaign)
@@ -121,12 +163,14 @@ def _edit(
     n_joints = campaign.chain.n_joints
     changes = []
     if action == "add":
-        changes += _remove_replaced(folder, campaign, catalogue[effect], given)
+        changes += _remove_replaced(folder, campaign, law, given)
         new = add_effect(folder, effect, **given, n_joints=n_joints)
         if new or not wanted.curved:
             changes.append(
                 f"added {effect}: {', '.join(new)}" if new else f"{effect} was there already: nothing changed"
             )
+        if wanted.start:
+            _set_start(folder, campaign, effect, wanted.start, given)
         if wanted.curved:
             changes.append(_bend(folder, campaign, catalogue[effect], given))
     else:
@@ -135,14 +179,38 @@ def _edit(
     return changes
 
 
+def _form_of(effect: Effect, symbols: Sequence[str]) -> Effect:
+    """Return the form of an effect that has these symbols."""
+    form = effect.form(symbols)
+    known = [spec.symbol for spec in form.parameters]
+    if set(symbols) <= set(known):
+        return form
+    unknown = ", ".join(symbol for symbol in symbols if symbol not in known)
+    mend = f"its usual form has {', '.join(spec.symbol for spec in effect.parameters)}"
+    reason = f"{effect.name} has no form with the parameters {unknown}"
+    raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--start", reason, mend)
+
+
+def _set_start(
+    folder: Path, campaign: Campaign, effect: str, start: Mapping[str, float], given: Mapping[str, Sequence[Any]]
+) -> None:
+    """Write values from which an effect's fit starts at these places: the file then holds the form that they are of."""
+    from stiffcal.campaign.model_editing import set_starts
+    from stiffcal.campaign.model_file import place_names
+
+    labels = place_names(given["joints"], given["links"], given["pairs"]) or ["setup"]
+    values = {f"{effect}.{label}.{symbol}": value for label in labels for symbol, value in start.items()}
+    set_starts(folder, effect, values, campaign.chain.n_joints)
+
+
 def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]) -> str:
     """Name the amplitudes of the effect's curved form at these places, and report it."""
     from stiffcal.campaign.model_editing import set_starts
     from stiffcal.campaign.model_file import place_names
 
     labels = place_names(given["joints"], given["links"], given["pairs"])
-    names = [f"{effect.name}.{label}.{symbol}" for label in labels for symbol in effect.curve]
-    new = set_starts(folder, effect.name, names, campaign.chain.n_joints)
+    values = {f"{effect.name}.{label}.{symbol}": 0.0 for label in labels for symbol in effect.curve}
+    new = set_starts(folder, effect.name, values, campaign.chain.n_joints)
     new_labels = [label for label in labels if any(name.split(".")[1] == label for name in new)]
     return (
         f"curved: {', '.join(new_labels)}" if new_labels else f"{effect.name} was curved there already: nothing changed"

@@ -136,7 +136,8 @@ class _StepRecorder:
 
     def edit(self, change: Change, effect: ProposedEffect | EffectAt) -> None:
         """Add or remove an effect, then validate the changed model."""
-        edit_model(self.folder, change, effect.effect, where=places_as_options(effect.where))
+        start = effect.form if isinstance(effect, ProposedEffect) else None
+        edit_model(self.folder, change, effect.effect, where=places_as_options(effect.where), start=start)
         self.validate_and_add_step(change, effect.effect, effect.where)
 
 
@@ -168,9 +169,15 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
 
 
 def _next_changes(diagnosed: DiagnoseResult) -> list[tuple[Change, ProposedEffect | EffectAt]]:
-    """Return the next changes of the model that a diagnosis calls for; none while it is undecided."""
+    """Return the next changes of the model that a diagnosis calls for; none while it is undecided.
+
+    Of each search that shares no parameter with the others the foremost effect is added, before all are made again.
+    """
     if diagnosed.missing:
-        return [("add", diagnosed.missing[0])]
+        foremost: dict[str | None, ProposedEffect] = {}
+        for effect in diagnosed.missing:
+            foremost.setdefault(effect.searched_in, effect)
+        return [("add", effect) for effect in foremost.values()]
     return [] if diagnosed.undecided else [("remove", effect) for effect in diagnosed.superfluous]
 
 

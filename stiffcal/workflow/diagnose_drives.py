@@ -1,0 +1,87 @@
+"""The diagnosis of clamped runs of several joints: one search each, one answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from stiffcal.diagnosis.merging import PartialDiagnosis, Subject
+from stiffcal.diagnosis.refits import RefitSummary, refits_of
+from stiffcal.workflow.evidence import Columns, evidence_of, refit_columns
+from stiffcal.workflow.load_search import diagnosis_of, search_now
+from stiffcal.workflow.steps import Ingested, RunContext
+
+if TYPE_CHECKING:
+    from stiffcal.arrays import Integers
+    from stiffcal.diagnosis.drive_parts import DrivePart
+
+
+@dataclass(frozen=True)
+class DriveDiagnoses:
+    """The answers of all joints, with what is stored of them."""
+
+    parts: list[PartialDiagnosis]
+    """One a joint."""
+    evidence: Columns
+    """The table ``evidence``."""
+    refits: Columns
+    """The table ``refits``."""
+    refit_entries: list[RefitSummary]
+    """Of the refits, in the order of their table."""
+
+
+def diagnose_drives(
+    data: Ingested, drives: Sequence[DrivePart], index: Integers, loss: str, context: RunContext
+) -> DriveDiagnoses:
+    """Search what each drive lacks.
+
+    Parameters
+    ----------
+    data : the campaign, without suspects.
+    drives : its parts.
+    index : (n,) its states in the store's table.
+    loss : of the fit.
+    context : store, progress and so on.
+    """
+    import numpy as np
+
+    parts: list[PartialDiagnosis] = []
+    evidence: list[Columns] = []
+    refits: list[Columns] = []
+    entries: list[RefitSummary] = []
+    for number, drive in enumerate(drives):
+        context.progress(f"joint {drive.joint}", 0.1 + 0.8 * number / len(drives))
+        chosen = np.flatnonzero(drive.chosen)
+        own = replace(data, states=data.states.select(drive.chosen))
+        search = search_now(own, loss, RunContext(), drive.robot, len(drives))
+        diagnosis = diagnosis_of(own, search)
+        table, summaries = evidence_of(own, search)
+        table["state"] = chosen[np.asarray(table["state"], dtype=np.int64)]
+        evidence.append(table)
+        of_joint = list(refits_of(search.first, diagnosis.findings))
+        observations = search.first.fit.data
+        refits.append(refit_columns(own.states, observations, of_joint, index[chosen][observations.index]))
+        entries += [refit.summary for refit in of_joint]
+        falls = tuple(missing.judgement.fall for missing in search.found)
+        parts.append(
+            PartialDiagnosis(
+                replace(diagnosis, evidence=summaries), falls, len(own.states), (drive.joint,), Subject.CLAMPED,
+                search.explained if search.tried else None,
+            )
+        )  # fmt: skip
+    return DriveDiagnoses(parts, _stacked(evidence), _stacked(refits), entries)
+
+
+def _stacked(tables: Sequence[Columns]) -> Columns:
+    """Return tables one below the other, their entries counted on."""
+    import numpy as np
+
+    result: Columns = {}
+    first = np.cumsum([0, *(int(np.max(table["entry"], initial=-1)) + 1 for table in tables)])
+    for name in tables[0]:
+        columns = [np.asarray(table[name]) for table in tables]
+        if name == "entry":
+            columns = [column + offset for column, offset in zip(columns, first, strict=False)]
+        result[name] = np.concatenate(columns)
+    return result
