@@ -44,6 +44,7 @@ from stiffcal.identification.weights import (
     weighed_alike,
     without_offsets,
 )
+from stiffcal.identification.wrench_correction import step_of, with_curvature, wrench_correction
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
@@ -62,6 +63,12 @@ SMALL_STEP = 1e-3
 # whose uncertainties are small against what any model leaves out, it is as invisible.
 ROUGH_STEP = 1e-2
 MAX_STEPS = 30
+# Standard uncertainties of the wrench by which corrections of clamped states still move in the last step, rms.
+SMALL_CORRECTION = 0.02
+# A step of less, in standard uncertainties, is near the solution.
+NEAR = 1.0
+# A model that leaves more than so many times the noise lacks something: its residual is not the wrench's.
+NEAR_NOISE = 2.0
 # Holding one of a set may cost this factor in squares, as the set's regressors agree to a per mille only.
 WORSE_WITHOUT = 1.01
 # The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
@@ -143,6 +150,7 @@ class _Settled:
     reduced: Reduced
     checked: Identifiability
     iterations: int
+    data: Observations
     last_step: float | None = None
 
 
@@ -204,15 +212,15 @@ def _gauss_newton(
     iterations, last, robust = 0, np.inf, settings.loss == "huber"
     rough = stated is not None or any(c.role is ParameterRole.NONLINEAR for c in columns)
     small = ROUGH_STEP if rough else SMALL_STEP
-    weights, lowered = stated, None
+    weights, lowered, moved = stated, None, 0.0
     while True:
         progress("balanced robot", min(0.9, 0.3 + 0.2 * iterations))
-        renew = iterations <= REWEIGHTED_STEPS
+        renew = iterations <= REWEIGHTED_STEPS or moved > SMALL_CORRECTION
         if stated is not None and not robust:
             # The first step's weights stay: the start is good to a hundredth already.
-            carried = stated.carried and iterations == 0
-            blocks: Iterable[Evaluation] = evaluate(robot, data, columns, with_sensitivity=carried)
-            if iterations == 0 or weights is None:
+            renew = iterations == 0 or moved > SMALL_CORRECTION
+            blocks: Iterable[Evaluation] = evaluate(robot, data, columns, with_sensitivity=stated.carried and renew)
+            if renew or weights is None:
                 weights, blocks = weighed_alike(stated, data, blocks)
         else:
             blocks = list(
@@ -233,12 +241,32 @@ def _gauss_newton(
         amplitude, iterations = updated, iterations + 1
         robot = _with_estimates(robot, columns, amplitude)
         # Steps contract evenly: the next one is predicted by this one and the ratio to the last.
-        predicted_without_pose = change * min(1.0, change / last) if iterations > 1 else change
-        settled = change < small or (predicted_without_pose < small and not robust)
+        next_step = change * min(1.0, change / last) if iterations > 1 and last > 0.0 else change
+        # Far from the solution a residual is the model's, not the wrench's.
+        corrected, moved = _corrected(robot, data, reduced, weights) if next_step < NEAR else (data, 0.0)
+        settled = moved < SMALL_CORRECTION and (change < small or (next_step < small and not robust))
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             last_step = change if (robot.deformed or robust) and not settled else None
-            return _Settled(robot, weights, columns, reduced, checked, iterations, last_step)
-        last = change
+            return _Settled(robot, weights, columns, reduced, checked, iterations, data, last_step)
+        last, data = change, corrected
+
+
+def _corrected(
+    robot: CompliantRobot, data: Observations, reduced: Reduced, weights: Weights
+) -> tuple[Observations, float]:
+    """Return the observations with clamped states' wrenches where they lie most probably, and how far these moved."""
+    if data.clamped is None or weights.sensitivity is None or not weights.carried:
+        return data, 0.0
+    residual = without_offsets(data, reduced.predicted, weights.whitening)
+    white = weights.whitening.apply(residual)[data.measured_mask]
+    if data.correction is None and float(np.mean(white**2)) > NEAR_NOISE**2:
+        return data, 0.0
+    if data.correction is None:
+        data = with_curvature(data, weights.sensitivity, lambda moved: predict_observations(robot, moved))
+    correction = wrench_correction(data, residual, weights.sensitivity)
+    if correction is None:
+        return data, 0.0
+    return data.corrected(correction), step_of(data.correction, correction, data)
 
 
 def _some_runs(problem: Problem) -> Problem:
@@ -365,7 +393,7 @@ def _with_estimates(robot: CompliantRobot, columns: Sequence[ParameterColumn], a
 
 
 def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
-    data, robot, weights = problem.data, settled.robot, settled.weights
+    data, robot, weights = settled.data, settled.robot, settled.weights
     columns, reduced, checked = settled.columns, settled.reduced, settled.checked
     # The last step was a small share of a standard uncertainty: what it moved in the predictions is invisible.
     predicted = reduced.predicted if robot.deformed else predict_observations(robot, data)
@@ -407,7 +435,7 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
         reduced_chi2=chi2 if noise_known else None,
         dof=dof,
         residual=residual,
-        predicted=np.where(data.measured_mask, data.measured - residual, 0.0),
+        predicted=np.where(data.measured_mask, _as_read(data) - residual, 0.0),
         data=data,
         iterations=settled.iterations,
         last_step=settled.last_step,
@@ -416,6 +444,11 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
             name for name, left_out in zip(names, checked.left_at_neutral, strict=True) if left_out
         ),
     )
+
+
+def _as_read(data: Observations) -> Floats:
+    """Return (m, n) what was measured, without what a correction of the wrench adds."""
+    return data.measured if data.correction is None else data.measured - data.correction.rows
 
 
 def _with_value(

@@ -38,6 +38,20 @@ class ClampedSigma:
 
 
 @dataclass(frozen=True)
+class WrenchCorrection:
+    """By how much a fit has moved wrenches that were read, and what that moves in the rows."""
+
+    wrench: Floats
+    """(6, n) N and N·m, added to what was read."""
+    rows: Floats
+    """(m, n) m and rad, added to what was measured: the model's derivative times the correction."""
+
+    def subset(self, pick: slice | Booleans | Integers) -> WrenchCorrection:
+        """Return that of some states."""
+        return WrenchCorrection(self.wrench[:, pick], self.rows[:, pick])
+
+
+@dataclass(frozen=True)
 class Observations:
     """What was measured, ready for a fit: n states, m rows each, state axis last."""
 
@@ -73,10 +87,23 @@ class Observations:
     """
     clamped: ClampedSigma | None = None
     """What the readings of clamped runs are known to; None where there are none, or where repeats show it."""
+    correction: WrenchCorrection | None = None
+    """What is added to the wrenches and rows already, where laws bend within the wrench's noise; None: nothing."""
 
     def __post_init__(self) -> None:
         if self.absolute.size == 0:
             object.__setattr__(self, "absolute", np.zeros(len(self.run), dtype=np.bool_))
+
+    def corrected(self, correction: WrenchCorrection) -> Observations:
+        """Return the observations with another correction in place of their own.
+
+        With the wrench moved to where it is most probable, and the rows by the model's derivative times that, the
+        residual of a linear law stays as it is, and its variance is that of both readings (effective variance).
+        """
+        wrench, rows = self.wrench + correction.wrench, self.measured + correction.rows
+        if self.correction is not None:
+            wrench, rows = wrench - self.correction.wrench, rows - self.correction.rows
+        return replace(self, wrench=wrench, measured=rows, correction=correction)
 
     def place_of(self, state: int) -> str:
         """Return in words where a state was measured, for messages."""
@@ -132,6 +159,7 @@ class Observations:
             absolute=self.absolute[pick],
             spread=None if self.spread is None else self.spread.subset(pick),
             clamped=None if self.clamped is None else self.clamped.subset(pick),
+            correction=None if self.correction is None else self.correction.subset(pick),
         )
 
 

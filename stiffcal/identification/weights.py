@@ -12,12 +12,11 @@ from stiffcal.identification.least_squares import take_out_offsets
 from stiffcal.identification.noise import ENOUGH_DOF, Noise, Whitening, noise_from_repeats, whiten
 from stiffcal.identification.observation import Evaluation, Observations, evaluate
 from stiffcal.identification.rows import MOTOR, N_KINDS
+from stiffcal.identification.wrench_correction import along_sweep
 from stiffcal.model.composite import CompliantRobot
 
 # Huber's k: beyond this multiple of the typical length a reading counts less.
 HUBER_LIMIT = 2.5
-# Clamped states next to each other in angle over which a sensitivity is averaged: those of a few cycles, both ways.
-NEIGHBOURS = 9
 
 
 @dataclass(frozen=True)
@@ -113,6 +112,8 @@ def weighed_alike(
 def along_the_sweep(sensitivity: Floats, data: Observations) -> Floats:
     """Return a clamped robot's sensitivity to the wrench, averaged over states at like motor angles.
 
+    Where wrenches were corrected (`wrench_correction`) it stays: there they are where they lie most probably.
+
     In a play it falls from steep to nothing within a few N·m. Taken at the wrench as read, a reading that noise drove
     out of the play would count more than one that noise drove in, and the crossing would come out too broad. The
     motor's angle, not the force, is what is well known there.
@@ -124,19 +125,12 @@ def along_the_sweep(sensitivity: Floats, data: Observations) -> Floats:
     """
     motors = data.rows_of(MOTOR)
     clamped = data.measured_mask[motors].any(axis=0)
-    if not clamped.any():
+    if not clamped.any() or data.correction is not None:
         return sensitivity
     smooth = sensitivity.copy()
-    for run in np.unique(data.run[clamped]):
-        in_run = np.flatnonzero(clamped & (data.run == run))
-        motor_angles = data.measured[np.ix_(motors, in_run)]
-        order = in_run[np.argsort(motor_angles[np.argmax(np.ptp(motor_angles, axis=1))])]
-        weights = np.ones(min(NEIGHBOURS, order.size))
-        edges = np.convolve(np.ones(order.size), weights, mode="same")
-        for row in motors:
-            for axis in range(6):
-                summed = np.convolve(sensitivity[row, axis, order], weights, mode="same")
-                smooth[row, axis, order] = summed / edges
+    for row in motors:
+        for axis in range(6):
+            smooth[row, axis] = along_sweep(sensitivity[row, axis], data, clamped)
     return smooth
 
 
