@@ -435,7 +435,7 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
         reduced_chi2=chi2 if noise_known else None,
         dof=dof,
         residual=residual,
-        predicted=np.where(data.measured_mask, _as_read(data) - residual, 0.0),
+        predicted=np.where(data.measured_mask, data.measured - data.added - residual, 0.0),
         data=data,
         iterations=settled.iterations,
         last_step=settled.last_step,
@@ -444,11 +444,6 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
             name for name, left_out in zip(names, checked.left_at_neutral, strict=True) if left_out
         ),
     )
-
-
-def _as_read(data: Observations) -> Floats:
-    """Return (m, n) what was measured, without what a correction of the wrench adds."""
-    return data.measured if data.correction is None else data.measured - data.correction.rows
 
 
 def _with_value(

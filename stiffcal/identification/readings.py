@@ -94,6 +94,11 @@ class Observations:
         if self.absolute.size == 0:
             object.__setattr__(self, "absolute", np.zeros(len(self.run), dtype=np.bool_))
 
+    @property
+    def added(self) -> Floats | float:
+        """(m, n) what a correction has added to the rows; 0 where there is none."""
+        return 0.0 if self.correction is None else self.correction.rows
+
     def corrected(self, correction: WrenchCorrection) -> Observations:
         """Return the observations with another correction in place of their own.
 

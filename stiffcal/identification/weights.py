@@ -124,7 +124,7 @@ def along_the_sweep(sensitivity: Floats, data: Observations) -> Floats:
     data : the observations, whole runs.
     """
     motors = data.rows_of(MOTOR)
-    clamped = data.measured_mask[motors].any(axis=0)
+    clamped = np.asarray(data.measured_mask[motors].any(axis=0), dtype=np.bool_)
     if not clamped.any() or data.correction is not None:
         return sensitivity
     smooth = sensitivity.copy()

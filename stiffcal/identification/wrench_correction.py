@@ -73,7 +73,7 @@ def with_curvature(data: Observations, sensitivity: Floats, predict: Callable[[O
         along = np.divide(sigma**2 * slope, of_wrench, out=np.zeros_like(slope), where=of_wrench > 0.0)
         beyond, before = (predict(replace(data, wrench=data.wrench + sign * along))[row] for sign in (1.0, -1.0))
         bend = along_sweep(np.abs(beyond + before - 2.0 * here[row]), data, states)
-        motor = np.where(states, np.hypot(motor, bend / np.sqrt(2.0)), motor)
+        motor = np.where(states, np.hypot(motor, np.sqrt(0.75) * bend), motor)
     return replace(data, clamped=replace(data.clamped, motor=motor))
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stiffcal.diagnosis.merging import PartialDiagnosis, Subject
 from stiffcal.diagnosis.refits import RefitSummary, refits_of
+from stiffcal.processes import run_in_processes
 from stiffcal.workflow.evidence import Columns, evidence_of, refit_columns
 from stiffcal.workflow.load_search import diagnosis_of, search_now
 from stiffcal.workflow.steps import Ingested, RunContext
@@ -44,33 +45,52 @@ def diagnose_drives(
     loss : of the fit.
     context : store, progress and so on.
     """
+
+    def task(drive: DrivePart) -> Callable[[], _DriveAnswer]:
+        return lambda: _diagnose_drive(data, drive, len(drives), index, loss)
+
+    context.progress(f"{len(drives)} joints, each by itself", 0.1)
+    answers = run_in_processes([task(drive) for drive in drives])
+    return DriveDiagnoses(
+        [answer.part for answer in answers],
+        _stacked([answer.evidence for answer in answers]),
+        _stacked([answer.refits for answer in answers]),
+        [entry for answer in answers for entry in answer.refit_entries],
+    )
+
+
+@dataclass(frozen=True)
+class _DriveAnswer:
+    """The answer of one joint, with what is stored of it, as `DriveDiagnoses`."""
+
+    part: PartialDiagnosis
+    evidence: Columns
+    refits: Columns
+    refit_entries: list[RefitSummary]
+
+
+def _diagnose_drive(data: Ingested, drive: DrivePart, n_searches: int, index: Integers, loss: str) -> _DriveAnswer:
+    """Search what one drive lacks; parameters as in `diagnose_drives`."""
     import numpy as np
 
-    parts: list[PartialDiagnosis] = []
-    evidence: list[Columns] = []
-    refits: list[Columns] = []
-    entries: list[RefitSummary] = []
-    for number, drive in enumerate(drives):
-        context.progress(f"joint {drive.joint}", 0.1 + 0.8 * number / len(drives))
-        chosen = np.flatnonzero(drive.chosen)
-        own = replace(data, states=data.states.select(drive.chosen))
-        search = search_now(own, loss, RunContext(), drive.robot, len(drives))
-        diagnosis = diagnosis_of(own, search)
-        table, summaries = evidence_of(own, search)
-        table["state"] = chosen[np.asarray(table["state"], dtype=np.int64)]
-        evidence.append(table)
-        of_joint = list(refits_of(search.first, diagnosis.findings))
-        observations = search.first.fit.data
-        refits.append(refit_columns(own.states, observations, of_joint, index[chosen][observations.index]))
-        entries += [refit.summary for refit in of_joint]
-        falls = tuple(missing.judgement.fall for missing in search.found)
-        parts.append(
-            PartialDiagnosis(
-                replace(diagnosis, evidence=summaries), falls, len(own.states), (drive.joint,), Subject.CLAMPED,
-                search.explained if search.tried else None,
-            )
-        )  # fmt: skip
-    return DriveDiagnoses(parts, _stacked(evidence), _stacked(refits), entries)
+    chosen = np.flatnonzero(drive.chosen)
+    own = replace(data, states=data.states.select(drive.chosen))
+    search = search_now(own, loss, RunContext(), drive.robot, n_searches)
+    diagnosis = diagnosis_of(own, search)
+    evidence, summaries = evidence_of(own, search)
+    evidence["state"] = chosen[np.asarray(evidence["state"], dtype=np.int64)]
+    refits = list(refits_of(search.first, diagnosis.findings))
+    observations = search.first.fit.data
+    part = PartialDiagnosis(
+        replace(diagnosis, evidence=summaries),
+        tuple(missing.judgement.fall for missing in search.found),
+        len(own.states),
+        (drive.joint,),
+        Subject.CLAMPED,
+        search.explained if search.tried else None,
+    )
+    columns = refit_columns(own.states, observations, refits, index[chosen][observations.index])
+    return _DriveAnswer(part, evidence, columns, [refit.summary for refit in refits])
 
 
 def _stacked(tables: Sequence[Columns]) -> Columns:

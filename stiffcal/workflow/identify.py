@@ -117,16 +117,22 @@ def _add_dual_quaternion_form(data: Ingested, fit: Fit | None, result: IdentifyR
 
 def up_to_date_fit(data: Ingested, context: RunContext) -> IdentifyResult:
     """Return the fit of the present model, fitting first where it is missing or stale."""
+    return up_to_date_fit_at_hand(data, context)[0]
+
+
+def up_to_date_fit_at_hand(data: Ingested, context: RunContext) -> tuple[IdentifyResult, Fit | None]:
+    """Return the same, with the fit itself where it was made now."""
     stored = stored_fit(data.store)
     # A fit with the robust loss counts as present too: the user asked for it.
     loss = stored.loss if stored else "linear"
     if stored is not None and stored.key == key_of_fit(data, loss):
-        return stored
+        return stored, None
     reason = (
         "nothing is fitted yet" if stored is None else "the model or the load states have changed since the last fit"
     )
     announce("identify", reason, data.campaign.folder, context)
-    return store_fit(data, fit_now(data, loss, context), loss)
+    fit = fit_now(data, loss, context)
+    return store_fit(data, fit, loss), fit
 
 
 def current_fit(data: Ingested, loss: str) -> IdentifyResult | None:

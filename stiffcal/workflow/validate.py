@@ -13,7 +13,7 @@ from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.workflow.diagnosis_verdict import check_thresholds
-from stiffcal.workflow.identify import fit_now, up_to_date_fit
+from stiffcal.workflow.identify import fit_now, up_to_date_fit_at_hand
 from stiffcal.workflow.steps import (
     HELDOUT_STATES,
     HISTORY,
@@ -61,8 +61,8 @@ def validate_campaign(
     data = up_to_date_states(folder, context)
     if model is not None:
         return _validate_other(data, Path(model), context, thresholds)
-    identified = up_to_date_fit(data, context)
-    current = current_validation(data, identified) or validate_now(data, identified, context)
+    identified, fit = up_to_date_fit_at_hand(data, context)
+    current = current_validation(data, identified) or validate_now(data, identified, context, fit)
     result = with_present_verdict(data, identified, current, context, thresholds)
     return replace(result, origin=data.store.origin_of(VALIDATE))
 
@@ -146,7 +146,7 @@ def validate_now(
             context.progress("fitting the ladder", None)
             result = replace(result, distance=distance, ladder=ladder_of(data.states, fit, distance))
         heldout = validation.heldout
-        predicted = heldout.displacement - heldout.residual
+        predicted = heldout.displacement - heldout.data.added - heldout.residual
         carried = load_columns(data.states, fit.robot)
         tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual, carried)
         tables[kept_table(HELDOUT_STATES, identified.key)] = tables[HELDOUT_STATES]

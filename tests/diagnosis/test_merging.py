@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
+from stiffcal.diagnosis.explained import Explained
+from stiffcal.diagnosis.merging import PartialDiagnosis, Subject, merged_diagnosis
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UndecidedEffect
 from stiffcal.measurements.rms import Rms
-from stiffcal.model.summary import Where
+from stiffcal.model.summary import EffectAt, Where
 
 PACE = SearchPace(models=1, candidates=2, signatures=3, seconds=0.5, candidates_per_second=4.0)
 EMPTY = DiagnoseResult(
@@ -55,5 +56,46 @@ def test_adequate_where_all_are() -> None:
 
 
 def test_joints_in_which_nothing_is_missing_share_a_sentence() -> None:
-    parts = [PartialDiagnosis(EMPTY, (), 1, (joint,)) for joint in (3, 1)]
+    parts = [PartialDiagnosis(EMPTY, (), 1, (joint,), Subject.MOTION) for joint in (3, 1)]
     assert merged_diagnosis(parts).summary.count(".") == 1
+
+
+def test_an_effect_carries_the_search_that_found_it() -> None:
+    """What shares no parameter can be added in one step; what several searches find of the set-up is one effect."""
+    plate = ProposedEffect(effect="fixture-compliance", where=Where(), alternatives=[])
+    results = [replace(EMPTY, adequate=False, missing=[proposed("backlash", joint), plate]) for joint in (2, 5)]
+    parts = [
+        PartialDiagnosis(result, (fall, 0.1), 10, (joint,), Subject.CLAMPED)
+        for result, joint, fall in zip(results, (2, 5), (1.0, 3.0), strict=True)
+    ]
+    merged = merged_diagnosis(parts)
+    names = [(effect.effect, effect.searched_in) for effect in merged.missing]
+    assert names == [
+        ("backlash", "clamped-j5"), ("backlash", "clamped-j2"), ("fixture-compliance", "clamped-j2"),
+    ]  # fmt: skip
+    assert merged_diagnosis(parts[:1]).missing[0].searched_in is None
+
+
+def test_what_the_set_up_needs_anywhere_stays() -> None:
+    plate, spring = (
+        EffectAt(effect="fixture-compliance", where=Where()),
+        EffectAt(effect="creep", where=Where(joints=[2])),
+    )
+    first = replace(EMPTY, superfluous=[plate, spring])
+    assert merged_diagnosis([PartialDiagnosis(first, (), 1), PartialDiagnosis(EMPTY, (), 1)]).superfluous == [spring]
+    both = merged_diagnosis(
+        [PartialDiagnosis(first, (), 1), PartialDiagnosis(replace(EMPTY, superfluous=[plate]), (), 1)]
+    )
+    assert both.superfluous == [plate, spring]
+
+
+def test_shares_count_by_what_is_avoidable() -> None:
+    shares = (Explained(1.0, 0.9, 1.0, 300.0), Explained(0.5, 0.4, 0.6, 100.0))
+    parts = [
+        PartialDiagnosis(replace(EMPTY, explained_by_missing=0.0), (), 10, (k,), Subject.CLAMPED, share)
+        for k, share in enumerate(shares, start=1)
+    ]
+    merged = merged_diagnosis(parts)
+    assert merged.explained_by_missing == 0.875
+    assert merged.explained_interval is not None
+    assert merged.explained_interval[0] == 0.875 - ((0.75 * 0.1) ** 2 + (0.25 * 0.1) ** 2) ** 0.5

@@ -11,7 +11,7 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects
-from stiffcal.workflow.edit_model import edit_model
+from stiffcal.workflow.edit_model import edit_model, start_values
 
 
 def test_remove_and_add_back_keeps_comments(campaign: Path) -> None:
@@ -75,3 +75,21 @@ def test_springs_made_curved(campaign: Path) -> None:
     assert "bearing-tilt.j3" not in (campaign / "model.toml").read_text()
     with pytest.raises(InputError, match="joint-compliance has no curved form"):
         edit_model(campaign, "add", "joint-compliance", everywhere=True, curved=True)
+
+
+def test_start_values_choose_the_form(campaign: Path) -> None:
+    """Torque over angle holds its own first slope: joint-compliance goes from that joint, and from no other."""
+    start = {"p1": 3.6e5, "p2": -1.8e7, "p3": -8e9}
+    changes = edit_model(campaign, "add", "cubic-stiffness", where={"joints": "2"}, start=start).changes
+    assert "removed joint-compliance: j2 (cubic-stiffness includes it)" in changes
+    model = load_campaign(campaign, check_files=False).model
+    values = {name: setting.value for name, setting in model.parameter_settings().items()}
+    assert values == {f"cubic-stiffness.j2.{symbol}": value for symbol, value in start.items()}
+    with pytest.raises(InputError, match="no form with the parameters p4"):
+        edit_model(campaign, "add", "cubic-stiffness", where={"joints": "3"}, start={"p4": 1.0})
+
+
+@pytest.mark.parametrize("text", ["p1", "p1=", "=3", "p1=x", "p1=nan"])
+def test_a_start_value_that_is_none_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="no start value"):
+        start_values(text)
