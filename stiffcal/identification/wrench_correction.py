@@ -53,8 +53,8 @@ def wrench_correction(data: Observations, residual: Floats, sensitivity: Floats)
 def with_curvature(data: Observations, sensitivity: Floats, predict: Callable[[Observations], Floats]) -> Observations:
     """Return the observations with what a law's bend within the wrench's noise adds to the motors' uncertainty.
 
-    To second order the reading's error ε moves the prediction by f′ε + ½ f″ε², whose second part has the variance
-    ½ f″²σ⁴: of a play that is crossed within the sensor's noise hardly anything is known there.
+    To second order the reading's error ε moves the prediction by f′ε + ½ f″ε², whose second part has the mean square
+    ¾ f″²σ⁴: of a play that is crossed within the sensor's noise hardly anything is known there.
 
     Parameters
     ----------
