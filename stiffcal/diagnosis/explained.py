@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.scan import ROUNDING, Scan
+from stiffcal.diagnosis.scoring import quadratic, without_rows
 from stiffcal.diagnosis.thresholds import (
     ADEQUATE_RATIO,
     LEAST_EXPLAINED,
@@ -65,12 +67,20 @@ def explained_share(
     -------
     Explained
         Bootstrap percentiles over poses (Efron and Tibshirani 1993, chapter 13); the noise is drawn with them where it
-        is estimated from repeats.
+        is estimated from repeats. Where the last model fits all poses to within the noise, what its values' uncertainty
+        adds to a prediction is not left for another effect: only the slowest speeds show a Stribeck velocity, and
+        without them it is not known. There each pose counts as `predictive_squares`.
     """
-    squares = first.base.heldout / first.dof, last.base.heldout / last.dof
+    left = (
+        np.minimum(last.base.heldout, predictive_squares(last))
+        if after is not None and after.fits
+        else last.base.heldout
+    )
+    squares = first.base.heldout / first.dof, left / last.dof
     e_before, e_after = (float(np.sum(square)) for square in squares)
     scale = before.ratio**2 / e_before if before is not None and e_before > 0.0 else _mean_square_ratio(first, last)
-    scale_after = after.ratio**2 / e_after if after is not None and e_after > 0.0 else 1.0
+    error_after = float(np.sum(last.base.heldout)) / last.dof
+    scale_after = after.ratio**2 / error_after if after is not None and error_after > 0.0 else 1.0
     floor = 0.0 if after is None else 1.0 / after.drift**2 if after.drifts else 1.0
     share = _share(e_before * scale, e_after * scale_after, floor)
     rng = np.random.default_rng(seed)
@@ -86,6 +96,17 @@ def explained_share(
     ]
     low, high = np.quantile(drawn, (0.025, 0.975))
     return Explained(share, float(low), float(high), max(e_before * scale - floor, 0.0))
+
+
+def predictive_squares(scan: Scan) -> Floats:
+    """Return (F,) squares of each pose's errors, by the covariance of its noise and of its prediction without it.
+
+    That is by how much the fit's sum of squares grows with the pose: eᵀ (I + X C Xᵀ)⁻¹ e, C the covariance of the
+    values fitted without it (Cook and Weisberg, Residuals and Influence in Regression, 1982, section 2.2).
+    """
+    products = scan.products(scan.space.rows(np.concatenate([scan.columns, scan.residual[None]])))
+    rest = without_rows(products.sum(axis=0), products)
+    return np.asarray(np.maximum(scan.base.sum_of_squares - quadratic(rest, scan.base.without), 0.0))
 
 
 def _mean_square_ratio(first: Scan, last: Scan) -> float:

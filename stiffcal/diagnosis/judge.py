@@ -49,9 +49,14 @@ class LackOfFit:
         return self.drift > ADEQUATE_RATIO and self.drift_p_value < LACK_OF_FIT_P
 
     @property
+    def fits(self) -> bool:
+        """True where the fit with all poses leaves no more than the noise."""
+        return self.p_value > LACK_OF_FIT_P and not self.drifts
+
+    @property
     def adequate(self) -> bool:
         """True where the held-out error is the noise, to within five per cent or to within what the noise is known."""
-        return (self.ratio <= ADEQUATE_RATIO or self.p_value > LACK_OF_FIT_P) and not self.drifts
+        return self.fits or (self.ratio <= ADEQUATE_RATIO and not self.drifts)
 
 
 def f_tail(statistic: float, dof: float, denominator_dof: float) -> float:

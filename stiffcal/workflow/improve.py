@@ -23,8 +23,8 @@ from stiffcal.workflow.improve_results import Action, ImproveResult, ImproveStep
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
 
-# More steps than effects that a diagnosis looks for: the loop ends by itself long before.
-MOST_STEPS = 12
+# More steps than six joints with five effects each: the loop ends by itself long before.
+MOST_STEPS = 36
 
 Change = Literal["add", "remove"]
 Ask = Callable[[Change, ProposedEffect | EffectAt], bool]

@@ -54,3 +54,12 @@ def test_a_drive_that_does_not_reach_what_is_stated(folder: Path, command: Comma
     assert fifth["highest_speed"] == pytest.approx(3.1, rel=0.005)
     assert document["friction"]["joints"][3]["highest_speed"] == pytest.approx(3.7, rel=0.005)
     assert [round(one["lowest_speed"], 3) for one in document["friction"]["joints"][:3]] == [0.015] * 3
+
+
+def test_the_stribeck_part_is_missing_where_only_joint_friction_is_modelled(folder: Path, command: Command) -> None:
+    """Joint 2's alone has one; joint 3's passes show the simulated ripple too, which the model does not hold."""
+    text = 'schema = "stiffcal/model/1"\n\n[[effects]]\ntype = "joint-friction"\njoints = [1, 2, 3, 4, 5, 6]\n'
+    (folder / "model.toml").write_text(text, encoding="utf-8")
+    command("identify", folder)
+    document = command("diagnose", folder)
+    assert [(effect["effect"], effect["where"]["joints"]) for effect in document["missing"]] == [("stribeck", [2])]
