@@ -22,7 +22,7 @@ from stiffcal.experiments.clamped.simulation import simulate_clamped
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.identify import identify_campaign
-from tests.whole_campaigns.kr125 import DEGREE, TABLE_2, source_folder
+from tests.laboratory.kr125 import DEGREE, TABLE_2, source_folder
 from tests.whole_campaigns.test_kr125 import joint_of, values
 
 POINTS = 480

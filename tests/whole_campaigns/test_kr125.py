@@ -24,7 +24,7 @@ from stiffcal.workflow.identify import identify_campaign, up_to_date_fit
 from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation, validate_campaign
-from tests.whole_campaigns.kr125 import DEGREE, TABLE_2, simulated, some_runs
+from tests.laboratory.kr125 import DEGREE, TABLE_2, simulated, some_runs
 
 
 def joint_of(document: dict[str, Any], joint: int) -> dict[str, Any]:

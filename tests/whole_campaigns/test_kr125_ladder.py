@@ -8,7 +8,7 @@ import pytest
 
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.improve import improve_campaign
-from tests.whole_campaigns.kr125 import DEGREE, TABLE_2, simulated
+from tests.laboratory.kr125 import DEGREE, TABLE_2, simulated
 
 JOINTS = (3, 6)
 LINEAR = 'schema = "stiffcal/model/1"\n\n[[effects]]\ntype = "joint-compliance"\njoints = [3, 6]\n'
@@ -29,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_improve_adds_what_each_joint_has(folder: Path) -> None:
     result = improve_campaign(folder)
-    added = {(step.effect, tuple(step.where.joints)) for step in result.steps if step.effect is not None}
+    added = {(step.effect, tuple(step.where.joints or ())) for step in result.steps if step.effect is not None}
     assert added == {(effect, (joint,)) for joint in JOINTS for effect in ("backlash", "cubic-stiffness")}
     values = {parameter.name: parameter for parameter in identify_campaign(folder).parameters}
     for joint in JOINTS:
