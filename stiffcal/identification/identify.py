@@ -266,7 +266,7 @@ def _corrected(
     correction = wrench_correction(data, residual, weights.sensitivity)
     if correction is None:
         return data, 0.0
-    return data.corrected(correction), step_of(data.correction, correction, data)
+    return data.corrected(correction), step_of(correction)
 
 
 def _some_runs(problem: Problem) -> Problem:

@@ -45,10 +45,18 @@ class WrenchCorrection:
     """(6, n) N and N·m, added to what was read."""
     rows: Floats
     """(m, n) m and rad, added to what was measured: the model's derivative times the correction."""
+    proposed: Floats
+    """(n,) by how much the last step would have moved the wrench, in its standard uncertainties; NaN where it is not
+    corrected.
+    """
+    relaxation: Floats
+    """(n,) by what share of that it was moved."""
 
     def subset(self, pick: slice | Booleans | Integers) -> WrenchCorrection:
         """Return that of some states."""
-        return WrenchCorrection(self.wrench[:, pick], self.rows[:, pick])
+        return WrenchCorrection(
+            self.wrench[:, pick], self.rows[:, pick], self.proposed[pick], self.relaxation[pick]
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.readings import Observations, WrenchCorrection
 from stiffcal.identification.rows import MOTOR
 
 # Standard uncertainties of its residual by which a wrench is moved at most: beyond, it is not the wrench's noise.
 MOST = 3.0
+# A wrench moves at least by this share of a step.
+LEAST_SHARE = 0.1
+# Steps that differ by less than this share show no secant.
+SMALLEST_FALL = 1e-6
 # Clamped states next to each other in angle over which a value is averaged: those of a few cycles, both ways.
 NEIGHBOURS = 9
 
@@ -35,19 +39,39 @@ def wrench_correction(data: Observations, residual: Floats, sensitivity: Floats)
     """
     if data.clamped is None:
         return None
-    motors = data.rows_of(MOTOR)
+    motors, before = data.rows_of(MOTOR), data.correction
     wrench_variance = np.where(np.isfinite(data.clamped.wrench), data.clamped.wrench, 0.0) ** 2
     known = np.isfinite(data.clamped.motor)
     wrench, rows = np.zeros_like(data.wrench), np.zeros_like(data.measured)
+    proposed, relaxation = np.full(data.n_states, np.nan), np.ones(data.n_states)
     for row in motors:
         states = np.flatnonzero(known & data.measured_mask[row])
         slope = sensitivity[row][:, states]
         of_wrench = np.sum(slope**2 * wrench_variance[:, states], axis=0)
         sigma = np.sqrt(data.clamped.motor[states] ** 2 + of_wrench)
         share = np.clip(residual[row, states] / sigma, -MOST, MOST) / sigma
-        wrench[:, states] = wrench_variance[:, states] * slope * share
+        target = wrench_variance[:, states] * slope * share
+        present = 0.0 if before is None else before.wrench[:, states]
+        along = np.sum(slope * (target - present), axis=0)
+        proposed[states] = np.divide(along, np.sqrt(of_wrench), out=np.zeros_like(along), where=of_wrench > 0.0)
+        if before is not None:
+            relaxation[states] = _relaxation(before, proposed, states)
+        wrench[:, states] = present + relaxation[states] * (target - present)
         rows[row, states] = np.sum(slope * wrench[:, states], axis=0)
-    return WrenchCorrection(wrench, rows)
+    return WrenchCorrection(wrench, rows, proposed, relaxation)
+
+
+def _relaxation(before: WrenchCorrection, proposed: Floats, states: Integers) -> Floats:
+    """Return by what share of a step each wrench moves: by the secant of the last two, as whole ones may go to and fro.
+
+    That is Aitken's rule state by state, kept between `LEAST_SHARE` and a whole step: where a law bends sharply, the
+    step along its tangent goes too far (Irons and Tuck 1969).
+    """
+    last, now = before.proposed[states], proposed[states]
+    fall = last - now
+    usable = np.isfinite(last) & (np.abs(fall) > SMALLEST_FALL * np.abs(last))
+    share = np.divide(before.relaxation[states] * last, fall, out=np.ones_like(now), where=usable)
+    return np.where(share > 0.0, np.clip(share, LEAST_SHARE, 1.0), 1.0)
 
 
 def with_curvature(data: Observations, sensitivity: Floats, predict: Callable[[Observations], Floats]) -> Observations:
@@ -64,15 +88,18 @@ def with_curvature(data: Observations, sensitivity: Floats, predict: Callable[[O
     if data.clamped is None:
         return data
     sigma = np.where(np.isfinite(data.clamped.wrench), data.clamped.wrench, 0.0)
+    # One motor is read in a clamped state, so that all states are moved at once, each along its own motor's slope.
+    rows = data.rows_of(MOTOR)
+    read = np.isfinite(data.clamped.motor) & data.measured_mask[rows]
+    slope = np.sum(np.where(read[:, None, :], sensitivity[rows], 0.0), axis=0)
+    of_wrench = np.sqrt(np.sum((slope * sigma) ** 2, axis=0))
+    along = np.divide(sigma**2 * slope, of_wrench, out=np.zeros_like(slope), where=of_wrench > 0.0)
+    beyond, here, before = (
+        predict(replace(data, wrench=data.wrench + sign * along))[rows] for sign in (1.0, 0.0, -1.0)
+    )
     motor = data.clamped.motor.copy()
-    here = predict(data)
-    for row in data.rows_of(MOTOR):
-        states = np.isfinite(motor) & data.measured_mask[row]
-        slope = np.where(states, sensitivity[row], 0.0)
-        of_wrench = np.sqrt(np.sum((slope * sigma) ** 2, axis=0))
-        along = np.divide(sigma**2 * slope, of_wrench, out=np.zeros_like(slope), where=of_wrench > 0.0)
-        beyond, before = (predict(replace(data, wrench=data.wrench + sign * along))[row] for sign in (1.0, -1.0))
-        bend = along_sweep(np.abs(beyond + before - 2.0 * here[row]), data, states)
+    for row, states in enumerate(read):
+        bend = along_sweep(np.abs(beyond[row] + before[row] - 2.0 * here[row]), data, states)
         motor = np.where(states, np.hypot(motor, np.sqrt(0.75) * bend), motor)
     return replace(data, clamped=replace(data.clamped, motor=motor))
 
@@ -90,14 +117,7 @@ def along_sweep(values: Floats, data: Observations, states: Booleans) -> Floats:
     return result
 
 
-def step_of(before: WrenchCorrection | None, after: WrenchCorrection, data: Observations) -> float:
-    """Return the rms change of a correction, in standard uncertainties of the wrench."""
-    if data.clamped is None:
-        return 0.0
-    change = after.wrench - (0.0 if before is None else before.wrench)
-    sigma = data.clamped.wrench
-    known = np.isfinite(sigma) & (sigma > 0.0)
-    relative = np.divide(change, sigma, out=np.zeros_like(change), where=known)
-    corrected = known.any(axis=0)
-    squares = np.sum(relative[:, corrected] ** 2, axis=0)
-    return float(np.sqrt(np.mean(squares))) if squares.size else 0.0
+def step_of(correction: WrenchCorrection) -> float:
+    """Return the rms of what the last step would have moved the wrenches by, in their standard uncertainties."""
+    steps = correction.proposed[np.isfinite(correction.proposed)]
+    return float(np.sqrt(np.mean(steps**2))) if steps.size else 0.0

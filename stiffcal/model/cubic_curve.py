@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from stiffcal.arrays import Floats
@@ -57,19 +59,13 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
     """
     torque = np.asarray(torque, dtype=np.float64)
     p1, p2, p3 = curve
-    low, high = monotonic_range(curve)
     largest = float(np.abs(torque).max(initial=0.0))
     if not largest < _BEYOND:
         return np.full_like(torque, np.nan)
-    reach = 1.1 * largest / p1 + 1e-300
-    while _between(reach, curve, low, high) < largest or -_between(-reach, curve, low, high) < largest:
-        reach *= 2.0
-    steps = np.linspace(-1.0, 1.0, _TABLE)
-    table = reach * np.sinh(_CROWDING * steps) / np.sinh(_CROWDING)
-    torques = _between(table, curve, low, high)
+    low, high, table, torques = _table(curve, int(np.frexp(largest)[1]))
     cell = np.clip(np.searchsorted(torques, torque) - 1, 0, _TABLE - 2)
     below, above = table[cell], table[cell + 1]
-    angle = np.interp(torque, torques, table)
+    angle = below + (above - below) * (torque - torques[cell]) / (torques[cell + 1] - torques[cell])
     for _ in range(_MOST_STEPS):
         residual = _between(angle, curve, low, high) - torque
         if np.abs(residual).max(initial=0.0) <= _SETTLED * largest:
@@ -80,6 +76,21 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
         tried = angle - residual / slope
         angle = np.where((tried < below) | (tried > above), 0.5 * (below + above), tried)
     raise ArithmeticError(f"no angle of the spring is found for a torque of {largest:.3g} N·m")
+
+
+@lru_cache(maxsize=64)
+def _table(curve: tuple[float, float, float], exponent: int) -> tuple[float, float, Floats, Floats]:
+    """Return the monotonic range, and angles and their torques (t,) that reach to ± 2 to the power of ``exponent``.
+
+    A fit asks for the same curve in every sweep of the balance.
+    """
+    low, high = monotonic_range(curve)
+    largest = float(np.ldexp(1.0, exponent))
+    reach = 1.1 * largest / curve[0] + 1e-300
+    while _between(reach, curve, low, high) < largest or -_between(-reach, curve, low, high) < largest:
+        reach *= 2.0
+    table = reach * np.sinh(_CROWDING * np.linspace(-1.0, 1.0, _TABLE)) / np.sinh(_CROWDING)
+    return low, high, table, _between(table, curve, low, high)
 
 
 def _between(angle: Floats | float, curve: tuple[float, float, float], low: float, high: float) -> Floats:

@@ -6,25 +6,54 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.workflow.identify import identify_campaign
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.workflow.identify import fit_now, identify_campaign
 from stiffcal.workflow.improve import improve_campaign
-from tests.laboratory.kr125 import DEGREE, TABLE_2, simulated
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from tests.laboratory.kr125 import DEGREE, SOURCE, TABLE_2, simulated
 
 JOINTS = (3, 6)
 LINEAR = 'schema = "stiffcal/model/1"\n\n[[effects]]\ntype = "joint-compliance"\njoints = [3, 6]\n'
+PLAY_OF_JOINT_4 = """schema = "stiffcal/model/1"
+
+[[effects]]
+type = "cubic-stiffness"
+joints = [4]
+
+[[effects]]
+type = "backlash"
+joints = [4]
+"""
+
+
+def all_points(text: str) -> str:
+    """Of fewer points the play's crossing would be a broken line."""
+    return text.replace("points = 60", "")
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two joints in three positions each; of fewer points than usual the play's crossing would be a broken line."""
+    """Two joints in three positions each."""
     runs = tuple(f"{position}-joint{joint}" for joint in JOINTS for position in "abc")
-
-    def all_points(text: str) -> str:
-        return text.replace("points = 60", "")
-
     campaign = simulated(tmp_path_factory.mktemp("ladder"), runs, settings=all_points)
     (campaign / "model.toml").write_text(LINEAR, encoding="utf-8")
     return campaign
+
+
+def test_play_that_is_crossed_within_the_noise_of_the_sensor(tmp_path: Path) -> None:
+    """Joint 4 crosses its play within 0.05 N·m, which the sensor reads to 0.01 to 0.04 N·m in a state."""
+    true = load_campaign(SOURCE, check_files=False).model.parameter_settings()
+    folder = simulated(tmp_path, tuple(f"{position}-joint4" for position in "abc"), settings=all_points)
+    (folder / "model.toml").write_text(PLAY_OF_JOINT_4, encoding="utf-8")
+    fit = fit_now(up_to_date_states(folder, RunContext()), "linear", RunContext())
+    assert fit is not None
+    assert fit.last_step is None  # it has settled
+    values = {parameter.name: parameter for parameter in fit.parameters}
+    for name in ("backlash.j4.width", "backlash.j4.band"):
+        value, std = values[name].value, values[name].std
+        assert value is not None, name
+        assert std is not None, name
+        assert abs(value - true[name].value) < 3.0 * std, name
 
 
 def test_improve_adds_what_each_joint_has(folder: Path) -> None:
