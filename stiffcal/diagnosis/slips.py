@@ -24,6 +24,9 @@ from stiffcal.identification.rows import GAUGE, TRANSLATION
 from stiffcal.model.effect import Effect, ParameterRole
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 
+# A step's columns that keep less than this share of their squares next to the run's offset are the offset.
+LEAST_SHARE = 1e-9
+
 
 def is_slip(effect: Effect) -> bool:
     """Return whether an effect begins at one state of the campaign."""
@@ -56,7 +59,9 @@ def best_slip(space: Projection, residual: Floats) -> int | None:
         normal = after - np.einsum("abn,bc,cdn->adn", after, total, after)
         inside = np.moveaxis(normal[np.ix_(axes, axes)], -1, 0)[1:]
         target = right[axes].T[1:]
-        scale = np.sqrt(np.maximum(np.einsum("naa->na", inside), 1e-300))
+        # A step before all readings in use is the run's offset: what rounding leaves of it is no step.
+        known = np.einsum("naa->na", inside) > LEAST_SHARE * np.diagonal(after[:, :, 0])[axes]
+        scale = np.where(known, np.sqrt(np.maximum(np.einsum("naa->na", inside), 1e-300)), np.inf)
         inside = inside / scale[:, :, None] / scale[:, None, :] + 1e-9 * np.eye(len(axes))
         gain = np.einsum("na,na->n", target / scale, np.linalg.solve(inside, (target / scale)[..., None])[..., 0])
         if gain.size and gain.max() > most:

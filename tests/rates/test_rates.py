@@ -63,6 +63,15 @@ def test_a_slip_is_found_where_it_was() -> None:
     assert placed.values["state"] == pytest.approx(campaign.hidden[0].values["state"], abs=1.0)
 
 
+def test_a_slip_is_found_where_the_first_reading_of_a_run_was_set_aside() -> None:
+    """A step before all readings in use is the run's offset, whose rounding must not come before true steps."""
+    kind = "seat-shift"
+    campaign = simulate_runs(kind, np.random.default_rng([20261123, CLASSES.index(kind), 11]))
+    firsts = {int(np.flatnonzero(campaign.states.run == run)[0]) for run in np.unique(campaign.states.run)}
+    assert firsts & set(np.flatnonzero(~campaign.states.used).tolist())
+    assert judge_campaign(campaign).outcome == "right"
+
+
 def test_a_motor_that_is_pushed_off_is_named() -> None:
     """The joint's own log says by how much: an effect without a parameter, judged as the others are."""
     campaign = drawn("servo")
