@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from stiffcal.campaign.column_roles import Roles, recognise
+from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.proposed_lines import (
     ProposedLine,
@@ -20,7 +21,7 @@ from stiffcal.campaign.proposed_lines import (
 from stiffcal.campaign.robot_checks import outline_of
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.table_purpose import check_purpose
-from stiffcal.campaign.table_sniffing import SniffedTable, sniff_table
+from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable, sniff_table
 from stiffcal.campaign.templates import bundled_robot, write_folder
 from stiffcal.campaign.urdf_arm import UrdfArm, arm_of_table
 from stiffcal.errors import InputError
@@ -43,6 +44,8 @@ class Proposal:
     """Columns that were not recognised."""
     files: list[Path] = field(default_factory=list)
     """What was written; empty for a draft."""
+    model: str = ""
+    """The text of model.toml; empty: none is written."""
 
 
 def draft_campaign(
@@ -79,24 +82,34 @@ def draft_campaign(
     sniffed = [sniff_table(path) for path in tables]
     _check_together(sniffed)
     columns = [column for table in sniffed for column in table.columns]
-    arm = UrdfArm((), ())
-    if urdf is not None and robot is None:
-        if not urdf.is_file():
-            raise InputError.at(FaultCode.FILE_MISSING, str(urdf), "", "no such file", "correct the name after --urdf")
-        arm = arm_of_table(urdf, columns)
+    arm = arm_of_given(urdf, robot, columns)
     roles = recognise(columns, arm.columns)
     check_purpose(roles, ", ".join(table.path.name for table in sniffed))
     opening = ('schema = "stiffcal/campaign/1"', 'robot = "robot.toml"', "")
     lines = [*map(ProposedLine, opening), *source_lines(sniffed, roles), *frame_lines(roles, tool)]
     manifest = as_text(lines)
     copies = {f"raw/{table.path.name}": table.path for table in sniffed}
-    text, extra, rows = _robot_text(roles, urdf, robot, arm)
+    text, extra, rows = robot_text(roles, urdf, robot, arm)
     marked = [f"{MANIFEST_FILE}: {line}" for line in lines if line.doubt is not None]
     marked += [f"robot.toml: {line}" for line in rows if line.doubt is not None]
     unused = tuple(column.header for column in roles.unused)
     proposal = Proposal(manifest, text, copies | extra, tuple(marked), unused)
-    _check_robot_fits(proposal, roles, urdf)
+    check_robot_fits(proposal, roles, urdf)
     return proposal
+
+
+def arm_of_given(urdf: Path | None, robot: str | None, columns: Sequence[SniffedColumn]) -> UrdfArm:
+    """Return the chain of a URDF that is given without the name of a bundled robot; an empty one otherwise.
+
+    Raises
+    ------
+    InputError : there is no such file, or the chain does not fit the columns.
+    """
+    if urdf is None or robot is not None:
+        return UrdfArm((), ())
+    if not urdf.is_file():
+        raise InputError.at(FaultCode.FILE_MISSING, str(urdf), "", "no such file", "correct the name after --urdf")
+    return arm_of_table(urdf, columns)
 
 
 def propose_campaign(
@@ -124,6 +137,17 @@ def propose_campaign(
         As `draft_campaign`; or the folder holds a campaign already.
     """
     proposal = draft_campaign([tables] if isinstance(tables, Path) else tables, urdf=urdf, robot=robot, tool=tool)
+    return write_proposal(folder, proposal)
+
+
+def write_proposal(folder: Path, proposal: Proposal) -> Proposal:
+    """Write a proposed campaign folder, and return the proposal with the files that were written.
+
+    Raises
+    ------
+    InputError
+        A file is there already; nothing is overwritten.
+    """
     for name, source in proposal.copies.items():
         target = folder / name
         if target.exists() and target.resolve() != source.resolve():
@@ -132,6 +156,7 @@ def propose_campaign(
             )
     copies = {name: source for name, source in proposal.copies.items() if not (folder / name).exists()}
     texts = {MANIFEST_FILE: proposal.manifest, "robot.toml": proposal.robot}
+    texts |= {MODEL_FILE: proposal.model} if proposal.model else {}
     written = write_folder(folder, texts, copies)
     return replace(proposal, files=written)
 
@@ -164,10 +189,19 @@ def _check_together(tables: Sequence[SniffedTable]) -> None:
             headers[column.header] = display_name
 
 
-def _robot_text(
+def robot_text(
     roles: Roles, urdf: Path | None, robot: str | None, arm: UrdfArm
 ) -> tuple[str, dict[str, Path], list[ProposedLine]]:
-    """Return the text of robot.toml, the files to copy with it, and its lines where they are proposed here."""
+    """Return the text of robot.toml, the files to copy with it, and its lines where they are proposed here.
+
+    Parameters
+    ----------
+    roles : what the columns are; joints among them. urdf, robot : as in `draft_campaign`. arm : of the URDF.
+
+    Raises
+    ------
+    InputError : no such robot comes with stiffcal.
+    """
     assert roles.joints is not None
     if robot is not None:
         return bundled_robot(robot), {}, []
@@ -178,8 +212,13 @@ def _robot_text(
     return as_text(lines), {}, lines
 
 
-def _check_robot_fits(proposal: Proposal, roles: Roles, urdf: Path | None) -> None:
-    """Compare the robot's joints with the table's joint columns, before anything is written."""
+def check_robot_fits(proposal: Proposal, roles: Roles, urdf: Path | None) -> None:
+    """Compare the robot's joints with the table's joint columns, before anything is written.
+
+    Raises
+    ------
+    InputError : their numbers differ.
+    """
     assert roles.joints is not None
     document = tomllib.loads(proposal.robot)
     path = urdf if urdf is not None else Path("robot.toml")

@@ -19,8 +19,9 @@ TOOL = "tool"
 FORCE_SENSOR = "ft_sensor"
 TRACKER = "tracker"
 
-# A joint angle beyond one turn and a bit is not in radians; a robot's give is below 5 cm; no reach is above 20 m.
-_LARGEST_RADIAN = 6.6
+LARGEST_RADIAN = 6.6
+"""A joint angle beyond one turn and a bit is not in radians."""
+# A robot's give is below 5 cm; no reach is above 20 m.
 _LARGEST_DEFLECTION_M = 0.05
 _LARGEST_POSITION_M = 20.0
 
@@ -77,7 +78,7 @@ def source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[ProposedL
         texts.append(f"csv = {{ {options} }}")
     lines = [*map(ProposedLine, texts), _run_line(roles)]
     if roles.time is not None:
-        written, guessed = _unit(Role((roles.time,)), "time", "s")
+        written, guessed = unit_of_role(Role((roles.time,)), "time", "s")
         line = f"time = {{ column = {quoted(roles.time.header)}, unit = {quoted(written)} }}"
         lines.append(ProposedLine(line, "seconds" if guessed else None))
     return [*lines, _joints_line(roles), *_load_lines(roles, TOOL), _moved_line(roles, TOOL)]
@@ -128,26 +129,26 @@ def _run_line(roles: Roles) -> ProposedLine:
 def _joints_line(roles: Roles) -> ProposedLine:
     assert roles.joints is not None
     size = max(column.size for column in roles.joints.columns)
-    likely = "deg" if size > _LARGEST_RADIAN else "rad"
-    written, guessed = _unit(roles.joints, "angle", likely)
-    line = f"joints = {{ position = {_columns(roles.joints)}, units = {{ position = {quoted(written)} }} }}"
+    likely = "deg" if size > LARGEST_RADIAN else "rad"
+    written, guessed = unit_of_role(roles.joints, "angle", likely)
+    line = f"joints = {{ position = {columns_text(roles.joints)}, units = {{ position = {quoted(written)} }} }}"
     return ProposedLine(line, f"{written}, by their size (up to {size:.3g})" if guessed else None)
 
 
 def _load_lines(roles: Roles, tool: str) -> list[ProposedLine]:
     if roles.force is None:
         assert roles.mass is not None
-        written, _ = _unit(roles.mass, "mass", "kg")
+        written, _ = unit_of_role(roles.mass, "mass", "kg")
         column = quoted(roles.mass.columns[0].header)
         units = f"{{ mass = {quoted(written)} }}"
         line = f"dead_weight = {{ mass_column = {column}, point = {quoted(tool)}, units = {units} }}"
         return [ProposedLine(line, frames=(tool,))]
     doubts = []
-    force, guessed = _unit(roles.force, "force", "N")
+    force, guessed = unit_of_role(roles.force, "force", "N")
     doubts += ["N"] if guessed else []
     units, columns = f"force = {quoted(force)}", roles.force.columns
     if roles.moment is not None:
-        moment, guessed = _unit(roles.moment, "moment", "N*m")
+        moment, guessed = unit_of_role(roles.moment, "moment", "N*m")
         doubts += ["N*m"] if guessed else []
         units += f", moment = {quoted(moment)}"
         columns += roles.moment.columns
@@ -161,7 +162,7 @@ def _load_lines(roles: Roles, tool: str) -> list[ProposedLine]:
         where = f'axes = "base", point = {quoted(frame)}'
         doubts += [] if in_base else ["in base axes"]
     doubts.append("acts on the robot")
-    line = f"wrench = {{ columns = {_columns(Role(columns))}, units = {{ {units} }}, {where} }}"
+    line = f"wrench = {{ columns = {columns_text(Role(columns))}, units = {{ {units} }}, {where} }}"
     return [ProposedLine(line, ", ".join(doubts), (frame,))]
 
 
@@ -170,26 +171,26 @@ def _moved_line(roles: Roles, body: str) -> ProposedLine:
     if roles.deflection is not None:
         size = max(column.size for column in roles.deflection.columns)
         likely = "m" if size < _LARGEST_DEFLECTION_M else "mm" if size < _LARGEST_DEFLECTION_M * 1e3 else "um"
-        written, guessed = _unit(roles.deflection, "translation", likely)
+        written, guessed = unit_of_role(roles.deflection, "translation", likely)
         doubts += [f"{written}, by their size (up to {size:.3g})"] if guessed else []
         units, rotation = f"translation = {quoted(written)}", ""
         if roles.rotation is not None:
             turned = max(column.size for column in roles.rotation.columns)
-            angle, guessed = _unit(roles.rotation, "angle", "rad" if turned < _LARGEST_DEFLECTION_M else "deg")
+            angle, guessed = unit_of_role(roles.rotation, "angle", "rad" if turned < _LARGEST_DEFLECTION_M else "deg")
             doubts += [f"turns in {angle}"] if guessed else []
-            units, rotation = f"{units}, rotation = {quoted(angle)}", f", rotation = {_columns(roles.rotation)}"
+            units, rotation = f"{units}, rotation = {quoted(angle)}", f", rotation = {columns_text(roles.rotation)}"
         doubts += [] if roles.deflection.places else ["in base axes"]
-        columns = f"translation = {_columns(roles.deflection)}{rotation}"
+        columns = f"translation = {columns_text(roles.deflection)}{rotation}"
         line = f'deflection = {{ {columns}, units = {{ {units} }}, body = {quoted(body)}, axes = "base" }}'
         frames: tuple[str, ...] = (body,)
     else:
         assert roles.position is not None
         size = max(column.size for column in roles.position.columns)
-        written, guessed = _unit(roles.position, "position", "m" if size < _LARGEST_POSITION_M else "mm")
+        written, guessed = unit_of_role(roles.position, "position", "m" if size < _LARGEST_POSITION_M else "mm")
         doubts += [f"{written}, by their size (up to {size:.4g})"] if guessed else []
-        columns = f"position = {_columns(roles.position)}"
+        columns = f"position = {columns_text(roles.position)}"
         if roles.quaternion is not None:
-            columns += f", quaternion_wxyz = {_columns(roles.quaternion)}"
+            columns += f", quaternion_wxyz = {columns_text(roles.quaternion)}"
         units = f"{{ position = {quoted(written)} }}"
         line = f"pose = {{ frame = {quoted(TRACKER)}, body = {quoted(body)}, {columns}, units = {units} }}"
         frames = (TRACKER, body)
@@ -233,8 +234,12 @@ def robot_lines(joints: Sequence[str]) -> list[ProposedLine]:
     return [*lines, ProposedLine(""), ProposedLine("[flange]"), ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "")]
 
 
-def _unit(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
+def unit_of_role(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
     """Return the unit of a signal's columns and whether it was guessed.
+
+    Parameters
+    ----------
+    role : the columns. quantity : as in `stiffcal.quantities`. likely : the unit where none is written.
 
     Raises
     ------
@@ -267,7 +272,7 @@ def _unit(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
     return names.pop(), False
 
 
-def _columns(role: Role) -> str:
+def columns_text(role: Role) -> str:
     """Write column names: as a range where that means the same, else as a list."""
     headers = [column.header for column in role.columns]
     if len(headers) > 3:

@@ -39,7 +39,7 @@ def check_purpose(roles: Roles, display_name: str) -> None:
         raise _missing(
             display_name, reason,
             "name them Fx, Fy, Fz (or kg) and dx, dy, dz; joint angles with torques or currents of the drives over "
-            "time serve a friction run: stiffcal init DIR --kind friction",
+            "time serve a friction run: stiffcal init DIR --kind friction --from LOG",
         )  # fmt: skip
     if not loads:
         raise _missing(
@@ -50,7 +50,7 @@ def check_purpose(roles: Roles, display_name: str) -> None:
         raise _missing(
             display_name, "no displacement or position columns are recognised",
             "name them dx, dy, dz (loaded minus unloaded) or X, Y, Z; joint angles with loads on a tool that is held "
-            "fast serve a clamped run: stiffcal init DIR --kind clamped",
+            "fast serve a clamped run: stiffcal init DIR --kind clamped --from LOG",
         )  # fmt: skip
     if roles.deflection is None and not _rows_of_one_pose(roles):
         what = 'experiment = "absolute"' if "absolute" in kind_names() else _ABSOLUTE

@@ -6,7 +6,9 @@ For `init --from` alone, which only proposes; the readers then read exactly what
 from __future__ import annotations
 
 import csv
+import gzip
 import re
+import zlib
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +24,7 @@ from stiffcal.quantities import UnknownUnitError, quantities, unit
 ROWS_LOOKED_AT = 5000
 BYTES_LOOKED_AT = 1 << 22
 
+_GZIP_MAGIC = b"\x1f\x8b"
 _DELIMITERS = (";", "\t", ",", "|")
 _BRACKETED = re.compile(r"^(?P<name>.*?)(?:\[(?P<a>[^\]]*+)\]|\((?P<b>[^)]*+)\)|\s/\s*+(?P<c>\S++))\s*+$")
 _LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which takes the square of its length
@@ -146,11 +149,18 @@ def _decoded(path: Path, display_name: str) -> tuple[str, str]:
     try:
         with path.open("rb") as file:
             content = file.read(BYTES_LOOKED_AT)
+        if content.startswith(_GZIP_MAGIC):
+            with gzip.open(path) as file_in_gzip:
+                content = file_in_gzip.read(BYTES_LOOKED_AT)
         if len(content) == BYTES_LOOKED_AT:  # a long log: whole lines of its beginning
             content = content[: content.rfind(b"\n") + 1]
     except FileNotFoundError:
         raise InputError.at(
             FaultCode.FILE_MISSING, str(path), "", "no such file", "correct the name after --from"
+        ) from None
+    except (EOFError, zlib.error, gzip.BadGzipFile):
+        raise InputError.at(
+            FaultCode.FILE_INCOMPLETE, str(path), "", "the compressed file is damaged or incomplete", "copy it again"
         ) from None
     except OSError as error:
         raise InputError.at(

@@ -35,7 +35,8 @@ def init(
         typer.Option(
             "--from",
             metavar="TABLE.csv",
-            help="Propose the campaign from a table's header and values; once more for each table of a set.",
+            help="Propose the campaign from a table's header and values; once more for each table of a set, or for "
+            "each log of clamped and friction runs.",
         ),
     ] = None,
     urdf: Annotated[Path | None, typer.Option(metavar="F", help="The robot as a URDF (with --from).")] = None,
@@ -58,11 +59,13 @@ def init(
     Example: stiffcal init my-robot --kind load
 
     Example: stiffcal init my-robot --from table.csv --robot irb4400 --tool 0,0,0.2
+
+    Example: stiffcal init my-bench --kind clamped --from position1.csv --from position2.csv
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.init import init_campaign, tool_point
 
-        if table and tool is None and sys.stdin.isatty() and not as_json:
+        if table and tool is None and kind in (None, "load") and sys.stdin.isatty() and not as_json:
             answer.progress.stop()
             question = "tool point, X,Y,Z in m in the flange frame (Enter: write it into campaign.toml later)"
             tool = typer.prompt(question, default="", show_default=False, err=True) or None

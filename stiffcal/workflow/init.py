@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from stiffcal.campaign.from_logs import KINDS_OF_LOGS
 from stiffcal.campaign.reach import check_given
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -28,9 +29,10 @@ def init_campaign(
     Parameters
     ----------
     folder : where; it must not hold a campaign yet.
-    kind : of the template: a commented folder of that kind. None without a table: "load".
+    kind : of the template: a commented folder of that kind. None without a table: "load". With tables: "load",
+        "clamped" or "friction".
     tables : propose the campaign from the headers and values of one table, or of several of equal length (angles in
-        one, forces in another), instead.
+        one, forces in another), instead; for clamped and friction runs from their logs, one run each.
     urdf, robot : with a table: the robot as URDF, or the name of a bundled one.
     tool : with a table: where the load acts and the displacement is measured, m, in the flange frame.
 
@@ -44,13 +46,18 @@ def init_campaign(
     InputError : the options do not go together, or the folder holds a campaign already.
     """
     folder = Path(folder)
-    if tables and kind is not None:
+    of_logs = bool(tables) and kind in KINDS_OF_LOGS
+    if tables and kind is not None and not of_logs and kind != "load":
         raise InputError.at(
             FaultCode.OPTION_CONFLICT,
             "command line",
             "--kind",
-            "a table proposes a load campaign",
-            "give either --kind or --from",
+            f"no campaign of kind {kind} is proposed from a table",
+            "leave out --from, or use --kind load, clamped or friction",
+        )
+    if of_logs and tool is not None:
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT, "command line", "--tool", f"a {kind} run has no tool point", "leave it out"
         )
     only_with_table = {"--urdf": urdf, "--robot": robot, "--tool": tool}
     option = next((name for name, given in only_with_table.items() if given is not None), None)
@@ -63,17 +70,21 @@ def init_campaign(
 
         written, guessed, unused = write_template(folder, kind or "load"), [], []
     else:
+        from stiffcal.campaign.from_logs import propose_from_logs
         from stiffcal.campaign.from_table import propose_campaign
 
         if urdf is not None:
             with suppress(OSError):
                 check_given(urdf)
         with _at_rest(tables) as files_at_rest:
-            proposal = propose_campaign(folder, files_at_rest, urdf=urdf, robot=robot, tool=tool)
+            if of_logs:
+                proposal = propose_from_logs(folder, str(kind), files_at_rest, urdf=urdf, robot=robot)
+            else:
+                proposal = propose_campaign(folder, files_at_rest, urdf=urdf, robot=robot, tool=tool)
         written, guessed = proposal.files, list(proposal.guessed)
-        unused = [f"nothing was seen in column {name}: it is not used" for name in proposal.unused]
+        unused = [f"column {name} is not recognised and not used" for name in proposal.unused]
     files = [str(file) for file in written]
-    if tables and tool is None:
+    if tables and tool is None and not of_logs:
         unused.append(
             "where the tool point lies is in no table: write xyz_m under [frames.tool] in campaign.toml, in m in the "
             "flange frame, or start with --tool X,Y,Z"

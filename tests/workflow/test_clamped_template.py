@@ -1,10 +1,9 @@
-"""`init --kind clamped`: what it writes can be rehearsed, from simulated logs to play and curve."""
+"""`init --kind clamped`: what it writes can be rehearsed, from simulated logs to the missing backlash."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from stiffcal.campaign.templates import write_template
@@ -13,21 +12,42 @@ from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.simulate import simulate_campaign
 
+BACKLASH = """
+[[effects]]
+type = "backlash"
+joints = [3]
+[effects.parameters]
+"backlash.j3.width" = { value = 8.0e-4 }
+"backlash.j3.band" = { value = 4.0 }
+"""
 
-def test_the_template_is_rehearsed_and_identified(tmp_path: Path) -> None:
-    write_template(tmp_path / "cell", "clamped")
-    file = tmp_path / "cell" / "simulate.toml"
+
+def rehearsal(folder: Path, hidden: str = "") -> Path:
+    """The template's rehearsal, with an effect that the analysed model lacks."""
+    write_template(folder / "cell", "clamped")
+    file = folder / "cell" / "simulate.toml"
     file.write_text(file.read_text(encoding="utf-8").replace("rest_s = 1.5", "rest_s = 1.5\npoints = 60"))
-    simulate_campaign(tmp_path / "cell", tmp_path / "rehearsal")
-    found = document_of(identify_campaign(tmp_path / "rehearsal"))
-    values = {one["name"]: one for one in found["parameters"]}
-    assert values["backlash.j3.width"]["value"] == pytest.approx(8e-4, abs=np.deg2rad(0.001))
-    assert values["cubic-stiffness.j3.p1"]["value"] == pytest.approx(3e5, rel=0.02)
-    # what was not driven is not told, and that is said
-    assert (
-        values["cubic-stiffness.j5.p1" if "cubic-stiffness.j5.p1" in values else "cubic-stiffness.j5.c2"]["value"]
-        is None
-    )
-    assert any("cubic-stiffness.j5" in name for one in found["not_identifiable"] for name in one["parameters"])
+    model = folder / "cell" / "model.toml"
+    simplest = model.read_text(encoding="utf-8")
+    model.write_text(simplest + hidden, encoding="utf-8")
+    simulate_campaign(folder / "cell", folder / "rehearsal")
+    (folder / "rehearsal" / "model.toml").write_text(simplest, encoding="utf-8")
+    return folder / "rehearsal"
+
+
+def test_the_model_begins_simple_and_is_identified(tmp_path: Path) -> None:
+    folder = rehearsal(tmp_path)
+    found = document_of(identify_campaign(folder))
+    assert [effect["type"] for effect in found["model"]["effects"]] == ["joint-compliance"]
+    values = {parameter["name"]: parameter for parameter in found["parameters"]}
+    assert values["joint-compliance.j3.c"]["value"] == pytest.approx(3.3e-6, rel=0.01)
+    # what was not driven is not identifiable, and that is stated
+    assert values["joint-compliance.j5.c"]["value"] is None
+    assert any("joint-compliance.j5.c" in entry["parameters"] for entry in found["not_identifiable"])
     # The encoder's step repeats alike in every cycle: it is part of the noise, and nothing is named for it.
-    assert diagnose_campaign(tmp_path / "rehearsal").missing == []
+    assert diagnose_campaign(folder).missing == []
+
+
+def test_what_the_simplest_model_lacks_is_named(tmp_path: Path) -> None:
+    missing = diagnose_campaign(rehearsal(tmp_path, BACKLASH)).missing
+    assert [(entry.effect, entry.where.joints) for entry in missing] == [("backlash", [3])]
