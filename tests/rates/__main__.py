@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.rates import benches
 from tests.rates.playing import CLASSES, FAULTY, PLAYED_BY_BALANCE, player_of
 from tests.rates.scoring import Verdict
 from tests.rates.workers import Job, one_campaign, one_thread_each
@@ -22,6 +23,8 @@ from tests.rates.workers import Job, one_campaign, one_thread_each
 ASKED = {
     "none": 0.98, "one 4x": 0.98, "one 1x": 0.90, "one 0.5x": 0.75, "several": 0.80, "outside 4x": 0.90,
     "outside 1x": 0.90,
+    "clamped none": 0.98, "clamped 3x": 0.95, "clamped 1x": 0.85, "clamped two": 0.80, "clamped outside": 0.90,
+    "friction none": 0.98, "friction 3x": 0.95, "friction 1x": 0.85, "friction two": 0.80, "friction outside": 0.90,
 }  # fmt: skip
 
 
@@ -45,8 +48,8 @@ def highest(count: int, total: int) -> float:
 
 def table_of(verdicts: Sequence[Verdict]) -> str:
     """Return the rates as text."""
-    lines = [f"{'class':<12}{'good':>6}{'of':>5}{'rate':>8}   95 % interval   asked  firm wrong  MuJoCo  outcomes"]
-    for kind in CLASSES:
+    lines = [f"{'class':<17}{'good':>6}{'of':>5}{'rate':>8}   95 % interval   asked  firm wrong  MuJoCo  outcomes"]
+    for kind in (*CLASSES, *benches.CLASSES):
         own = [v for v in verdicts if v.kind == kind]
         if not own:
             continue
@@ -57,12 +60,12 @@ def table_of(verdicts: Sequence[Verdict]) -> str:
         firm = sum(v.firm_wrong for v in own)
         mujoco = sum(v.player == "mujoco" for v in own)
         lines.append(
-            f"{kind:<12}{good:>6}{len(own):>5}{100 * good / len(own):>7.1f}%   {100 * low:5.1f}–{100 * high:5.1f} %"
+            f"{kind:<17}{good:>6}{len(own):>5}{100 * good / len(own):>7.1f}%   {100 * low:5.1f}–{100 * high:5.1f} %"
             f"   {asked:>5}  {firm:>10}  {mujoco:>6}  {counts}"
         )
-    named = [v for v in verdicts if v.good and v.hidden and not v.kind.startswith("outside") and v.kind not in FAULTY]
+    named = [v for v in verdicts if v.good and v.hidden and "outside" not in v.kind and v.kind not in FAULTY]
     judged = [v.p_parameters for v in verdicts if v.p_parameters is not None]
-    outside = [v for v in verdicts if v.kind.startswith("outside")]
+    outside = [v for v in verdicts if "outside" in v.kind]
     new = [v.firm_wrong for v in verdicts if v.kind not in PLAYED_BY_BALANCE]
     lines += [
         _share("a firm wrong name (asked: at most 1 %)", [v.firm_wrong for v in verdicts]),
@@ -93,7 +96,7 @@ def _pooled(firm_wrong: Sequence[bool]) -> str:
 def line_of(number: int, verdict: Verdict) -> str:
     """Return what there is to say of a campaign that did not go well; empty where all is well."""
     firm = " FIRM WRONG" if verdict.firm_wrong else ""
-    p, inside = verdict.p_parameters, verdict.hidden and not verdict.kind.startswith("outside")
+    p, inside = verdict.p_parameters, verdict.hidden and "outside" not in verdict.kind
     inside = inside and verdict.kind not in FAULTY
     if not verdict.firm_wrong and verdict.good and (p is None or p > 0.001) and (verdict.within or not inside):
         return ""
@@ -123,13 +126,13 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--verbose", action="store_true", help="a line per campaign that did not go well")
     parser.add_argument("--json", type=Path, help="write every verdict to this file")
     chosen = parser.parse_args(arguments)
-    kinds = [kind.strip() for kind in chosen.classes.split(",") if kind.strip()] or list(CLASSES)
+    kinds = [kind.strip() for kind in chosen.classes.split(",") if kind.strip()] or [*CLASSES, *benches.CLASSES]
     jobs = [
         Job(
             chosen.seed,
             kind,
             number,
-            player_of(chosen.player, kind, number),
+            benches.player_of(kind, number) if kind in benches.CLASSES else player_of(chosen.player, kind, number),
             chosen.effect,
             tuple(chosen.without.split(",")),
         )

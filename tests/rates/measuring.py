@@ -18,7 +18,7 @@ from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.random_robots import DrawnRobot
 from tests.rates.hiding import shift_of_places
 
-Player = Literal["balance", "mujoco"]
+Player = Literal["balance", "mujoco", "laws"]
 """What moves the robot: the product's own balance, or MuJoCo with none of its mechanics."""
 
 

@@ -10,6 +10,8 @@ from multiprocessing import get_context
 
 import numpy as np
 
+from tests.rates import benches
+from tests.rates.bench_scoring import judge_bench
 from tests.rates.faulty import judge_faulty, simulate_faulty
 from tests.rates.measuring import Player
 from tests.rates.playing import CLASSES, FAULTY, simulate_runs
@@ -45,8 +47,11 @@ def one_thread_each(workers: int) -> ProcessPoolExecutor:
 
 def one_campaign(job: Job) -> Verdict:
     """Draw and judge one campaign; a crash is a verdict too, with its traceback."""
-    rng = np.random.default_rng([job.seed, CLASSES.index(job.kind), job.number])
+    classes = (*CLASSES, *benches.CLASSES)
+    rng = np.random.default_rng([job.seed, classes.index(job.kind), job.number])
     try:
+        if job.kind in benches.CLASSES:
+            return judge_bench(job.kind, rng, job.player)
         if job.kind in FAULTY:
             return judge_faulty(simulate_faulty(job.kind, rng, job.player))
         return judge_campaign(simulate_runs(job.kind, rng, job.only, job.player), job.without)

@@ -1,0 +1,48 @@
+"""Campaigns of one joint on a bench: what is drawn, and that a drawn effect is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.rates.bench_scoring import judge_bench
+from tests.rates.benches import CLAMPED, draw_clamped_motion, draw_clamped_values, write_bench
+from tests.rates.mujoco_friction import friction_torque
+
+
+def test_friction_of_a_mujoco_hinge() -> None:
+    velocity = np.array([-1.5, -0.1, -0.005, 0.0, 0.005, 0.1, 1.5])
+    assert friction_torque(velocity, 30.0, 20.0) == pytest.approx(30.0 * np.sign(velocity) + 20.0 * velocity, abs=1e-6)
+
+
+def test_a_play_operator_stays_behind_by_its_slip() -> None:
+    rng = np.random.default_rng(4)
+    motion = draw_clamped_motion(rng, 100.0)
+    values = draw_clamped_values("friction-hysteresis", rng, 100.0)
+    loop = CLAMPED["friction-hysteresis"](motion, values)
+    rising = np.gradient(motion.torque) > 0.0
+    late = motion.time > 0.5 * motion.time.max()
+    top = np.abs(motion.torque) < 0.3 * 100.0
+    behind = motion.torque[late & top & rising] - loop[late & top & rising]
+    assert behind == pytest.approx(np.full(behind.size, values["slip"]), abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["clamped two", "friction two"])
+def test_draws_differ_by_seed_and_repeat(kind: str, tmp_path: Path) -> None:
+    first, again, other = (
+        write_bench(tmp_path / str(number), kind, np.random.default_rng(seed)) for number, seed in enumerate((5, 5, 6))
+    )
+    assert first == again
+    assert first != other
+    assert len(first.hidden) == 2
+    logs = [sorted((tmp_path / str(number) / "raw").iterdir()) for number in range(2)]
+    assert [path.read_bytes() for path in logs[0]] == [path.read_bytes() for path in logs[1]]
+
+
+@pytest.mark.parametrize("kind", ["clamped 3x", "friction 3x"])
+def test_an_effect_of_three_times_the_noise_is_named(kind: str) -> None:
+    verdict = judge_bench(kind, np.random.default_rng(8), "laws")
+    assert verdict.outcome == "right"
+    assert not verdict.firm_wrong
