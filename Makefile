@@ -38,7 +38,7 @@ bench: $(VENV)/test.stamp
 coverage: $(VENV)/test.stamp
 	$(BIN)/python -m tests.benchmarks.coverage
 
-# the campaigns whose truth is told (campaigns/hidden): what is named, is it right, error before and after
+# the campaigns whose truth is known (campaigns/hidden, joints, absolute): what is named, is it right, error before, after
 practice: $(VENV)/test.stamp
 	$(BIN)/python -m tests.rates.practice
 

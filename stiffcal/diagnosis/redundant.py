@@ -28,9 +28,11 @@ def redundant_effects(bench: SearchContext[S, F], fit: F, basic: Sequence[str]) 
     candidates: list[Candidate] = []
     present, robot = bench.scan(fit, []), fit.robot
     for placed_effect in fit.robot.placed:
-        if placed_effect.effect.name in basic or not placed_effect.effect.parameters:
+        effect = placed_effect.effect
+        # Frames to be estimated are the manifest's choice, not the model file's: no command could remove them.
+        if effect.name in basic or effect.moves_frames or not effect.parameters:
             continue
-        candidate = Candidate(placed_effect.effect, placed_effect.place, len(placed_effect.effect.parameters))
+        candidate = Candidate(effect, placed_effect.place, len(effect.parameters))
         reduced = without(robot, candidate)
         scan = bench.scan(bench.fit(reduced), [candidate], fit)
         # However few the poses are by which a rise could be judged: what serves is not taken away for want of proof;

@@ -64,7 +64,8 @@ def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
         catalogue,
         Settings(fixed=fixed_parameters(campaign.model) - {setting.parameter for setting in search.contradicted}),
     )
-    basic = [entry.type for entry in default_model(campaign.chain.n_joints).effects]
+    experiments = {run.experiment for run in campaign.manifest.runs}
+    basic = [entry.type for entry in default_model(campaign.chain.n_joints, experiments).effects]
     redundant = redundant_effects(bench, present, basic)
     diagnosis = diagnosis_result(data.states, search)
     return replace(

@@ -1,8 +1,9 @@
 """`make practice`: the campaigns whose truth is told, through the library as ingest and diagnose use it.
 
 A table of what was hidden, what is named first and whether that is right, with the error in held-out poses before and
-after, over the noise. ``campaigns/hidden`` holds those of loads, ``campaigns/joints`` those of single joints; a folder
-given on the command line is taken for one of loads. Absolute campaigns are not scored.
+after, over the noise. ``campaigns/hidden`` holds those of loads, ``campaigns/joints`` those of single joints,
+``campaigns/absolute`` those of absolute places. A folder given on the command line is scored alone, as one of loads or
+of absolute places.
 """
 
 from __future__ import annotations
@@ -20,13 +21,14 @@ from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.errors import no_progress
 from stiffcal.ingest.reducing import reduce_campaign
-from stiffcal.model.assembly import compliant_robot
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.rates.practice_joints import JOINTS, ask_joint, joint_table, read_truths
 from tests.rates.workers import one_thread_each
 
 HIDDEN = Path(__file__).resolve().parents[2] / "campaigns" / "hidden"
+ABSOLUTE = HIDDEN.with_name("absolute")
 
 
 @dataclass(frozen=True)
@@ -78,8 +80,7 @@ def search_campaign(folder: Path) -> Search:
     """Read a campaign as ingest does, bumped readings set aside, and look for what its model lacks."""
     campaign = load_campaign(folder)
     states = reduce_campaign(campaign, no_progress).states
-    catalogue = built_in_effects()
-    return search_missing(states, compliant_robot(campaign.chain, campaign.model, catalogue), catalogue)
+    return search_missing(states, placed_robot(campaign), built_in_effects())
 
 
 def is_right(hidden: Sequence[str], outside: bool, search: Search) -> bool:
@@ -142,14 +143,17 @@ def table_of(answers: Sequence[Answer]) -> str:
 
 def main(arguments: Sequence[str]) -> int:
     """Ask all; the folder may be given."""
-    folder = Path(arguments[0]) if arguments else HIDDEN
-    folders = [folder / name for name in sorted(truth(folder)) if (folder / name / "campaign.toml").is_file()]
+    chosen = [Path(argument) for argument in arguments[:1]] or [HIDDEN, ABSOLUTE]
+    folders = [folder / name for folder in chosen for name in sorted(truth(folder))]
+    folders = [folder for folder in folders if (folder / "campaign.toml").is_file()]
     joints = [] if arguments else [JOINTS / name for name in sorted(read_truths())]
     with one_thread_each(2) as pool:
         answers, of_joints = list(pool.map(ask, folders)), list(pool.map(ask_joint, joints))
-    print(table_of(answers))
+    tables = [table_of([a for a, f in zip(answers, folders, strict=True) if f.parent == folder]) for folder in chosen]
     if of_joints:
-        print(f"\nJoints\n{joint_table(of_joints)}\n\nAbsolute campaigns: not scored by this command")
+        tables.insert(1, f"Joints\n{joint_table(of_joints)}")
+        tables[2] = f"Absolute places\n{tables[2]}"
+    print("\n\n".join(tables))
     right = [answer.right for answer in answers] + [answer.right for answer in of_joints]
     return 0 if all(right) else 1
 

@@ -1,0 +1,58 @@
+"""The practice campaigns of absolute places: what is named, against what is hidden in them."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from stiffcal.workflow.improve import improve_campaign
+from stiffcal.workflow.steps import RunContext
+from tests.rates.practice import ABSOLUTE, Answer, ask, truth
+
+NAMES = sorted(truth(ABSOLUTE))
+TILTS = pytest.mark.xfail(strict=True, reason="tilts of two joints are named in place of the link's bending")
+BAND = pytest.mark.xfail(
+    strict=True, reason="1.59: the fit ends at a band of 15 N·m with reduced χ² 2.19; at 6 N·m it would be 1.03"
+)
+
+
+@pytest.fixture(scope="module")
+def answers() -> dict[str, Answer]:
+    """The search's answer for each campaign."""
+    return {name: ask(ABSOLUTE / name) for name in NAMES}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[TILTS] if name == "05" else []) for name in NAMES])
+def test_names_what_is_hidden(name: str, answers: dict[str, Answer]) -> None:
+    answer = answers[name]
+    assert answer.right, f"{answer.hidden or 'nothing'} is hidden, {answer.named or 'nothing'} is named"
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["01", "02", pytest.param("03", marks=BAND), "04", pytest.param("05", marks=TILTS), "06"],
+)
+def test_errors_in_regions_left_out_are_within_fifteen_percent_of_the_noise(
+    name: str, answers: dict[str, Answer]
+) -> None:
+    """A refit of the true effects errs by at least the noise: this is closer than within 15 % of that refit."""
+    assert answers[name].after < 1.15
+
+
+@pytest.mark.parametrize("name", ["01", "07"])
+def test_nothing_is_added_or_removed_where_no_effect_of_the_catalogue_is_hidden(name: str, tmp_path: Path) -> None:
+    """Frames to be estimated are no effects of the model file, and geometry belongs to every model of such places."""
+    folder = shutil.copytree(ABSOLUTE / name, tmp_path / name, ignore=shutil.ignore_patterns("store"))
+    improved = improve_campaign(folder, RunContext())
+    assert [step.action for step in improved.steps] == ["start"]
+    assert improved.unexplained is truth(ABSOLUTE)[name]["outside_the_catalogue"]
+
+
+def test_campaigns_are_whole() -> None:
+    assert len(NAMES) == 7
+    for name in NAMES:
+        files = {path.name for path in (ABSOLUTE / name).iterdir()}
+        assert files >= {"campaign.toml", "model.toml", "robot.toml", "raw"}
+        assert (ABSOLUTE / name / "raw" / "poses.csv").is_file()
