@@ -304,7 +304,7 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
         if isinstance(signal, Lengths):
             for column in signal.columns:
                 if column not in manifest.ids:
-                    reason = f'nothing says where the rod "{column}" is fixed'
+                    reason = f'where the rod "{column}" is fixed is not given'
                     yield _fault(
                         FaultCode.KEY_MISSING,
                         f"{place}.columns",

@@ -35,11 +35,11 @@ from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_res
 
 COMMANDS = {
     "init": "Make a commented campaign folder, or propose one from a table.",
-    "check": "Say what was understood and what is still missing.",
+    "check": "Check the folder: what is understood, what is missing.",
     "ingest": "Turn raw logs into load states in the Parquet store.",
     "identify": "Fit the model: each stiffness with its uncertainty.",
-    "validate": "Hold the model against poses the fit has not seen.",
-    "diagnose": "Learn which physical effect the model lacks.",
+    "validate": "Judge the model in held-out poses.",
+    "diagnose": "Find which physical effect the model lacks.",
     "improve": "Add what is missing, step by step, then remove what is not needed.",
     "compare": "Compare two campaigns of one robot.",
     "history": "List every fit: model, error in held-out poses, noise.",
@@ -56,7 +56,7 @@ COMMANDS = {
     "effects": "List the physical effects, or explain one.",
     "add": "Add a physical effect to model.toml.",
     "remove": "Remove a physical effect from model.toml.",
-    "trust": "Show what a campaign folder wants to run, and allow it.",
+    "trust": "List what a campaign folder wants to run, and allow it.",
     "demo": "Run the whole loop on a bundled example.",
 }
 """Every command, with the first line of its help: what the list of commands is made of without importing them all."""

@@ -40,7 +40,7 @@ def check(
     as_json: AsJson = False,
     store: StoreAt = None,
 ) -> int:
-    """Say what was understood and what is still missing.
+    """Check the folder: what is understood, what is missing.
 
     Reads everything (streamed), names every fault with its place, and is usable while still measuring.
     Ends with exit code 1 where the campaign is not ready.

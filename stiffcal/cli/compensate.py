@@ -26,7 +26,7 @@ PathFile = Annotated[
         "--path",
         metavar="FILE",
         help="CSV: a column per joint (degrees), or X, Y, Z (mm) with qw … qz or roll, pitch, yaw (degrees); "
-        "beside them Fx … Tz (N, N·m), t (s), segment.",
+        "optionally Fx … Tz (N, N·m), t (s), segment.",
         show_default=False,
     ),
 ]

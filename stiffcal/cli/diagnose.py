@@ -25,10 +25,10 @@ MOST_ROWS = 8
 
 
 def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate = False, store: StoreAt = None) -> int:
-    """Learn which physical effect the model lacks.
+    """Find which physical effect the model lacks.
 
-    Tries every effect at every place beside everything else, in poses the fit has not seen; says how sure it is, what
-    else could look the same, and when nothing is missing.
+    Adds every effect at every place to the model in turn, refits everything, and judges each in held-out poses. States
+    the confidence, which other effects could look the same, and whether anything is missing at all.
 
     Example: stiffcal diagnose demo
     """
@@ -139,7 +139,7 @@ def _show_pace(console: Console, pace: SearchPace) -> None:
     if pace.candidates == 0:
         return
     console.print(
-        f"\ntried {pace.candidates} candidates ({pace.signatures} with their shapes) beside "
+        f"\ntried {pace.candidates} candidates ({pace.signatures} with their shapes) next to "
         f"{pace.models} model{'s' * (pace.models != 1)} in {significant(pace.seconds)} s: "
         f"{pace.candidates_per_second:.0f} candidates per second, the choice repeated in every fold"
     )

@@ -210,7 +210,7 @@ def _facts(effect: EffectDescription) -> list[tuple[str, str]]:
     excluded = ", ".join(effect.excludes)
     rows = (
         ("Needs", "; ".join(effect.needs) or "load states in several poses, nothing else"),
-        ("Holds already", included and f"{included}: not beside it at the same place"),
+        ("Holds already", included and f"{included}: not next to it at the same place"),
         ("Not together with", excluded),
         ("Fingerprint", effect.fingerprint),
         ("Looks like", ", ".join(effect.looks_like)),

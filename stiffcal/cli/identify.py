@@ -29,7 +29,11 @@ def identify(
     folder: Folder = HERE,
     loss: Annotated[str, typer.Option(help="linear (least squares) or huber (outliers count less).")] = "linear",
     dual_quaternions: Annotated[
-        bool, typer.Option("--dual-quaternions", help="Joint springs in paper 003's form too, beside the matrix form.")
+        bool,
+        typer.Option(
+            "--dual-quaternions",
+            help="Joint springs as dual quaternions too (Li et al. 2019), next to the matrix form.",
+        ),
     ] = False,
     coupling: Annotated[
         bool, typer.Option("--coupling", help="With rods on a link: the same readings without them, side by side.")
@@ -110,7 +114,7 @@ def geometry_in_words(geometry: GeometryTaken) -> str:
 
 
 def _show_dual_quaternions(console: Console, comparison: DualQuaternionFit) -> None:
-    """Draw the two forms next to each other, and the paper's unweighted estimate apart."""
+    """Draw the two forms next to each other, and the paper's unweighted estimate separately."""
 
     def stiffness(compliance: float | None) -> str:
         return significant(1.0 / compliance) if compliance else "–"

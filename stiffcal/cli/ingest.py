@@ -24,7 +24,7 @@ def ingest(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None
     """Turn raw logs into load states in the Parquet store.
 
     Clocks are aligned, holds found, references taken. With nothing changed since the last time it does
-    nothing and says so.
+    nothing and reports that.
 
     Example: stiffcal ingest demo
     """

@@ -28,8 +28,10 @@ def show_links(console: Console, links: list[LinkResult]) -> None:
     """Draw what the rods show of each link: what they carry, the compliance of its end, what they do not identify."""
     for link in links:
         tool_share = link.share_of_tool
-        apart = "" if link.torsion.identifiable else ", its twist left out"
-        of_tool = "" if tool_share is None else f"; {share(tool_share)} of the tool's deflection is the link's{apart}"
+        without_twist = "" if link.torsion.identifiable else ", its twist left out"
+        of_tool = (
+            "" if tool_share is None else f"; {share(tool_share)} of the tool's deflection is the link's{without_twist}"
+        )
         console.print(f"{link.link}: {len(link.rods)} rods carry {', '.join(link.carried)}{of_tool}")
         as_beam = " (as a beam)" if link.compliance_structure == "beam" else ""
         table = plain_table(f"compliance of the link's end{as_beam}", "value, ± 95 %>", "")

@@ -49,7 +49,9 @@ def predict(
         ),
     ] = None,
     points: Annotated[int, typer.Option(help="Points on each leg of the load path.")] = 20,
-    note: Annotated[str, typer.Option(metavar="WORDS", help="What the report says beside the load path.")] = "",
+    note: Annotated[
+        str, typer.Option(metavar="WORDS", help="A note that the report prints next to the load path.")
+    ] = "",
     output: Output = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,

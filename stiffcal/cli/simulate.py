@@ -22,7 +22,7 @@ def simulate(
     source: Annotated[
         Path,
         typer.Option(
-            "--from", metavar="DIR", help="Campaign with robot, model (every parameter valued), simulate.toml."
+            "--from", metavar="DIR", help="Campaign with robot, model (every parameter with a value), simulate.toml."
         ),
     ],
     seed: Annotated[

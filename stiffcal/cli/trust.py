@@ -54,7 +54,7 @@ def trust(
     yes: Annotated[bool, typer.Option("--yes", help="Allow without asking.")] = False,
     as_json: AsJson = False,
 ) -> int:
-    """Show what a campaign folder wants to run, and allow it.
+    """List what a campaign folder wants to run, and allow it.
 
     A campaign from somebody else may bring code (plugins) and queries to a database. None of it runs until you have
     allowed it here. What you allow is this content, by its SHA-256, in whatever folder: a change needs a new look. It

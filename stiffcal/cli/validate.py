@@ -1,4 +1,4 @@
-"""`stiffcal validate`: the model against measurement in poses the fit has not seen."""
+"""`stiffcal validate`: the model against measurement in held-out poses."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def validate(
     no_update: NoUpdate = False,
     store: StoreAt = None,
 ) -> int:
-    """Hold the model against poses the fit has not seen.
+    """Judge the model in held-out poses.
 
-    Says where it fails. Ends with exit code 1 where a threshold of campaign.toml, or of --thresholds, is not held.
+    Lists where it fails. Ends with exit code 1 where a threshold of campaign.toml, or of --thresholds, is exceeded.
 
     Example: stiffcal validate demo
     """

@@ -20,7 +20,7 @@ class LinearCompensation:
 
     Parameters
     ----------
-    robot : chain and effects, every parameter valued, all of them linear.
+    robot : chain and effects, every parameter with a value, all of them linear.
     setup : where load and target are; the wrench's axes and point ride on bodies of the chain, or are the base's.
     leave_out : names of effects that may be left out because they are not linear.
 

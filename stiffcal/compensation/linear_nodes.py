@@ -67,11 +67,11 @@ class NodeChain:
 
 
 def linear_nodes(robot: CompliantRobot, setup: MeasurementSetup, leave_out: Sequence[str] = ()) -> LinearNodes:
-    """Return the linear part of a valued robot.
+    """Return the linear part of a robot with values.
 
     Parameters
     ----------
-    robot : chain and effects, every parameter valued.
+    robot : chain and effects, every parameter with a value.
     setup : where the instruments sit.
     leave_out : names of effects that may be left out.
 

@@ -64,7 +64,7 @@ def link_parts(
 
     Parameters
     ----------
-    robot : valued.
+    robot : with values.
     angles : (n, J) model angles, rad.
     wrench : (n, 6) acting as the set-up states.
     order : of the states, for laws with a memory; None where each stands alone.

@@ -54,11 +54,11 @@ def predict_states(
     covariance: Mapping[str, Mapping[str, float]] | None = None,
     in_order: bool = False,
 ) -> Prediction:
-    """Predict deflection and stiffness of a valued robot.
+    """Predict deflection and stiffness of a robot with values.
 
     Parameters
     ----------
-    robot : chain and effects, every parameter valued.
+    robot : chain and effects, every parameter with a value.
     joints : (n, L) logged joint angles, rad.
     wrench : (n, 6) N and N·m, base axes, on the robot, about the set-up's wrench point.
     setup : where load and target are.

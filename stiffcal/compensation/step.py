@@ -57,7 +57,7 @@ class CompensationStep:
 
     Parameters
     ----------
-    robot : chain and effects, every parameter valued.
+    robot : chain and effects, every parameter with a value.
     setup : where force sensor and target sit; the target is what is kept in place.
     settings : how the loop runs.
 

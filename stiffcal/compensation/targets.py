@@ -109,7 +109,7 @@ def correct_joints(
 
     Parameters
     ----------
-    robot : chain and effects, every parameter valued.
+    robot : chain and effects, every parameter with a value.
     joints : (n, L) commanded logged angles, rad.
     wrench : (n, 6) N and N·m on the robot, in the set-up's wrench axes about its wrench point.
     setup : where load and target are.

@@ -78,11 +78,11 @@ def map_workspace(
     task: MapTask,
     covariance: Mapping[str, Mapping[str, float]] | None = None,
 ) -> WorkspaceMap:
-    """Find what a valued robot does at points of its workspace.
+    """Compute what a robot with values does at points of its workspace.
 
     Parameters
     ----------
-    robot : chain and effects, every parameter valued.
+    robot : chain and effects, every parameter with a value.
     setup : where load and target are.
     task : points, load, and what is wanted.
     covariance : of the parameters, by full names; None: taken as exact.

@@ -209,7 +209,7 @@ def _refused_by_places(search: Search) -> list[str]:
     if float(leader.score.heldout.sum()) >= float(search.first.base.heldout.sum()):
         return []
     name = candidate_in_words(leader.candidate)
-    reason = f"absolute places speak against it, {places_in_words(leader.places)}"
+    reason = f"absolute positions contradict it, {places_in_words(leader.places)}"
     return [f"{name} fits the displacements best and is not named: {reason}"]
 
 
@@ -280,9 +280,9 @@ def why_rejected(scan: Scan, trial: Trial) -> str:
     """Return why a candidate is not supported, in words."""
     judgement = judge(scan, trial)
     if trial.places is not None and trial.places.contradicted:
-        return f"absolute places speak against it, {places_in_words(trial.places)}"
+        return f"absolute positions contradict it, {places_in_words(trial.places)}"
     if not judgement.possible:
-        return "its values would have to be impossible (negative, or nothing)"
+        return "its values would have to be impossible (negative or zero)"
     if judgement.fall <= 0.0:
         return "the error in held-out poses does not fall"
     if not alike(scan, trial, scan.trials[0]):

@@ -34,7 +34,7 @@ class GeometryNuisance:
     """What the geometry's tolerance makes in the readings of a campaign."""
 
     robot: CompliantRobot
-    """Valued, whose geometry is varied."""
+    """Robot with values, whose geometry is varied."""
     sizes: Floats
     """(6J,) standard deviations, m and rad, in the order of `geometry_changes`."""
     chosen: Booleans | None

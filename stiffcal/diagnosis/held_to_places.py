@@ -84,7 +84,7 @@ class ReferencePlaces:
 
         Parameters
         ----------
-        robot : valued, with the effect.
+        robot : with values and with the effect.
         placed : the effect, one of the robot's.
         std : standard uncertainty of the effect's size, as a share of it.
         """

@@ -86,7 +86,7 @@ def poses_helped(scan: LoadScan, trial: Trial) -> int:
 
 
 def with_values_of(scan: LoadScan, trial: Trial) -> CompliantRobot:
-    """Return the model with the candidate, both valued as the scan found them with all poses."""
+    """Return the model with the candidate, both with the values that the scan found with all poses."""
     fit = scan.fit
     fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)

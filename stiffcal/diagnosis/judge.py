@@ -220,7 +220,7 @@ def judge(scan: Scan, trial: Trial) -> Judgement:
 
 
 def judge_choice(scan: Scan, leader: Trial) -> Judgement:
-    """Judge the leader with the choice repeated in every fold: picking the best of a hundred flatters.
+    """Judge the leader with the choice repeated in every fold, against selection bias.
 
     The fall is that with the choice repeated. Its standard errors are the leader's own: where one pose decides most,
     another candidate is chosen without it and errs there by far, which shows that this pose was needed for the choice,

@@ -30,8 +30,8 @@ class ProposedEffect:
     form: OrAbsent[dict[str, float]] = None
     """Fitted values, SI, by symbol, of the form of the law that fits best, where `add` writes another by itself."""
     searched_in: OrAbsent[str] = None
-    """The data that were searched apart from others: ``clamped-j2``, ``motion-j2`` or ``loads``. Effects of different
-    searches share no parameter, and can be added in one step.
+    """The data that were searched separately: ``clamped-j2``, ``motion-j2`` or ``loads``. Effects of different searches
+    share no parameter, and can be added in one step.
     """
 
 
@@ -89,7 +89,7 @@ class AgreementWithPlaces:
     std: float
     """Standard uncertainty of the difference, from the geometry's tolerance and from the fit."""
     contradicted: bool
-    """Whether the places speak against it: the candidate is then rejected."""
+    """Whether the absolute positions contradict it: the candidate is then rejected."""
     supported: bool
     """Whether the places show it by themselves, and not something else."""
 
@@ -358,7 +358,7 @@ class DiagnoseResult(CommandResult):
     evidence: Annotated[list[EffectEvidenceSummary], NOT_PROMISED]
     """The evidence for what is missing, and for what the model holds beyond the joints' compliances."""
     suspects: OrAbsent[list[Suspect]] = None
-    """Runs and rows that disagree with all the others; the answer is without them, steps inside a run apart."""
+    """Runs and rows that disagree with all the others; the answer is without them, except for steps inside a run."""
     suspects_not_checked: OrAbsent[RunsNotChecked] = None
     """What was not compared with the other runs, and why, where there is anything."""
     with_suspects: OrAbsent[WithSuspects] = None

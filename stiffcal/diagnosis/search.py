@@ -53,7 +53,7 @@ def search_missing(
     Parameters
     ----------
     states : the campaign's load states.
-    robot : the present model, valued or not.
+    robot : the present model, with or without values.
     catalogue : effects by name.
     settings : how fits are made.
     progress : receives a description of each step.
@@ -75,7 +75,7 @@ def search_in(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progr
     Parameters
     ----------
     bench : data, catalogue and settings.
-    robot : the present model, valued or not.
+    robot : the present model, with or without values.
     progress : receives a description of each step.
 
     Raises

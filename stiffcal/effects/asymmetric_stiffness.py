@@ -46,8 +46,8 @@ class AsymmetricStiffness(DocumentedEffect):
             lower=-1e-3,
             upper=1e-3,
             typical=2e-7,
-            source="paper 004, Table 2, joint 2 of a KUKA KR125: slopes at plus and minus 0.05° differ by a sixth; a "
-            "tenth of a drive of 2e-6 (Wang, Zhang and Fuhlbrigge 2009, section III.C)",
+            source="Lehmann et al. 2013, Table 2, KUKA KR125, joint 2: slopes at plus and minus 0.05° differ by a "
+            "sixth; a tenth of a drive of 2e-6 (Wang, Zhang and Fuhlbrigge 2009, section III.C)",
         ),
     )
     needs = ("torque of both signs on the joint",)

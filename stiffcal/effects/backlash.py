@@ -49,7 +49,7 @@ class Backlash(DocumentedEffect):
     parameters = (
         ParameterSpec(
             "width", "rad", "lost motion between the flanks", 0.0, 0.05, 2e-3,
-            "paper 004, Table 2 (KUKA KR125, clamped): 0.10° to 0.16°; new precision gears: 1 arc minute or less",
+            "Lehmann et al. 2013, Table 2 (KUKA KR125, clamped): 0.10° to 0.16°; new precision gears: 1 arc minute",
         ),
         ParameterSpec(
             "band", "N·m", "torque within which the gap is crossed", 1e-3, 1e4, 5.0,

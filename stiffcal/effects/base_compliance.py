@@ -25,13 +25,13 @@ _TURN = CompliantAxis(
     "turn of the base about its {axis} axis",
     1e-3,
     7e-8,
-    "as stiff as the bearing of joint 1 in Table 1 of paper 000: 1/1.4e7; anchored plates are several times softer",
+    "as stiff as joint 1's bearing of a KUKA KR240 (after Rösch): 1/1.4e7; anchored plates are several times softer",
 )
 _SHIFT = CompliantAxis(
     "shift of the base along its {axis} axis",
     1e-5,
     5e-9,
-    "paper 001, section III.C: all translations together below 4e-8",
+    "Schneider et al. 2014, section III.C: all translations together below 4e-8",
 )
 
 

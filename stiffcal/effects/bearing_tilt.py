@@ -24,7 +24,7 @@ from stiffcal.model.effect import (
     joint_node,
 )
 
-_SOURCE = "Table 1 of paper 000 (KUKA KR240, after Rösch): 1/1.5e7 (joint 2) to 1/3.7e6 (joint 6)"
+_SOURCE = "KUKA KR240, after Rösch: 1/1.5e7 (joint 2) to 1/3.7e6 (joint 6)"
 _AXES = {"x": RX, "y": RY}
 
 

@@ -38,7 +38,7 @@ class ClockOffset(DocumentedEffect):
     )  # fmt: skip
     needs = ("sweeps or ramps logged at a rate",)
     looks_like = ("friction-hysteresis", "creep")
-    fingerprint = "loading and unloading run apart, the more the faster the load moves, and not at all while it is held"
+    fingerprint = "loading and unloading differ, the more the faster the load moves, and not at all while it is held"
     how_to_check = "Tap the tool: the tap must show at the same time in all logs. Or repeat a sweep at half the speed."
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:

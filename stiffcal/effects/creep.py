@@ -55,7 +55,7 @@ class Creep(DocumentedEffect):
         ),
         ParameterSpec(
             "time", "s", "time after which 63 % have come", 1e-2, 1e6, 30.0,
-            "Wang, Zhang and Fuhlbrigge 2009 wait one minute at each load, paper 001 a few seconds",
+            "Wang, Zhang and Fuhlbrigge 2009 wait one minute at each load, Schneider et al. 2014 a few seconds",
             ParameterRole.NONLINEAR,
         ),
     )  # fmt: skip

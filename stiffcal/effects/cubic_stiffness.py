@@ -27,9 +27,10 @@ from stiffcal.model.effect import (
 )
 
 _SOURCE = (
-    "paper 004, Table 2, joint 2 of a KUKA KR125 (−42.5 φ³ − 5.30 φ² + 6.35 φ, 10³ N·m over degrees), turned round"
+    "Lehmann et al. 2013, Table 2, joint 2 of a KUKA KR125 (−42.5 φ³ − 5.30 φ² + 6.35 φ, 10³ N·m over degrees), "
+    "turned round"
 )
-_CLAMPED = "paper 004, Table 2: 2·10⁴ to 6·10⁶ N·m over degrees at the flanks of a KUKA KR125's joints, in SI"
+_CLAMPED = "Lehmann et al. 2013, Table 2: 2·10⁴ to 6·10⁶ N·m over degrees at the flanks of a KUKA KR125's joints, in SI"
 
 
 class CubicStiffness(DocumentedEffect):

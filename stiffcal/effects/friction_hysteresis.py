@@ -55,7 +55,7 @@ class FrictionHysteresis(DocumentedEffect):
         ),
         ParameterSpec(
             "slip", "N·m", "torque by which the part stays behind", 1e-2, 1e5, 150.0,
-            "as c: 1 arc minute; of the order of the friction torque of a loaded robot joint (paper 004, section 3.2)",
+            "as c: 1 arc minute; as the friction torque of a loaded robot joint (Lehmann et al. 2013, section 3.2)",
             ParameterRole.NONLINEAR,
         ),
     )  # fmt: skip

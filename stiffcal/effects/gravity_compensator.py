@@ -41,7 +41,7 @@ class GravityCompensator(DocumentedEffect):
     name = "gravity-compensator"
     kind = Kind.CONFIGURATION
     place_kind = "joints"
-    summary = "the balancing spring or cylinder beside the joint, where robot.toml gives its geometry"
+    summary = "the balancing spring or cylinder next to the joint, where robot.toml gives its geometry"
     parameters = (
         ParameterSpec(
             "rate", "N/m", "rate of the balancing spring", 0.0, 1e8, 1e5,

@@ -10,7 +10,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import DocumentedEffect, Kind, ParameterSpec, Values
 
-_SOURCE = "some per cent of a large joint's rated torque of 10³ N·m; shape as drawn in paper 004, figure 4"
+_SOURCE = "some per cent of a large joint's rated torque of 10³ N·m; shape as drawn in Lehmann et al. 2013, figure 4"
 
 
 class JointFriction(DocumentedEffect):

@@ -46,8 +46,8 @@ def _spec(i: int, j: int) -> ParameterSpec:
     on_diagonal = i == j
     meaning = f"compliance: {_COMPONENTS[i]}" if on_diagonal else f"coupling: {_COMPONENTS[i]} with {_COMPONENTS[j]}"
     source = (
-        "Table 1 of paper 000: rotations 1e-7 to 1e-6; paper 001, section III.C: translations below 4e-8; couplings as "
-        "the geometric mean of theirs, the most that positive energy allows"
+        "rotations 1e-7 to 1e-6 (KUKA KR240, Rösch); Schneider et al. 2014, section III.C: translations below 4e-8; "
+        "couplings as the geometric mean of theirs, the most that positive energy allows"
     )
     typical = (5e-9, 2.6e-8, 1.4e-7)[(i >= 3) + (j >= 3)]
     return ParameterSpec(

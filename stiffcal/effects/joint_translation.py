@@ -24,7 +24,7 @@ from stiffcal.model.effect import (
     joint_node,
 )
 
-_SOURCE = "paper 001, section III.C: within the noise of ±90 µm at loads up to 2.5 kN, so below 4e-8"
+_SOURCE = "Schneider et al. 2014, section III.C: within the noise of ±90 µm at loads up to 2.5 kN, so below 4e-8"
 _AXES = {"tx": (TX, "along the joint frame's x axis"), "ty": (TY, "along its y axis"), "tz": (TZ, "along the axis")}
 _COMPONENTS = {symbol: axis for symbol, (axis, _) in _AXES.items()}
 

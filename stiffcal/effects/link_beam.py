@@ -26,9 +26,7 @@ from stiffcal.model.effect import (
     link_node,
 )
 
-_BENDING = (
-    "Table 1 of paper 000 (KUKA KR240, swing): 7.0e6 to 7.7e6 N·m/rad across, times some 1.2 m from joint 2 to joint 3"
-)
+_BENDING = "KUKA KR240, swing, after Rösch: 7.0e6 to 7.7e6 N·m/rad across, times some 1.2 m from joint 2 to joint 3"
 
 
 class LinkBeam(DocumentedEffect):
@@ -57,7 +55,7 @@ class LinkBeam(DocumentedEffect):
         ParameterSpec("EI3", "N·m²", "flexural rigidity about x3", 1e2, np.inf, 8e6, _BENDING, inverse=True),
         ParameterSpec(
             "GJ", "N·m²", "torsional rigidity", 1e2, np.inf, 1.3e7,
-            "Table 1 of paper 000 (swing): 1.1e7 N·m/rad, times some 1.2 m", inverse=True,
+            "KUKA KR240, swing, after Rösch: 1.1e7 N·m/rad, times some 1.2 m", inverse=True,
         ),
         ParameterSpec(
             "EA", "N", "rigidity in tension", 1e5, np.inf, 2e9,
@@ -70,7 +68,7 @@ class LinkBeam(DocumentedEffect):
         "moves against its inboard end"
     )
     how_to_check = (
-        "Put targets on both ends of the link (or integral deformation sensors along it, paper 000) and load the tool: "
+        "Put targets on both ends of the link (or integral deformation sensors along it) and load the tool: "
         "the ends turn against each other."
     )
 

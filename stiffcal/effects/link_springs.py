@@ -24,7 +24,7 @@ from stiffcal.model.effect import (
     link_node,
 )
 
-_SOURCE = "Table 1 of paper 000 (KUKA KR240, after Rösch): swing 7.7e6, 7.0e6, 1.1e7; arm 3.6e6, 2.9e6, 1.7e7"
+_SOURCE = "KUKA KR240, after Rösch: swing 7.7e6, 7.0e6, 1.1e7; arm 3.6e6, 2.9e6, 1.7e7"
 
 
 class LinkSprings(DocumentedEffect):

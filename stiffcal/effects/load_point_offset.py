@@ -28,7 +28,7 @@ class LoadPointOffset(DocumentedEffect):
     name = "load-point-offset"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the force does not act where the manifest says (force-only campaigns)"
+    summary = "the force does not act where the manifest puts it (force-only campaigns)"
     parameters = tuple(
         ParameterSpec(
             axis,
@@ -44,7 +44,7 @@ class LoadPointOffset(DocumentedEffect):
     )
     needs = ("forces without moments, acting on the flange",)
     looks_like = ("target-offset", "wrench-frame", "joint-compliance")
-    fingerprint = "the wrist turns by more or less than its lever says, in proportion to the load"
+    fingerprint = "the wrist turns by more or less than its lever gives, in proportion to the load"
     how_to_check = "Measure the load point with the tracker itself: hold a reflector to the hook."
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:

@@ -41,7 +41,7 @@ class ServoDeflection(DocumentedEffect):
     name = "servo-deflection"
     kind = Kind.CONFIGURATION
     place_kind = "joints"
-    summary = "the motor itself is pushed off; seen in the controller log"
+    summary = "the motor itself is pushed off; visible in the controller log"
     needs = ("measured joint positions of every state",)
     looks_like = ("joint-compliance", "creep", "friction-hysteresis")
     fingerprint = "the joint's logged position moves with the load, and the tool moves with it"

@@ -10,7 +10,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import DocumentedEffect, Kind, ParameterRole, ParameterSpec, Place, Values
 
-_SOURCE = "a third of a drive's Coulomb friction, as drawn in paper 004, figure 4"
+_SOURCE = "a third of a drive's Coulomb friction, as drawn in Lehmann et al. 2013, figure 4"
 _VELOCITY = "where friction is least at some per cent of the rated speed (Bittencourt and Gunnarsson 2012)"
 _EXPONENT = "1 (exponential) and 2 (Gaussian) are usual, 0.5 to 1.3 measured (Armstrong-Hélouvry et al. 1994)"
 # Coulomb and viscous friction and the three parameters of the law itself are not known from fewer.

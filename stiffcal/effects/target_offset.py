@@ -28,7 +28,7 @@ class TargetOffset(DocumentedEffect):
     name = "target-offset"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the reflector is not where the manifest says"
+    summary = "the reflector is not where the manifest puts it"
     parameters = tuple(
         ParameterSpec(
             axis,

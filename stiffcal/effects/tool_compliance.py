@@ -53,7 +53,7 @@ class ToolCompliance(DocumentedEffect):
     summary = "what lies between flange and target gives: the same six"
     parameters = diagonal_parameters(_TURN, _SHIFT)
     looks_like = ("joint-compliance", "bearing-tilt", "joint-translation")
-    fingerprint = "the tool gives the same in every pose, seen in flange axes, and the robot's joints do not matter"
+    fingerprint = "the tool's deflection in flange axes is the same in every pose, and the robot's joints do not matter"
     how_to_check = "Put one target before and one behind the sensor and the adapters, and load the tool."
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

@@ -41,7 +41,7 @@ class WrenchBias(DocumentedEffect):
     name = "wrench-bias"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the force sensor's zero or the tool's weight was not taken out, where it can be seen at all"
+    summary = "the force sensor's zero or the tool's weight was not taken out, where it is identifiable"
     parameters = (
         *(_bias(symbol) for symbol in _SYMBOLS),
         ParameterSpec(

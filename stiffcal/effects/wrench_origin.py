@@ -29,7 +29,7 @@ class WrenchOrigin(DocumentedEffect):
     name = "wrench-origin"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the force sensor's origin is not where the manifest says"
+    summary = "the force sensor's origin is not where the manifest puts it"
     parameters = tuple(
         ParameterSpec(
             axis,

@@ -10,7 +10,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
 
-_SOURCE = "sensors are calibrated to 1 or 2 % of full scale, forces and moments apart"
+_SOURCE = "sensors are calibrated to 1 or 2 % of full scale, forces and moments separately"
 
 
 class WrenchScale(DocumentedEffect):

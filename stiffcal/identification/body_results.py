@@ -75,7 +75,7 @@ class CartesianStiffnessResult:
     n_states: int
     """States of the run."""
     equation_15: Matrix
-    """(6, 6) by eq. 15 of paper 001, which takes the displacement for exact; N/m, N/rad, N·m/m, N·m/rad."""
+    """(6, 6) by eq. 15 of Schneider et al. (2014), which takes displacements for exact; N/m, N/rad, N·m/m, N·m/rad."""
     from_compliance: Matrix
     """(6, 6) inverse of the compliance that is fitted the other way round."""
     fullness: Fullness

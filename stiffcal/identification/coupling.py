@@ -75,7 +75,7 @@ def identify_both_ways(
     Parameters
     ----------
     states : with rods on one link or more.
-    robot : the whole model, links included; unvalued.
+    robot : the whole model, links included; without values.
     settings : see `identify_parameters`.
     """
     settings = settings or Settings()

@@ -166,7 +166,7 @@ def wrong_geometry_in_words(misfit: float) -> str:
     return (
         f"absolute places miss by {misfit:.2g} times what the tolerance of lengths and angles makes, a rigid motion of "
         "the tracker and a shift of the target taken out: robot.toml or the joints' zeros are probably wrong, and "
-        "stiffnesses and missing effects may stand for that"
+        "stiffnesses and effects that seem missing may be its consequence"
     )
 
 

@@ -126,12 +126,15 @@ def _task(fit: Fit) -> _Task:
     robot, data = fit.robot, fit.data
     other_effects = sorted({placed_effect.effect.name for placed_effect in robot.placed} - {NEEDS})
     if other_effects:
-        reason = f"paper 003 knows joint springs alone, and the model holds {', '.join(other_effects)}"
+        reason = (
+            "the dual-quaternion form (Li et al. 2019) knows joint springs alone, and the model holds "
+            f"{', '.join(other_effects)}"
+        )
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE, "model.toml", "effects", reason, "take the others out to see this form"
         )
     if not robot.deformed:
-        reason = 'the dual-quaternion form balances the deformed robot, and the model says "first-order"'
+        reason = 'the dual-quaternion form balances the deformed robot, and the model has balance = "first-order"'
         raise InputError.at(FaultCode.MODEL_UNSUITABLE, "model.toml", "balance", reason, 'write balance = "deformed"')
     if len(data.rows_of(TRANSLATION, ROTATION)) < len(data.measured) or not len(data.measured):
         reason = "the dual-quaternion form takes poses, and other displacements are measured too"

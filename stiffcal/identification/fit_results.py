@@ -155,7 +155,7 @@ class ComplianceInTwoForms:
     dual_quaternion: float
     """By dual quaternions, with the same weights."""
     unweighted_in_metres: Number
-    """By paper 003's eq. 35 as printed, lengths in m; None where orientation is not measured everywhere."""
+    """By eq. 35 of Li et al. (2019) as printed, lengths in m; None where orientation is not measured everywhere."""
     unweighted_in_millimetres: Number
     """The same, lengths in mm."""
 

@@ -108,7 +108,7 @@ def geometry_effect(
 
     Parameters
     ----------
-    robot : valued.
+    robot : with values.
     data : the observations that it was fitted to.
     columns : the p amplitudes.
     whitening : weights of the fit.
@@ -134,7 +134,7 @@ def geometry_prior(states: LoadStates, robot: CompliantRobot) -> GeometryPrior:
     Parameters
     ----------
     states : with the reference states' places, where a tracker measured them.
-    robot : valued: the places are those of the robot as it sags.
+    robot : with values: the places are those of the robot as it sags.
     """
     tolerance = robot.chain.tolerance
     places = misfit_of_places(states, robot, tolerance)

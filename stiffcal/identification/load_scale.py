@@ -25,7 +25,7 @@ def redundant_gains(robot: CompliantRobot, data: Observations, fixed: frozenset[
 
     Parameters
     ----------
-    robot : chain and effects, valued or not.
+    robot : chain and effects, with or without values.
     data : the observations.
     fixed : full names of parameters that keep their values.
     """

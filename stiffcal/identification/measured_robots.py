@@ -52,7 +52,7 @@ MEASURED = (
     MeasuredRobot(
         # gear 6 is printed as 3.8e8, three hundred times its neighbours: campaigns/kr240/README.md
         "KUKA KR 240", 2.93, (5.4e6, 8.7e6, 5.2e6, 1.0e6, 1.2e6, None),
-        "paper 000, Table 1, after Rösch: tensile tests with a scanning vibrometer",
+        "after Rösch: tensile tests with a scanning vibrometer",
     ),
 )  # fmt: skip
 # Robots of up to this ratio of reach are compared: those above, their neighbours up to 4.4 m, down to 1.4 m.

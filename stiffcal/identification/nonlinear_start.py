@@ -32,7 +32,7 @@ def start_nonlinear(
 
     Parameters
     ----------
-    robot : valued but for the shapes and the amplitudes that go with them.
+    robot : with values, except for the shapes and the amplitudes that go with them.
     data, whitening : the observations and their noise.
     fixed : full names that keep their values; their own effect's other shapes are still profiled.
     """

@@ -93,7 +93,7 @@ def evaluate(
 
     Parameters
     ----------
-    robot : chain and valued effects.
+    robot : chain and effects with values.
     data : the observations.
     columns : the free parameters.
     with_sensitivity : also the derivative by the wrench.

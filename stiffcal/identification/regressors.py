@@ -64,7 +64,7 @@ class Linearised:
     """The present model at rest in all states."""
 
     robot: CompliantRobot
-    """Chain and valued effects."""
+    """Chain and effects with values."""
     data: Observations
     """The observations."""
     loaded: Rest
@@ -154,7 +154,7 @@ class RegressorSource:
 
     Parameters
     ----------
-    robot : chain and valued effects. data : the observations.
+    robot : chain and effects with values. data : the observations.
     """
 
     def __init__(self, robot: CompliantRobot, data: Observations) -> None:

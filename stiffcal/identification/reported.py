@@ -51,7 +51,7 @@ def reported_parameters(
 
     Parameters
     ----------
-    robot : valued.
+    robot : with values.
     spread : full name to standard uncertainty of the amplitude, for those that were determined.
     quantile : half width of the interval in standard uncertainties.
     fixed : full names that kept their values.

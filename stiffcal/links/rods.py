@@ -64,7 +64,7 @@ class Torsion:
             return self.cause
         if self.bounded_by == "load":
             return (
-                f"{self.cause}; under these loads a closed section no flatter than 3:1, as "
+                f"{self.cause}; under these loads a closed section with an aspect ratio up to 3:1, as "
                 f"stiff in bending as this one, twists by {1e3 * self.bound:.3g} mrad at most"
             )
         return (
@@ -313,7 +313,7 @@ def _torsion(rods: Rods, shape: BeamProperties, design: RodDesign, lengths: Floa
             "warping_decay_m with the warping at the rods' ends"
         )
     else:
-        cause = f"{len(rods.names)} rods carry {', '.join(design.names)}, and not the twist beside them"
+        cause = f"{len(rods.names)} rods carry {', '.join(design.names)}, and not the twist"
     return Torsion(False, bound, cause)
 
 

@@ -1,4 +1,4 @@
-"""From the model file to the modelled robot: effects found in the catalogue, placed and valued."""
+"""From the model file to the modelled robot: effects found in the catalogue, placed and given values."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def _in_words(fault: Fault) -> str:
 
 
 def placed_robot(campaign: Campaign) -> CompliantRobot:
-    """Return the campaign's robot with the effects of its model file, valued where that gives values.
+    """Return the campaign's robot with the effects of its model file, with the values that it gives.
 
     Effects that show in motion alone are left out: no load state and no prediction at rest depends on them.
 

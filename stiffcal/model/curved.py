@@ -11,7 +11,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from stiffcal.model.effect import NodeLoads, ParameterSpec, Place, Term, joint_node
 
 POWERS = (2, 3)
-_SOURCE = "the straight line's slope changed by a third at {load:g} {unit}, as paper 001's Fig. 2 shows of rotations"
+_SOURCE = (
+    "the straight line's slope changed by a third at {load:g} {unit}, as rotations in Schneider et al. 2014, Fig. 2"
+)
 
 
 def curve_specs(straight: ParameterSpec, load: float, largest: float) -> tuple[ParameterSpec, ...]:

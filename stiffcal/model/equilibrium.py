@@ -113,7 +113,7 @@ def find_rest(
 
     Parameters
     ----------
-    robot : chain and valued effects.
+    robot : chain and effects with values.
     inputs : angles (J, n), wrench (6, n) as read, set-up.
     order : order and time of the states, for laws with a memory.
     weight : (2J + 2, 6, n) node wrenches under weight alone, for laws with a memory.
@@ -337,7 +337,7 @@ def solve_balance(
 
     Parameters
     ----------
-    robot : chain and valued effects.
+    robot : chain and effects with values.
     joints : (n, J) model joint angles, rad (``chain.model_angles`` of the logged ones).
     wrench : (n, 6) N and N·m in the set-up's wrench axes about its wrench point, acting on the robot.
     setup : where the instruments sit.

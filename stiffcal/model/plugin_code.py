@@ -140,7 +140,7 @@ def read_plugins(folder: Path, names: Iterable[str]) -> PluginCode:
         module = PurePosixPath(name).stem
         check_plugin_name(name, folder)
         if module in (file.module for file in files):
-            reason = f"two files are called {module}: the one could not be imported beside the other"
+            reason = f"two files are called {module}: the one could not be imported next to the other"
             raise InputError.at(FaultCode.PLUGIN_INVALID, MANIFEST_FILE, "plugins", reason, "rename one of them")
         files.append(PluginFile(name, folder / name, _read(folder, name)))
     return PluginCode(folder, tuple(files))

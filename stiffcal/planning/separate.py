@@ -45,7 +45,7 @@ def separating_measurement(
 
     Parameters
     ----------
-    first, second : valued models of one chain.
+    first, second : models with values, of one chain.
     setup : where the instruments sit.
     measured_joints : (n, L) logged angles of the campaign, rad.
     wrench : (n, 6) the campaign's wrenches.

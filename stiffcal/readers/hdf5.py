@@ -298,7 +298,7 @@ def _checked_length(columns: Columns, wanted: WantedColumns, display_name: str) 
         check_words(dataset)
         scaled = [attribute for attribute in SCALING_ATTRIBUTES if attribute in dataset.attrs]
         if scaled and name in wanted.numbers:
-            reason = f"its attribute {scaled[0]!r} says that the numbers are scaled"
+            reason = f"its attribute {scaled[0]!r} marks the numbers as scaled"
             raise InputError.at(
                 FaultCode.CONTENT_UNSUPPORTED,
                 display_name,

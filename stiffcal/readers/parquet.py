@@ -107,7 +107,7 @@ class ParquetReader(Reader):
                 ROWS.check(row - 1, display_name)
                 yield batch
             if row - 1 != file.metadata.num_rows:
-                reason = f"no whole Parquet file ({row - 1} rows where its footer says {file.metadata.num_rows})"
+                reason = f"no whole Parquet file ({row - 1} rows where its footer has {file.metadata.num_rows})"
                 raise InputError.at(
                     FaultCode.FILE_DAMAGED, display_name, "", reason, "copy it again from its origin, or log again"
                 )

@@ -190,7 +190,7 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
     best = int(np.argmax(gain))
     n_free = u.shape[1] * y.shape[1]
     if share[best] * min(len(u), len(y)) < 4.0 * n_free + 60.0 or share[best] < 0.02:
-        return f"{second.source} does not follow what {first.source} saw"
+        return f"{second.source} does not follow {first.source}"
     # the next best lag outside the peak: loads that repeat exactly do not distinguish one cycle from the next
     falls = np.flatnonzero(gain < 0.5 * gain[best])
     left = falls[falls < best].max(initial=-1)
@@ -257,7 +257,7 @@ def _refine_lag(first: SharedSignal, second: SharedSignal, lag: float) -> Source
     width = max(_interval(second.time), _interval(first.time))
     windows = _windows(first, first.holds, width)
     if not _steps_agree(windows, first, second, lag):
-        return SourceClockOffset(None, None, f"{second.source} does not follow the load steps that {first.source} saw")
+        return SourceClockOffset(None, None, f"{second.source} does not follow the load steps in {first.source}")
     noise = np.maximum(noise_of(second.values), 1e-6 * np.maximum(np.ptp(second.values, axis=0), 1e-300))
     white = second.values / noise
     running = Integral(
@@ -268,7 +268,7 @@ def _refine_lag(first: SharedSignal, second: SharedSignal, lag: float) -> Source
     for _ in range(MOST_STEPS):
         steps, weights = ramp_answers(windows, running, second.time, white, lag, scale)
         if steps.size == 0:
-            return SourceClockOffset(None, None, f"no load step is seen by both {first.source} and {second.source}")
+            return SourceClockOffset(None, None, f"no load step is in both {first.source} and {second.source}")
         mean, gentle = robust_mean(steps, weights)
         before, move = move, float(np.clip(mean, -scale, scale))
         if np.isfinite(before) and move * before < 0.0 and abs(move) > 0.5 * abs(before):

@@ -340,7 +340,7 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
         yield f"positions in {unit}", f'write units = {{ position = "{unit}" }}', joints, measured
     yield (
         "the tracker's frame the other way round",
-        "frames.tracker is where the tracker stands seen from the base, not the base seen from the tracker",
+        "frames.tracker is the pose of the tracker in the base frame, not of the base in the tracker frame",
         joints,
         own @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3],
     )

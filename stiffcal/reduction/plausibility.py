@@ -159,7 +159,9 @@ class LogQuality:
                 reason = (
                     f"the position is zero in all its columns ({int(zeroed.sum())} rows near here): the target is lost"
                 )
-                self._fail(name, row, reason, f'leave such rows out: rows = "{column} != 0" beside columns or position')
+                self._fail(
+                    name, row, reason, f'leave such rows out: rows = "{column} != 0" next to columns or position'
+                )
             groups = [slice(None)]
         elif kind in ("wrench", "lengths", "displacement"):
             groups = [slice(k, k + 1) for k in range(len(values))]

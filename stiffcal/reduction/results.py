@@ -44,7 +44,7 @@ class IngestedRun:
     dropped: list[UnusedData]
     """What is not used."""
     passes: OrAbsent[int] = None
-    """Where the load was swept: how often, up and down apart."""
+    """Where the load was swept: how often, up and down separately."""
 
 
 def sum_up_dropped(dropped: Sequence[UnusedStretch]) -> list[UnusedData]:

@@ -106,7 +106,7 @@ class IdentifyResult(CommandResult):
     fit_id: Annotated[str, NOT_PROMISED] = ""
     """Its number in the history; "" before it is stored."""
     dual_quaternions: OrAbsent[DualQuaternionFit] = None
-    """Joint springs in paper 003's form, where that was asked for."""
+    """Joint springs as dual quaternions (Li et al. 2019), where that was asked for."""
     coupling: OrAbsent[CouplingResult] = None
     """What measuring without the rods does, where that was asked for."""
     origin: OrAbsent[Origin] = None

@@ -17,7 +17,7 @@ def _each(pattern: str, axes: Iterable[str], meaning: ColumnDescription) -> dict
 
 
 _FORCE = ColumnDescription(
-    "force on the robot by its surroundings, in the axes of the setup written beside the table", "N"
+    "force on the robot by its surroundings, in the axes of the setup written next to the table", "N"
 )
 _MOMENT = ColumnDescription("moment likewise, about the setup's point; zero where only forces are measured", "N·m")
 
@@ -59,7 +59,7 @@ STATES: Mapping[str, ColumnDescription] = {
         ColumnDescription("standard deviation of single readings of the position within the hold", "m", missing=True),
     ),
     "<target>_markers": ColumnDescription(
-        "names of the points that were seen, where the target's pose comes from points"
+        "names of the points that were visible, where the target's pose comes from points"
     ),
     "<rod>_length_m": ColumnDescription("reading of a rod on a link; its changes count", "m", missing=True),
     "<gauge>_displacement_m": ColumnDescription(
@@ -113,7 +113,7 @@ _COMPONENTS = {
 }
 _KINDS = {
     "measured": "the run's free offset taken out",
-    "predicted": "what the model says",
+    "predicted": "what the model predicts",
     "residual": "measured minus predicted",
 }
 
@@ -144,7 +144,7 @@ HELDOUT: Mapping[str, ColumnDescription] = {
     "tau_<k>_Nm": ColumnDescription("torque about the axis of joint k, weight included, as the fit has it", "N·m"),
 }
 
-_READ = "in held-out poses, read in the direction in which the effect acts; m, or rad where the entry says rotation"
+_READ = "in held-out poses, read in the direction in which the effect acts; m, or rad for rotations"
 
 EVIDENCE: Mapping[str, ColumnDescription] = {
     "effect": ColumnDescription("the effect's name"),

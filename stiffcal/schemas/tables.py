@@ -57,7 +57,7 @@ _FIRST = np.zeros(1, dtype=np.int64)
 _TEXTS = {
     "states": "The table `states`: one row per load state.",
     "recording": "A table `recordings/RUN/SOURCE`: one row per reading, in SI and in the instrument's own axes.",
-    "fit": "The table `fit`: one row per load state that was fitted, with what the fitted model says of it.",
+    "fit": "The table `fit`: one row per load state that was fitted, with what the fitted model predicts for it.",
     "unseen": "The table `unseen`: one row per load state, with the residual of a fit made without its pose.",
     "refits": "The table `refits`: one row per refit and load state, its residual by a fit made without its pose.",
     "evidence": "The table `evidence`: one row per effect and load state, the residual against what drives the effect.",

@@ -16,7 +16,7 @@ def friction_torque(
 
     Parameters
     ----------
-    robot : chain and valued effects; those that show in motion make the friction.
+    robot : chain and effects with values; those that show in motion make the friction.
     joints : (s, L) logged angles, rad. velocity : (s, L) rad/s.
     load : (s, L) N·m that the drives carry.
     time : (s,) s from the run's start. warmer : (s,) K above the campaign's first temperature.

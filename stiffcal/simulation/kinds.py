@@ -92,7 +92,7 @@ class RunSimulation(ABC, Generic[Motion]):
 
         Parameters
         ----------
-        robot : chain and valued effects.
+        robot : chain and effects with values.
         planned : of `plan`.
         frames : the frames that instruments look at.
         tool : what hangs on the flange.

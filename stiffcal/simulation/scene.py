@@ -1,4 +1,4 @@
-"""Setting the scene: the robot with every parameter valued, the frames where they really are, the runs."""
+"""Setting the scene: the robot with every parameter with a value, the frames where they really are, the runs."""
 
 from __future__ import annotations
 

@@ -172,7 +172,7 @@ class TrueRobot(TomlTable):
 
     position_error_m: NotNegative = Field(
         0.0,
-        description="standard deviation per axis of the absolute position: constant in a run, not seen in deflection",
+        description="standard deviation per axis of the absolute position: constant in a run, absent in deflection",
     )
     orientation_error_rad: NotNegative = 0.0
     temperature_C: float = 22.0

@@ -1,8 +1,8 @@
 """Simulating a whole campaign: raw logs of a known robot, and the truth with them.
 
 The manifest of the folder given states what is logged how; `simulate.toml` what is done and how instruments err; the
-model file, every parameter valued, what the robot is. Out comes a campaign folder like any other. Its model file has
-lost the values: whoever analyses it starts where a lab starts, and the truth stands in `truth.json` alone.
+model file, every parameter with a value, what the robot is. The result is a campaign folder like any other. Its model
+file has lost the values: whoever analyses it starts where a lab starts, and the truth stands in `truth.json` alone.
 """
 
 from __future__ import annotations

@@ -145,7 +145,7 @@ def solve_true_runs(
 
     Parameters
     ----------
-    robot : chain and valued effects.
+    robot : chain and effects with values.
     planned_runs : the runs.
     frames : the frames that instruments look at, where they really are.
     tool : what hangs on the flange.

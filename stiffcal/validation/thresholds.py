@@ -167,7 +167,7 @@ def _stiffness(parameter: IdentifiedParameter, joint: str, limit: float) -> Thre
         return ThresholdCheck("min_stiffness", joint, limit, None, unit, None, text)
     if value is None:
         return ThresholdCheck(
-            "min_stiffness", joint, limit, None, unit, True, f"no give was seen at {joint}: above {bound}"
+            "min_stiffness", joint, limit, None, unit, True, f"no compliance was measured at {joint}: above {bound}"
         )
     satisfied = value >= limit
     text = f"stiffness of {joint} {value:.3g} {unit} is {'above' if satisfied else 'below'} {bound}"

@@ -160,7 +160,7 @@ def _check_reached(path: CompensationPath, corrected: Corrected) -> None:
         if corrected.held[row]:
             reason = f"{', '.join(corrected.held[row])} would have to go beyond the limit: {remaining_mm:.3g} mm remain"
         elif corrected.singular[row]:
-            reason = f"the robot stands beside a singular pose, where {remaining_mm:.3g} mm cannot be taken back"
+            reason = f"the robot is next to a singular pose, where {remaining_mm:.3g} mm cannot be taken back"
         else:
             reason = f"the corrected pose is out of reach: {remaining_mm:.3g} mm remain"
         mend = "take another pose, or a path farther from the limits"
@@ -238,7 +238,7 @@ def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateR
         worst = 1e3 * float(np.abs(corrected.after[only, 3:]).max())
         lines = ", ".join(str(line) for line in path.table.lines[only][:5]) + (", …" if only.sum() > 5 else "")
         limited = sorted({name for names in corrected.held for name in names})
-        why = f"{', '.join(limited)} at its limit" if limited else "beside a singular pose"
+        why = f"{', '.join(limited)} at its limit" if limited else "next to a singular pose"
         sentences.append(
             f"line {lines}: the position is reached, of the orientation up to {worst:.2g} mrad remain ({why})"
         )

@@ -144,7 +144,7 @@ def draw_effect(name: str, file: Path, plugins: PluginCode | None = None) -> str
         )
     picture = effect_picture(find_effects(plugins)[name])
     if picture is None:
-        mend = f"leave -o out: stiffcal effects {name} says where it shows"
+        mend = f"leave -o out: stiffcal effects {name} explains where it acts"
         raise InputError.at(
             FaultCode.DATA_MISSING, "command line", "-o", f"{name} does not change a load-deformation curve", mend
         )
@@ -304,7 +304,7 @@ def _torque_next_to(effect: Effect, places: Sequence[Place], chain: Chain) -> Ef
         torque = effect.joint_torque(place, chain, np.tile(angle, (2, 1)), values)
         if torque is not None:
             return EffectPicture(
-                effect.name, "angle of joint 1 [°]", "torque beside the drive [N·m]", np.degrees(angle),
+                effect.name, "angle of joint 1 [°]", "torque next to the drive [N·m]", np.degrees(angle),
                 np.zeros_like(angle), torque, np.zeros(len(angle), dtype=np.bool_), _caption(effect),
             )  # fmt: skip
     return None

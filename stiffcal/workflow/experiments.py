@@ -59,7 +59,7 @@ def runs_with_fits(data: Ingested) -> MeasuredRuns:
 
 
 def robot_to_fit(data: Ingested) -> CompliantRobot:
-    """Return the campaign's robot and effects, valued where the model file or a kind of experiment gives a start."""
+    """Return the campaign's robot and effects, with the values that the model file or a kind of experiment gives."""
     from stiffcal.experiments import all_kinds
 
     robot = placed_robot(data.campaign)

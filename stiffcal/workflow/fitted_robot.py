@@ -32,7 +32,7 @@ class FittedRobot:
     campaign: Campaign
     """The folder's three files."""
     robot: CompliantRobot
-    """Chain and effects, every parameter valued."""
+    """Chain and effects, every parameter with a value."""
     setup: MeasurementSetup
     """Where the instruments sit; estimated frames where they were found."""
     covariance: dict[str, dict[str, float]]

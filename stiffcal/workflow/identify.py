@@ -171,7 +171,7 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
             "campaign.toml",
             "runs",
             "no load state can be used",
-            "stiffcal check says why each was set aside",
+            "stiffcal check gives the reason for each",
         )
     raise_faults(check_displacement_measured(data.states))  # a store of an earlier version may hold none
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))

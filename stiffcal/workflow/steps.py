@@ -366,8 +366,8 @@ def free_names(campaign: Campaign, robot: CompliantRobot) -> tuple[list[str], li
         for placed_effect in robot.placed
         for spec in placed_effect.effect.parameters
     ]
-    valued = robot.values()
-    return [name for name in names if name not in valued], names
+    values = robot.values()
+    return [name for name in names if name not in values], names
 
 
 def kept_table(table: str, key: str) -> str:
@@ -378,7 +378,7 @@ def kept_table(table: str, key: str) -> str:
     table : `FIT_STATES` or `HELDOUT_STATES`, which are of the last fit.
     key : of the fit, `StoredFit.key`.
     """
-    return f"{table}-{key[:16]}"
+    return f"{'heldout' if table == HELDOUT_STATES else table}-{key[:16]}"
 
 
 def model_text(campaign: Campaign) -> str:

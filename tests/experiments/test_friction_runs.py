@@ -111,7 +111,7 @@ def test_a_velocity_of_another_unit() -> None:
     [
         ({"wrench": 6}, "needs the motion of the joints"),
         ({"joints": 6}, "needs the torques of the drives"),
-        ({"joints": 6, "joints.current": 6}, "what torque an ampere makes"),
+        ({"joints": 6, "joints.current": 6}, "no torque constant is given"),
     ],
 )
 def test_what_is_missing(signals: dict[str, int], words: str) -> None:

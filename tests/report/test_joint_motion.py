@@ -97,7 +97,7 @@ def test_couplings_are_told_in_words() -> None:
     coupled = (replace(JOINTS[0], couplings=()), replace(JOINTS[1], couplings=(("rz", "tz"),)))
     for joints, words in (
         (JOINTS, "cannot be identified"),
-        (coupled[:1], "nothing rises above the noise"),
+        (coupled[:1], "No coupling off the diagonal is significant"),
         (coupled, "joint 2 (A2): turn about its axis with the force along z"),
     ):
         blocks = section(replace(content(), joint_pictures=joints)).blocks

@@ -77,12 +77,13 @@ def described(name: str, column: str) -> dict[str, Any]:
 
 
 def test_there_is_no_table_without_a_schema(store: Store, logged: Store) -> None:
-    kept = {name for name in store.tables if name.startswith(("fit-", "unseen-"))}
+    kept = {name for name in store.tables if name.startswith(("fit-", "heldout-"))}
     assert {*store.tables, *logged.tables} - kept == set(TABLES)
     # of every fit of the history its tables stay, by the fit's key
-    assert {name.partition("-")[0] for name in kept} == {"fit", "unseen"}
+    assert {name.partition("-")[0] for name in kept} == {"fit", "heldout"}
     for name in kept:
-        assert store.read_table(name).equals(store.read_table(name.partition("-")[0]))
+        of_last_fit = "fit" if name.startswith("fit-") else "unseen"
+        assert store.read_table(name).equals(store.read_table(of_last_fit))
 
 
 @pytest.mark.parametrize("table", TABLES)

@@ -116,7 +116,7 @@ def test_without_a_log_of_the_commands_such_a_run_is_set_aside(tmp_path: Path) -
     joints = states.joints.copy()
     joints[states.run == 1] = joints[states.run == 1][0]
     plain = without_commands(replace(states, joints=joints), campaign.chain)
-    assert set(plain.set_aside[plain.run == 1]) == {"the controller was correcting, and no joint log says by how much"}
+    assert set(plain.set_aside[plain.run == 1]) == {"the controller was correcting, and no joint log gives by how much"}
     assert set(plain.set_aside[plain.run == 0]) == {""}
 
 

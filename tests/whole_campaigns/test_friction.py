@@ -169,7 +169,7 @@ def test_current_without_a_torque_constant(cell: Path, capsys: pytest.CaptureFix
     set_keys(cell / "campaign.toml", {"sources.controller.joints.torque_constant": None})
     fault = refused(["identify", str(cell)], capsys)
     assert "torque_constant" in fault["place"]
-    assert "what torque an ampere makes" in fault["reason"]
+    assert "no torque constant is given" in fault["reason"]
     assert "N·m per ampere" in fault["mend"]
 
 

@@ -187,7 +187,7 @@ def clamped_plot(data: MeasuredRuns, section: ClampedSection | None, run: str | 
     if not drawn:
         reason = "no whole sweep is left to draw" if run is None else f"no whole sweep is left of run {run}"
         raise InputError.at(
-            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "stiffcal identify says why"
+            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "stiffcal identify gives the reason"
         )
     names = ", ".join(f"{curve.joint} ({curve.widest_pose.run})" for curve in drawn)
     return Plot(branches_picture(drawn), f"torque over angle of {names}")

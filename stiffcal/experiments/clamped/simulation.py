@@ -89,7 +89,7 @@ def simulate_clamped(
 
     Parameters
     ----------
-    robot : chain and valued effects.
+    robot : chain and effects with values.
     planned : its program is a motion; its load point is where the fixture holds.
     frames : the frames that instruments look at.
     tool : what hangs on the flange.

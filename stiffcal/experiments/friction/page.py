@@ -226,7 +226,7 @@ def _parameters(section: FrictionSection, identified: IdentifiedModel) -> frozen
 def _law_words(curves: tuple[FrictionCurve, ...]) -> str:
     text = (
         "Friction torque at a velocity ω, at the joint's side of the gear: (coulomb + stribeck · exp(−|ω / velocity|^"
-        "exponent)) · sign ω + viscous · ω (paper 004, eq. 1), stribeck where the model holds it. "
+        "exponent)) · sign ω + viscous · ω (Lehmann et al. 2013, eq. 1), stribeck where the model holds it. "
     )
     if any(curve.steady for curve in curves):
         text += (
@@ -260,4 +260,4 @@ def _table(curves: tuple[FrictionCurve, ...]) -> Table:
             else:
                 cells.append((Digits(value), " (fixed)") if half is None else (Digits(value), " ± ", Digits(half, 2)))
         rows.append(((curve.joint,), *cells, (Digits(curve.rms),), (Digits(curve.noise),)))
-    return Table(columns, tuple(rows), "Friction of the drives, with 95 % uncertainty. A dash: not seen.")
+    return Table(columns, tuple(rows), "Friction of the drives, with 95 % uncertainty. A dash: not identified.")

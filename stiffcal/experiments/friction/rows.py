@@ -27,7 +27,7 @@ from stiffcal.model.drive_motion import DriveMotion
 
 # Motion is judged in held-out pieces of this length: strokes of robots in quick motion take half a second to a second.
 PIECE_S = 1.0
-# Means over more bins than this gain nothing in what can be told from a joint's passes, and cost time.
+# Means over more bins than this make nothing more identifiable from a joint's passes, and cost time.
 MOST_BINS = 500
 # What is less than this share of the largest is rounding instead of zero.
 ROUNDING = 1e-12

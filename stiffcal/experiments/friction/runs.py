@@ -193,7 +193,7 @@ def _no_torque(place: str, logs: Mapping[str, Blocks]) -> InputError:
     if current is not None:
         return InputError.at(
             FaultCode.KEY_MISSING, "campaign.toml", f"sources.{current}.joints.torque_constant",
-            f"{place} logs currents, and nothing says what torque an ampere makes",
+            f"{place} logs currents, and no torque constant is given",
             "add torque_constant = [...], N·m per ampere, one per joint",
         )  # fmt: skip
     return InputError.at(

@@ -127,7 +127,7 @@ def simulate_friction(
 
     Parameters
     ----------
-    robot : chain and valued effects; those that show in motion make the friction.
+    robot : chain and effects with values; those that show in motion make the friction.
     planned : its program is of `strokes_program`.
     frames : what instruments look at.
     tool : what hangs on the flange.

@@ -20,11 +20,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         return LeftOut(_TITLE, "there are no load states to draw")
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
-    by = (
-        "by fits that had not seen the pose"
-        if states.predicted_heldout is not None
-        else "by the fit itself (not validated)"
-    )
+    by = "by fits without that pose" if states.predicted_heldout is not None else "by the fit itself (not validated)"
     caption = f"Deflection measured against predicted {by}, base axes. On the dashed diagonal both agree."
     validation = content.validate
     if validation is not None:

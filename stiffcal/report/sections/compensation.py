@@ -58,7 +58,7 @@ def section(content: ReportContent) -> ReportSection | None:
 
 _CAPTION_BARS = (
     "Error of the target under load in each pose: bars rms over the loaded states, dashes the largest; the runs with "
-    "the controller correcting beside those without."
+    "the controller correcting next to those without."
 )
 
 

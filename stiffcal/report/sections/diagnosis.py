@@ -53,8 +53,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 def _meaning(diagnosis: DiagnoseResult) -> str:
     """Describe the consequences of the result for the next step."""
     n = diagnosis.n_candidates
-    tried = f"{wording.count(n, 'effect')} at their places were tried beside the present model, " if n else ""
-    tried += "everything else fitted again with each, judged in poses the fit had not seen."
+    tried = f"{wording.count(n, 'effect')} at their places were tried on top of the present model, " if n else ""
+    tried += "everything else fitted again with each, judged in held-out poses."
     text = f"{tried[:1].upper()}{tried[1:]} "
     if diagnosis.adequate is None:
         return text + "Whether what is left is noise cannot be judged: no load was repeated, and no uncertainty stated."
@@ -111,14 +111,14 @@ def _lack_of_fit_words(lack: VarianceRatio) -> str:
 def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
     columns = (
         TableColumn("follows", align="left"), TableColumn("share", "of what is left"),
-        TableColumn("what was seen", align="left", width=1.0),
+        TableColumn("observation", align="left", width=1.0),
     )  # fmt: skip
     rows = tuple(
         (dependence.follows, wording.percent(dependence.share), dependence.seen) for dependence in diagnosis.structure
     )
     caption = (
         "What the remainder follows: the share of its squares beyond noise that smooth curves over each of these take "
-        "away. Shares overlap; the largest says where to look first."
+        "away. Shares overlap; start with the largest."
     )
     return [SubheadingBlock("What the remainder follows"), TableBlock(columns, rows, caption)]
 

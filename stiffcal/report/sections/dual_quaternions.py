@@ -16,11 +16,13 @@ def section(content: ReportContent) -> ReportSection | None:
     if comparison is None:
         return None
     text = (
-        "Paper 003 writes poses as unit dual quaternions, eight numbers with no singular orientation, and identifies "
-        "joint springs from their change (eq. 10 to 35), balanced on the deformed robot with its complementary "
-        "stiffness (eq. 27 to 29). With the weights of the six displacements carried over by the exact linear map this "
-        f"is the same estimate: largest relative difference {comparison.largest_relative_difference:.1g}. Eq. 35 as "
-        "printed leaves the weights out and counts lengths and pure numbers alike: it changes with the unit of length."
+        "Li et al. (2019) write poses as unit dual quaternions, eight numbers with no singular orientation, and "
+        "identify joint springs from their change (eq. 10 to 35), balanced on the deformed robot with its "
+        "complementary stiffness (eq. 27 to 29). With the weights of the six displacements carried over by the exact "
+        f"linear map this is the same estimate: the largest relative difference is "
+        f"{comparison.largest_relative_difference:.1g}. "
+        "Eq. 35 as printed leaves the weights out and counts lengths and pure numbers alike: it changes with the unit "
+        "of length."
     )
     columns = (
         TableColumn("parameter", align="left", mono=True), TableColumn("matrices", "N·m/rad"),

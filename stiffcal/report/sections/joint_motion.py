@@ -64,8 +64,8 @@ def _lead(joints: tuple[JointPicture, ...]) -> str:
     return (
         "Links on either side of a joint are tracked, so that the joint’s own displacement is measured and not "
         "inferred: how one link moves against the other, about the joint’s origin in the joint’s axes, over the load’s "
-        "wrench moved there (paper 001, eq. 4). No model takes part. A compliance of more than three standard "
-        f"uncertainties rises above the noise: {turns} of {all_turns} turns and {shifts} of {all_shifts} shifts do."
+        "wrench moved there (Schneider et al. 2014, eq. 4). No model takes part. A compliance of more than three "
+        f"standard uncertainties is significant: {turns} of {all_turns} turns and {shifts} of {all_shifts} shifts are."
     )
 
 
@@ -104,13 +104,13 @@ def _couplings(joints: tuple[JointPicture, ...]) -> str:
     text = f"The whole 6×6 compliance can be identified of {wording.listing(joint.name for joint in full)}. "
     coupled = [joint for joint in full if joint.couplings]
     if not coupled:
-        return text + "Beside the diagonal nothing rises above the noise."
+        return text + "No coupling off the diagonal is significant."
     descriptions = "; ".join(
         f"{joint.name}: "
         + ", ".join(f"{_NAMES[displacement]} with the {_LOADS[load]}" for displacement, load in joint.couplings or ())
         for joint in coupled
     )
-    text += f"Beside the diagonal rise above the noise (a false one in a hundred campaigns): {descriptions}."
+    text += f"Significant couplings off the diagonal (a false one in a hundred campaigns): {descriptions}."
     curved = [joint.name for joint in coupled if any(curve.line.curved for curve in joint.curves)]
     if curved:
         text += f" A line that is not straight ({wording.listing(curved)}) leaves remainders that look like couplings."
@@ -136,7 +136,9 @@ def _verdict(curve: JointCurve, whole: tuple[float, float, bool] | None) -> str:
 
 def _caption_about_axes(joints: tuple[JointPicture, ...]) -> str:
     curved = [joint.name for joint in joints if joint.curves[5].line.curved]
-    text = "The dominant compliances: each joint’s turn about its own axis over the torque (paper 001, Fig. 2b)."
+    text = (
+        "The dominant compliances: each joint’s turn about its axis over the torque (Schneider et al. 2014, Fig. 2b)."
+    )
     if curved:
         names = wording.listing(curved)
         text += f" A straight line does not do for {names}: play, or a spring that stiffens or softens."
@@ -173,9 +175,9 @@ def _cartesian(poses: list[CartesianStiffnessResult]) -> list[Block]:
     shares = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)
     text = (
         "Where loads at one pose fill all six directions, the Cartesian stiffness at the target follows from wrenches "
-        "and displacements alone. Eq. 15 of paper 001 takes the displacements for exact; what they err by draws the "
-        f"stiffness down, in the weakest direction to {shares}. The compliance, fitted the other way round and "
-        "inverted, does not suffer from it."
+        "and displacements alone. Eq. 15 of Schneider et al. (2014) takes the displacements for exact; what they err "
+        f"by draws the stiffness down, in the weakest direction to {shares}. The compliance, fitted the other "
+        "way round and inverted, does not suffer from it."
     )
     caption = f"Diagonal of the Cartesian stiffness at {poses[0].target}, base axes, the other directions held."
     return [SubheadingBlock("Cartesian stiffness"), Paragraph(text), TableBlock(columns, tuple(rows), caption)]

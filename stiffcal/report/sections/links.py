@@ -62,7 +62,7 @@ def section(content: ReportContent) -> ReportSection | None:
 def _of_link(picture: LinkPicture, link_result: LinkResult | None) -> list[Block]:
     text = (
         f"{wording.count(len(picture.rods), 'rod')} on link {picture.link} measure how the link itself bends and "
-        "stretches, apart from drives and bearings. Beam axes: x1 along the link from its clamped end, x3 along its "
+        "stretches, without drives and bearings. Beam axes: x1 along the link from its clamped end, x3 along its "
         "joint’s axis made perpendicular to it, x2 across both."
     )
     blocks: list[Block] = [Paragraph(text)]
@@ -126,8 +126,10 @@ def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
             continue
         rows.append((text, wording.digits(factor * value), wording.digits(half, 2), unit))
     share = link_result.share_of_tool
-    apart = "" if link_result.torsion.identifiable else ", its twist left out"
-    of_tool = "" if share is None else f" {wording.percent(share)} of the tool’s deflection is this link’s{apart}."
+    without_twist = "" if link_result.torsion.identifiable else ", its twist left out"
+    of_tool = (
+        "" if share is None else f" {wording.percent(share)} of the tool’s deflection is this link’s{without_twist}."
+    )
     return TableBlock(
         (
             TableColumn("of the link’s end", align="left"),
@@ -183,7 +185,7 @@ def _bent_caption(picture: LinkPicture) -> str:
     bent = picture.bent_link
     largest = float(np.sqrt(np.sum(bent.displacement**2, axis=1)).max())
     return (
-        f"Link {picture.link} in run {bent.run} under {wording.digits(abs(bent.force))} N, seen along its two "
+        f"Link {picture.link} in run {bent.run} under {wording.digits(abs(bent.force))} N, viewed along its two "
         f"transverse axes; its end moves by {wording.length(largest)}. Rods are drawn where they sit, the thicker the "
         "more they read."
     )

@@ -173,7 +173,7 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -
     off = np.where(inside, np.linalg.norm(states.residual[:, :3], axis=1), -1.0)
     worst = int(np.argmax(off))
     caption = (
-        f"Deflection in each run, measured and predicted{heldout}. Farthest apart: run "
+        f"Deflection in each run, measured and predicted{heldout}. Largest difference: run "
         f"{names[int(states.run[worst])]}, "
         f"{wording.length(float(off[worst]))} under {wording.digits(float(states.load[worst]))} N."
     )

@@ -44,11 +44,11 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         return LeftOut(_TITLE, "without load states no effect was tried")
     blocks: list[Block] = []
     if content.earlier_diagnoses:
-        blocks.append(SubheadingBlock("Beside the present model"))
+        blocks.append(SubheadingBlock("On top of the present model"))
     blocks.append(_table(diagnosis, _MOST_ROWS))
     blocks.append(Paragraph(_explanation_of_columns(diagnosis), "quiet"))
     for earlier in content.earlier_diagnoses:
-        blocks.append(SubheadingBlock(f"Beside fit {earlier.fit_id}, before {_missing_in_words(earlier)} came in"))
+        blocks.append(SubheadingBlock(f"On top of fit {earlier.fit_id}, before {_missing_in_words(earlier)} came in"))
         blocks.append(_table(earlier, len(earlier.findings)))
     if diagnosis.not_tried:
         blocks.append(SubheadingBlock("Not tried, and why"))
@@ -108,6 +108,6 @@ def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
     if chosen is not None:
         text += (
             f" With the choice itself repeated without each pose the error is "
-            f"{wording.measure_text(chosen)} rms: picking the best of many flatters no more."
+            f"{wording.measure_text(chosen)} rms: selection bias is included in this figure."
         )
     return text

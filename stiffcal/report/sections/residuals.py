@@ -59,7 +59,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 def _lead(validation: ValidateResult) -> str:
     return (
-        f"Residual: measured minus predicted, in poses the fit had not seen ({validation.scheme}); rms of its length. "
+        f"Residual: measured minus predicted, in held-out poses ({validation.scheme}); rms of its length. "
         f"Over all states: {wording.measure_text(validation.rms)} rms, {wording.measure_text(validation.max)} at most. "
         f"{noise_sentence(validation)}"
     )
@@ -170,7 +170,7 @@ def _covariate_blocks(content: ReportContent, states: ReportStates) -> list[Bloc
     """Return the pictures of the residual against each covariate, several to a sheet."""
     fit_noise = None if content.identify is None else content.identify.noise
     noise = wording.part(fit_noise if content.validate is None else content.validate.noise, "translation")
-    caption = "Residual against {}. A cloud without a trend says that the residual does not follow it."
+    caption = "Residual against {}. A cloud without a trend: the residual does not depend on it."
     if noise is not None:
         caption += " Grey band: two standard deviations of the noise to either side."
     n_used = int(states.used.sum())

@@ -43,7 +43,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     columns = 4 if len(drawn_runs) <= 12 else 5
     for sheet in wording.in_sheets(drawn_runs, drawing.PER_SHEET, multiple=columns):
         names = f"{content.runs[sheet[0]].name} to {content.runs[sheet[-1]].name}"
-        caption = f"Poses {names}, seen from aside and above; circles: joints, grey: the shadow on the floor."
+        caption = f"Poses {names}, viewed from the side and from above; circles: joints, grey: the shadow on the floor."
         caption += " The bar in the last picture gives the scales." if states is not None else ""
         if len(drawn_runs) < len(numbers):
             caption += f" {len(drawn_runs)} of {len(numbers)} poses are drawn."

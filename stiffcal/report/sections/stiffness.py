@@ -88,7 +88,7 @@ def _is_spring(parameter: IdentifiedParameter) -> bool:
 
 def _lead(fit: IdentifyResult) -> str:
     chi2, condition = fit.reduced_chi2, fit.condition
-    text = "Values with ± 95 %; the interval itself, which need not be symmetric, stands beside."
+    text = "Values with ± 95 %; the interval itself, which need not be symmetric, is in the next column."
     if chi2 is not None:
         text += (
             f" The residuals are {wording.digits(chi2**0.5)} times what the stated noise explains (root of reduced χ²)."

@@ -149,9 +149,7 @@ def _heldout_readings(validation: ValidateResult) -> list[str]:
     left = wording.part(validation.relative, "torque")
     if wording.part(validation.rms, "torque") is None:
         return ["There is nothing held-out to judge it by: each joint was driven in one usable pose alone."]
-    sentences = [
-        f"In what the fit had not seen ({validation.scheme}) it leaves {wording.measure_text(validation.rms)} rms"
-    ]
+    sentences = [f"In held-out data ({validation.scheme}) it leaves {wording.measure_text(validation.rms)} rms"]
     sentences[0] += f", without a model {wording.measure_text(validation.zero_model)}"
     sentences[0] += f": {wording.percent(1.0 - left)} of the torque is predicted." if left is not None else "."
     if validation.noise is not None:
@@ -166,7 +164,7 @@ def _heldout_sentences(validation: ValidateResult | None) -> list[str]:
     if validation is None:
         return ["What error to expect in new poses has not been tested yet (no validation)."]
     error = (
-        f"In poses that the fit had not seen it leaves {wording.measure_text(validation.rms)} rms of a deflection of "
+        f"In held-out poses it leaves {wording.measure_text(validation.rms)} rms of a deflection of "
         f"{wording.measure_text(validation.zero_model)}"
     )
     left = validation.relative.translation
