@@ -15,7 +15,7 @@ from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt, Thresh
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import deviation, length, share
+from stiffcal.cli.wording import angle, deviation, length, share
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -137,4 +137,7 @@ def _shares(relative: Rms) -> str:
 
 
 def _worst(worst: Sequence[WorstState]) -> str:
-    return "; ".join(f"run {state.run}, row {state.row}: {length(state.residual_m)}" for state in worst[:3])
+    def size(state: WorstState) -> str:
+        return length(state.residual_m) if state.residual_rad is None else angle(state.residual_rad)
+
+    return "; ".join(f"run {state.run}, row {state.row}: {size(state)}" for state in worst[:3])

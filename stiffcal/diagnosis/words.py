@@ -18,6 +18,7 @@ from stiffcal.diagnosis.results import (
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
+from stiffcal.wording import angle, significant
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
 
@@ -86,7 +87,7 @@ def error_in_words(value: float, measure: str) -> str:
     """
     if measure == "torque":
         return f"{value:.3g} N·m"
-    return f"{1e6 * value:.3g} µrad" if measure == "motor_angle" else f"{1e3 * value:.3g} mm"
+    return angle(value, significant) if measure == "motor_angle" else f"{1e3 * value:.3g} mm"
 
 
 def leading_measure(rms: Rms) -> str:

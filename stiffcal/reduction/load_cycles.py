@@ -50,11 +50,14 @@ class LoadCycles:
 
 def load_vector(wrench: Floats) -> Floats:
     """Return (n, 3) the force, or the moment where no force was applied that matters."""
-    force = wrench[:, :3]
-    moment = wrench[:, 3:]
+    return wrench[:, :3] if load_unit(wrench) == "N" else wrench[:, 3:]
+
+
+def load_unit(wrench: Floats) -> str:
+    """Return the unit of `load_vector` of wrenches (n, 6): N, or N·m where no force was applied that matters."""
     # A lever of a thousand kilometres: such a force is what rounding leaves of none.
-    least = 1e-6 * float(np.max(np.abs(np.nan_to_num(moment)), initial=0.0))
-    return force if float(np.max(np.abs(force), initial=0.0)) > least else moment
+    least = 1e-6 * float(np.max(np.abs(np.nan_to_num(wrench[:, 3:])), initial=0.0))
+    return "N" if float(np.max(np.abs(wrench[:, :3]), initial=0.0)) > least else "N·m"
 
 
 def _directions(vectors: Floats, loaded: NDArray[np.bool_]) -> tuple[Integers, Integers]:

@@ -44,10 +44,11 @@ def validate_result(states: LoadStates, validation: Validation) -> ValidateResul
             WorstState(
                 run=states.runs[states.run[i]].name,
                 row=int(states.row[i]),
-                residual_m=length,
+                residual_m=residual.translation,
+                residual_rad=residual.motor_angle,
                 load=float(cycles.magnitude[i]),
                 branch=BRANCH_NAMES[cycles.branch[i]],
             )
-            for i, length in validation.worst
+            for i, residual in validation.worst
         ],
     )

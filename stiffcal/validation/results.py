@@ -42,8 +42,10 @@ class WorstState:
     """The run's name."""
     row: int
     """Data row of the states table from 1, or the hold's number in the run."""
-    residual_m: float
-    """Length of the translation residual, m."""
+    residual_m: Number
+    """Length of the translation residual, m; null where none was measured."""
+    residual_rad: OrAbsent[float] = None
+    """Of a clamped run: residual of the motor's angle at the joint's side, rad."""
     load: Annotated[Number, NOT_PROMISED]
     """Size of the load, N (N·m where no force was applied)."""
     branch: Annotated[str, NOT_PROMISED]

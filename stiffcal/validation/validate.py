@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, load_vector
+from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, load_unit, load_vector
 from stiffcal.validation.heldout import HeldoutResiduals, heldout_residuals
 from stiffcal.validation.results import ErrorSlice, SliceBy
 
@@ -43,9 +44,9 @@ class Validation:
     """The displacement itself."""
     by: dict[SliceBy, list[ErrorSlice]]
     """"run", "direction", "load", "branch", "joint_angle" to slices; "body" too where several bodies are tracked."""
-    worst: list[tuple[int, float]]
+    worst: list[tuple[int, Rms]]
     """Indices of the states with the largest residual, worst first (into the campaign's load states), with its length
-    in m.
+    in the one measure that they are ranked by.
     """
 
 
@@ -111,8 +112,6 @@ def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None 
         kind: value / reference if value is not None and (reference := zero[kind]) else None
         for kind, value in rms.items()
     }
-    length = np.nan_to_num(lengths(residuals.residual, data), nan=-1.0)
-    worst = [(int(data.index[i]), float(length[i])) for i in np.argsort(-length)[:HOW_MANY_WORST]]
     by: dict[SliceBy, list[ErrorSlice]] = {
         "run": _by_run(states, residuals),
         "direction": _by_direction(states, residuals, fit.robot),
@@ -130,8 +129,25 @@ def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None 
         relative=Rms.of(relative),
         zero_model=Rms.of(zero),
         by=by,
-        worst=worst,
+        worst=_worst_states(residuals, rms),
     )
+
+
+def _worst_states(heldout: HeldoutResiduals, rms: Mapping[str, float | None]) -> list[tuple[int, Rms]]:
+    """Return the worst states by the tool's displacement, and by the motor's angle where that alone was measured.
+
+    Between the two the residual counts as a multiple of its measure's rms.
+    """
+    data = heldout.data
+    size = {name: lengths(heldout.residual, data, name) for name in ("translation", "motor_angle")}
+    displaced = np.isfinite(size["translation"])
+    chosen = np.where(displaced, "translation", "motor_angle")
+    value = np.where(displaced, size["translation"], size["motor_angle"])
+    whole = {name: rms.get(name) or np.inf for name in size}
+    rank = np.nan_to_num(value / np.where(displaced, whole["translation"], whole["motor_angle"]), nan=-1.0)
+    worst = [int(i) for i in np.argsort(-rank)[:HOW_MANY_WORST] if rank[i] >= 0.0]
+    none: dict[str, float | None] = {"translation": None, "rotation": None}
+    return [(int(data.index[i]), Rms.of({**none, str(chosen[i]): float(value[i])})) for i in worst]
 
 
 def _by_run(states: LoadStates, heldout: HeldoutResiduals) -> list[ErrorSlice]:
@@ -195,7 +211,8 @@ def _by_load(states: LoadStates, heldout: HeldoutResiduals) -> list[ErrorSlice]:
     magnitude = find_load_cycles(states).magnitude[heldout.data.index]
     if heldout.data.absolute.all() and not magnitude.any():
         return []  # weight alone
-    return _binned(magnitude, np.linspace(0.0, float(magnitude.max(initial=0.0)), LOAD_BINS + 1), "N", "", 1.0, heldout)
+    edges = np.linspace(0.0, float(magnitude.max(initial=0.0)), LOAD_BINS + 1)
+    return _binned(magnitude, edges, load_unit(states.wrench), "", 1.0, heldout)
 
 
 def _binned(

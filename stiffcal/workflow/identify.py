@@ -275,6 +275,7 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
     """Return the error to expect in new poses: the numbers, and one sentence."""
     from stiffcal.validation.heldout import heldout_residuals
     from stiffcal.validation.validate import rms_of
+    from stiffcal.wording import angle, significant
 
     heldout = heldout_residuals(data.states, fit)
     if heldout.scheme == "none":
@@ -282,7 +283,11 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
     rms, deflection = rms_of(heldout.residual, heldout.data), rms_of(heldout.displacement, heldout.data)
     error, whole = rms["translation"], deflection["translation"]
     if error is None or not whole:
-        return Rms.of(rms), "no displacement was measured: no error can be estimated"
+        motor = rms["motor_angle"]
+        if motor is None:
+            return Rms.of(rms), "no displacement was measured: no error can be estimated"
+        text = f"in positions or cycles that were not measured expect an error of {angle(motor, significant)} rms"
+        return Rms.of(rms), f"{text} of the motor's angle"
     if fit.data.absolute.any():
         noise = fit.noise_length["translation"]
         against = "" if noise is None else f"; the instruments scatter by {1e3 * noise:.3g} mm"

@@ -79,8 +79,11 @@ def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
 def _next_measurement(data: Ingested, search: Search) -> SeparatingMeasurement | None:
     """Return the pose and load that would separate the first missing effect from the nearest look-alike it can.
 
-    None where no load would show a difference beyond the noise: creep that is over at once is compliance.
+    None where no load would show a difference beyond the noise: creep that is over at once is compliance; and where
+    joints were clamped alone, whose poses and loads the fixture decides on.
     """
+    if data.states.clamped.all():
+        return None
     import numpy as np
 
     from stiffcal.diagnosis.document import effect_at, look_alike_pairs

@@ -10,6 +10,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.workflow.identify import fit_now, identify_campaign
 from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.kr125 import DEGREE, SOURCE, TABLE_2, simulated
 
 JOINTS = (3, 6)
@@ -70,3 +71,7 @@ def test_improve_adds_what_each_joint_has(folder: Path) -> None:
             assert value is not None, name
             assert std is not None, name
             assert abs(value - expected) < 3.0 * std, name
+    validation = validate_campaign(folder)
+    assert validation.worst[0].residual_m is None  # no displacement was measured
+    assert validation.worst[0].residual_rad == validation.max.motor_angle
+    assert validation.rms.translation is None

@@ -31,6 +31,7 @@ class NotCheckedReason(StrEnum):
     NO_EFFECT = "no-effect"
     NO_FIT = "no-fit"
     ABSOLUTE_ROWS = "absolute-rows"
+    CLAMPED_RUNS = "clamped-runs"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -51,6 +51,8 @@ def select_states(states: LoadStates, robot: CompliantRobot) -> Selection:
         return Selection(nothing, 0, not_checked(NotCheckedReason.NO_EFFECT))
     if len(states) and states.absolute.all():
         return Selection(nothing, 0, not_checked(NotCheckedReason.ABSOLUTE_ROWS))
+    if len(states) and states.clamped.all():
+        return Selection(nothing, 0, not_checked(NotCheckedReason.CLAMPED_RUNS))
     if most == 0:
         return Selection(nothing, 0, not_checked(NotCheckedReason.FEW_RUNS, n_runs))
     if n_runs < RUNS_FOR_ALL_KINDS:
@@ -90,6 +92,7 @@ def not_checked(code: NotCheckedReason, *numbers: int) -> RunsNotChecked:
             "among the rest was not looked for"
         ),
         NotCheckedReason.ABSOLUTE_ROWS: "rows of absolute runs are not compared with each other in this version",
+        NotCheckedReason.CLAMPED_RUNS: "clamped runs are not compared with each other in this version",
         NotCheckedReason.NO_EFFECT: "runs were not compared with each other: the model holds no effect",
         NotCheckedReason.NO_FIT: "runs were not compared with each other: the model cannot be fitted to them",
     }

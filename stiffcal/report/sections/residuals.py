@@ -151,11 +151,16 @@ def _worst(validation: ValidateResult) -> list[Block]:
     columns: list[TableColumn] = [
         TableColumn("run", align="left"),
         TableColumn("row"),
-        TableColumn("residual", "mm"),
-        TableColumn("load", "N"),
+        TableColumn("residual"),
+        TableColumn("load", "N" if validation.rms.motor_angle is None else "N or N·m"),
     ]
     rows: list[tuple[str, ...]] = [
-        (state.run, str(state.row), wording.digits(state.residual_m * 1e3), wording.digits(state.load))
+        (
+            state.run,
+            str(state.row),
+            wording.length(state.residual_m) if state.residual_rad is None else wording.angle(state.residual_rad),
+            wording.digits(state.load),
+        )
         for state in worst
     ]
     branches = [state.branch for state in worst]
