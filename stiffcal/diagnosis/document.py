@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.choosing import confidence_by_class
 from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, rms_after_choosing, size_at_tool
-from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice
+from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.patterns import find_pattern
+from stiffcal.diagnosis.ranking import effect_at, ranked_findings
 from stiffcal.diagnosis.results import (
-    CandidateParameter,
     CompliancePattern,
     DiagnoseResult,
     Finding,
@@ -19,7 +19,7 @@ from stiffcal.diagnosis.results import (
     SearchPace,
     UndecidedEffect,
 )
-from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
+from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
@@ -39,11 +39,6 @@ from stiffcal.identification.geometry import with_geometry
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
-
-
-def effect_at(candidate: Candidate) -> EffectAt:
-    """Return effect and place."""
-    return EffectAt(effect=candidate.effect.name, where=Where.of(candidate.place))
 
 
 def against_noise(lack: LackOfFit | None) -> VarianceRatio | None:
@@ -216,78 +211,14 @@ def _refused_by_places(search: Search) -> list[str]:
 def _findings(search: Search, before: Rms) -> list[Finding]:
     """Return the ranking for the next single step, best first."""
     scan = search.first
-    near = [trial.candidate for trial in near_best(scan)]
-    names = [candidate.name for candidate in near]
-    shares = confidence_by_class(scan)
-    after_choosing = rms_after_choosing(scan)
-    ranked = sorted(
-        scan.trials,
-        key=lambda trial: names.index(trial.candidate.name) if trial.candidate.name in names else len(names),
+    ranking = ranked_findings(
+        scan,
+        before,
+        rms_after_choosing(scan),
+        lambda trial: left_out_rms(scan, trial),
+        lambda trial, after, alternatives: explain(scan, trial, before, after, alternatives),
     )
-    findings = []
-    for rank, trial in enumerate(ranked):
-        leads = rank == 0 and bool(near)
-        judgement = judge_choice(scan, trial) if leads else judge(scan, trial)
-        name = trial.candidate.name
-        after = left_out_rms(scan, trial)
-        alternatives = [candidate for candidate in near if candidate.name != name] if name in names else []
-        explanation = None
-        if judgement.supported:
-            explanation = explain(scan, trial, before, after, alternatives)
-        at = effect_at(trial.candidate)
-        findings.append(
-            Finding(
-                effect=at.effect,
-                where=at.where,
-                verdict="rejected" if not judgement.supported else "supported" if leads else "possible",
-                explains=share_explained(scan, trial),
-                size_m=size_at_tool(scan, trial),
-                p_value=judgement.p_value,
-                heldout_rms_before=before,
-                heldout_rms_after=after,
-                heldout_rms_after_choosing=after_choosing if leads else None,
-                confidence=shares.get(name, 0.0),
-                parameters=parameters_of(trial),
-                alternatives=[effect_at(candidate) for candidate in alternatives],
-                places=trial.places,
-                why=explanation.text if explanation is not None else why_rejected(scan, trial),
-                evidence=explanation,
-            )
-        )
-    return findings
-
-
-def parameters_of(trial: Trial) -> list[CandidateParameter]:
-    """Return a candidate's values as fitted with it."""
-    effect = trial.candidate.effect
-    return [
-        CandidateParameter(symbol=symbol, value=finite(value), unit=effect.spec(symbol).unit)
-        for symbol, value in fitted_values(trial).items()
-    ]
-
-
-def share_explained(scan: Scan, trial: Trial) -> float | None:
-    """Return the share of the avoidable error that goes, whitened."""
-    before, after = float(scan.base.heldout.sum()), float(trial.score.heldout.sum())
-    floor = float(scan.dof) if scan.fit.noise is not None else 0.0
-    if before <= floor * (1.0 + ROUNDING):
-        return None
-    # What is left of equal errors is rounding.
-    return (before - after) / (before - floor) if abs(before - after) > ROUNDING * before else 0.0
-
-
-def why_rejected(scan: Scan, trial: Trial) -> str:
-    """Return why a candidate is not supported, in words."""
-    judgement = judge(scan, trial)
-    if trial.places is not None and trial.places.contradicted:
-        return f"absolute positions contradict it, {places_in_words(trial.places)}"
-    if not judgement.possible:
-        return "its values would have to be impossible (negative or zero)"
-    if judgement.fall <= 0.0:
-        return "the error in held-out poses does not fall"
-    if not alike(scan, trial, scan.trials[0]):
-        return "the error in held-out poses falls too little, or others explain more"
-    return f"too little to be sure: {judgement.errors:.2g} standard errors over poses, p {judgement.p_value:.2g}"
+    return [replace(finding, size_m=size_at_tool(scan, trial), places=trial.places) for trial, finding in ranking]
 
 
 def look_alike_pairs(search: Search) -> list[tuple[Trial, Trial]]:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.choosing import choice_without_each_group, confidence_by_class
-from stiffcal.diagnosis.document import against_noise, effect_at, parameters_of, proposed, share_explained, why_rejected
-from stiffcal.diagnosis.judge import judge, judge_choice, rms_reduction
-from stiffcal.diagnosis.naming import near_best
+from stiffcal.diagnosis.choosing import choice_without_each_group
+from stiffcal.diagnosis.document import against_noise, proposed
+from stiffcal.diagnosis.judge import rms_reduction
+from stiffcal.diagnosis.ranking import effect_at, ranked_findings
 from stiffcal.diagnosis.results import (
     DiagnoseResult,
     Explanation,
@@ -169,43 +170,14 @@ def _noise(fit: RowFit, problem: RowProblem) -> Rms | None:
 def _findings(context: RowSearchContext, search: RowSearch, before: Rms) -> list[Finding]:
     """Return the ranking for the next single step, best first."""
     scan, problem = search.first, context.problem
-    near = [trial.candidate for trial in near_best(scan)]
-    names = [candidate.name for candidate in near]
-    shares = confidence_by_class(scan)
-    after_choosing = _rms_after_choosing(scan, problem)
-    ranked = sorted(
-        scan.trials,
-        key=lambda trial: names.index(trial.candidate.name) if trial.candidate.name in names else len(names),
+    ranking = ranked_findings(
+        scan,
+        before,
+        _rms_after_choosing(scan, problem),
+        lambda trial: left_out_rms(scan, trial, problem),
+        lambda trial, after, alternatives: _explain(scan, trial, problem, alternatives, before, after),
     )
-    findings = []
-    for rank, trial in enumerate(ranked):
-        leads = rank == 0 and bool(near)
-        judgement = judge_choice(scan, trial) if leads else judge(scan, trial)
-        name = trial.candidate.name
-        after = left_out_rms(scan, trial, problem)
-        alike = [candidate for candidate in near if candidate.name != name] if name in names else []
-        explanation = _explain(scan, trial, problem, alike, before, after) if judgement.supported else None
-        at = effect_at(trial.candidate)
-        findings.append(
-            Finding(
-                effect=at.effect,
-                where=at.where,
-                verdict="rejected" if not judgement.supported else "supported" if leads else "possible",
-                explains=share_explained(scan, trial),
-                size_m=None,
-                size_Nm=_size(scan, trial),
-                p_value=judgement.p_value,
-                heldout_rms_before=before,
-                heldout_rms_after=after,
-                heldout_rms_after_choosing=after_choosing if leads else None,
-                confidence=shares.get(name, 0.0),
-                parameters=parameters_of(trial),
-                alternatives=[effect_at(candidate) for candidate in alike],
-                why=explanation.text if explanation is not None else why_rejected(scan, trial),
-                evidence=explanation,
-            )
-        )
-    return findings
+    return [replace(finding, size_Nm=_size(scan, trial)) for trial, finding in ranking]
 
 
 def _size(scan: RowScan, trial: Trial) -> float:

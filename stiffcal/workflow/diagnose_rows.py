@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def diagnose_rows(data: Ingested, context: RunContext) -> list[PartialDiagnosis]:
     """Return the answer of every search of such readings; empty where the campaign holds none."""
-    from stiffcal.diagnosis.document import effect_at
+    from stiffcal.diagnosis.ranking import effect_at
     from stiffcal.diagnosis.redundant import redundant_effects
     from stiffcal.diagnosis.row_context import RowSearchContext
     from stiffcal.diagnosis.row_document import row_diagnosis, too_few_folds

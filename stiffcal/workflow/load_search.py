@@ -49,7 +49,8 @@ def search_now(
 def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
     """Return the result of a search, with what the present model holds and does not need."""
     from stiffcal.campaign.model_file import default_model
-    from stiffcal.diagnosis.document import diagnosis_result, effect_at
+    from stiffcal.diagnosis.document import diagnosis_result
+    from stiffcal.diagnosis.ranking import effect_at
     from stiffcal.diagnosis.redundant import redundant_effects
     from stiffcal.diagnosis.search_context import LoadSearchContext
     from stiffcal.identification.identify import Settings, fit_problem
@@ -86,8 +87,9 @@ def _next_measurement(data: Ingested, search: Search) -> SeparatingMeasurement |
         return None
     import numpy as np
 
-    from stiffcal.diagnosis.document import effect_at, look_alike_pairs
+    from stiffcal.diagnosis.document import look_alike_pairs
     from stiffcal.diagnosis.heldout_error import with_values_of
+    from stiffcal.diagnosis.ranking import effect_at
     from stiffcal.identification.document import finite
     from stiffcal.planning.separate import separating_measurement
 

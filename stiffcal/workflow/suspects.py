@@ -86,7 +86,7 @@ def _explaining(
     suspicion: Suspicion, campaign: Campaign, searches: Sequence[tuple[LoadStates, Search]], loss: str
 ) -> dict[int, list[EffectAt]]:
     """Return the effects that explain suspects, by the run's number."""
-    from stiffcal.diagnosis.document import effect_at
+    from stiffcal.diagnosis.ranking import effect_at
     from stiffcal.diagnosis.suspects.effects import explaining_effects
     from stiffcal.identification.identify import Settings
     from stiffcal.model.assembly import fixed_parameters
