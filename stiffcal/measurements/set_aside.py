@@ -34,6 +34,11 @@ class SetAsideCode(StrEnum):
     ANOTHER_STRETCH = "another-stretch"
     """A friction pass over another stretch of angle than the others at its speed."""
 
+    CUT_OFF = "cut-off"
+    """The force sensor or the motor's torque stayed at the end of its range."""
+    DRIVEN_ONE_WAY = "driven-one-way"
+    """A clamped joint that was not driven back: friction and backlash cannot be distinguished from the spring."""
+
     @property
     def short_text(self) -> str:
         """The cause for people, without the figures of one state."""
@@ -48,6 +53,8 @@ _SHORT_TEXTS = {
     SetAsideCode.HELD_BRIEFLY: "held too briefly to be read",
     SetAsideCode.COMMANDS_NOT_LOGGED: "no log of what the controller corrected",
     SetAsideCode.RODS_NOT_READ: "no reading of the rods",
+    SetAsideCode.CUT_OFF: "torque or force at the end of its range",
+    SetAsideCode.DRIVEN_ONE_WAY: "clamped joint driven one way only",
     SetAsideCode.ONE_DIRECTION: "moved in one direction only at this speed",
     SetAsideCode.ANOTHER_STRETCH: "over another stretch of angle than the other passes",
 }

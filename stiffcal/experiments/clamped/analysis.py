@@ -19,7 +19,7 @@ from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.branches import Branches, average_branches, reversal_error
 from stiffcal.experiments.clamped.chain import ClampedChain, drive_deflection
-from stiffcal.experiments.clamped.faults import why_no_sweep
+from stiffcal.experiments.clamped.faults import ONE_WAY, why_no_sweep
 from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.saturation import Saturation, find_saturation
 from stiffcal.experiments.clamped.sweeps import Sweeps, cut_sweeps
@@ -237,7 +237,7 @@ def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
         reference = _play_of_joint(peers)
         why = run.left_out
         if not why and not run.both_ways:
-            why = "driven one way only: friction and play cannot be distinguished from the spring; drive it to and fro"
+            why = ONE_WAY
         if not why and run.play > 0.0 and (side := run.fit.law.flank_not_reached):
             why = f"its motion ends within the play, the {side} flank is never reached: drive it to and fro beyond both"
         if not why and reference > 0.0 and run.motion < LEAST_MOTION * reference:

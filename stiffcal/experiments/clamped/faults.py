@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped.chain import ClampedChain
-from stiffcal.experiments.clamped.saturation import Saturation
+from stiffcal.experiments.clamped.readings import ClampedReadings
+from stiffcal.experiments.clamped.saturation import Saturation, find_saturation
+from stiffcal.experiments.clamped.sweeps import cut_sweeps
 from stiffcal.measurements.varying import varies
 
 # A held flange lets the moved drive alone give, and no other then carries a torque that follows the motion. Links and
@@ -16,6 +19,37 @@ from stiffcal.measurements.varying import varies
 LOADED_TOO = 0.5
 # Torque and angle that agree less than this are noise, whichever way they go.
 FOLLOWS = 0.5
+
+
+ONE_WAY = "driven one way only: friction and play cannot be distinguished from the spring; drive it to and fro"
+"""Why a run without a reversal is not used."""
+
+
+@dataclass(frozen=True)
+class RunQuality:
+    """Which readings of a clamped run cannot be used."""
+
+    saturation: Saturation | None
+    """The limit that its torque ran into; None: none."""
+    one_way: bool
+    """True where the joint was driven from end to end in one direction only."""
+    n_sweeps: int
+    """Whole half sweeps."""
+
+
+def run_quality(readings: ClampedReadings, chain: ClampedChain) -> RunQuality:
+    """Find which readings of one run cannot be used.
+
+    Parameters
+    ----------
+    readings : of one run. chain : the run in drive coordinates.
+    """
+    angle, torque = chain.angle({}), chain.torque[:, chain.joint - 1]
+    sweeps = cut_sweeps(angle, torque)
+    up = sweeps.up[sweeps.number >= 0]
+    return RunQuality(
+        find_saturation(readings, angle, torque, chain), bool(up.size and (up.all() or not up.any())), sweeps.count
+    )
 
 
 def other_loaded(chain: ClampedChain) -> tuple[int, float] | None:

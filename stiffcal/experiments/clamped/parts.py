@@ -24,14 +24,13 @@ from stiffcal.experiments.clamped.documents import (
     run_result,
     torque_angle,
 )
-from stiffcal.experiments.clamped.faults import loaded_words, why_no_sweep
+from stiffcal.experiments.clamped.faults import ONE_WAY, loaded_words, run_quality, why_no_sweep
 from stiffcal.experiments.clamped.heldout import angle_residual
 from stiffcal.experiments.clamped.joints import ClampedJoint, joints_of
 from stiffcal.experiments.clamped.readings import ClampedReadings, readings_from_table
 from stiffcal.experiments.clamped.reduction import CLAMPED
 from stiffcal.experiments.clamped.results import ClampedSection
-from stiffcal.experiments.clamped.saturation import find_saturation
-from stiffcal.experiments.clamped.sweeps import cut_sweeps, moved_joint
+from stiffcal.experiments.clamped.sweeps import moved_joint
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 from stiffcal.fault_codes import FaultCode
@@ -267,12 +266,14 @@ def check_clamped_runs(campaign: Campaign, readings_of_runs: Sequence[ClampedRea
     for run_readings in readings_of_runs:
         name = run_readings.runs[int(run_readings.run[0])].name
         chain = chain_of_run(campaign, run_readings, written.get(name))
-        angle, torque = chain.angle({}), chain.torque[:, chain.joint - 1]
-        saturation = find_saturation(run_readings, angle, torque, chain)
-        if chain.is_excited and cut_sweeps(angle, torque).count == 0:
-            unusable.append(f"run {name}: {why_no_sweep(angle, torque, saturation)}")
-        elif saturation is not None:
-            remarks.append(f"run {name}: {saturation.sentence}")
+        quality = run_quality(run_readings, chain)
+        if chain.is_excited and quality.n_sweeps == 0:
+            angle, torque = chain.angle({}), chain.torque[:, chain.joint - 1]
+            unusable.append(f"run {name}: {why_no_sweep(angle, torque, quality.saturation)}")
+        elif chain.is_excited and quality.one_way:
+            unusable.append(f"run {name}: {ONE_WAY}")
+        elif quality.saturation is not None:
+            remarks.append(f"run {name}: {quality.saturation.sentence}")
         elif words := loaded_words(name, chain, campaign.chain.joint_names):
             remarks.append(words)
     return unusable, remarks

@@ -11,6 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
 from stiffcal.documents import document_of
+from stiffcal.experiments.clamped.faults import run_quality
 from stiffcal.experiments.clamped.holding import held_wrench
 from stiffcal.experiments.clamped.readings import ClampedReadings, readings_table, stacked_readings
 from stiffcal.experiments.clamped.states import clamped_states
@@ -52,7 +53,12 @@ class ClampedReduction(RunsReduction):
             IngestedRun(id=run.id, clock_ahead_s=clocks, n_states=0, n_readings=len(readings), dropped=[])
         )
         wrench = held_wrench(self.campaign, readings, run, joint)
-        return None if wrench is None else clamped_states(readings, joint, wrench, _temperature(logs, readings.time))
+        if wrench is None:
+            return None
+        from stiffcal.experiments.clamped.parts import chain_of_run
+
+        quality = run_quality(readings, chain_of_run(self.campaign, readings, run))
+        return clamped_states(readings, joint, wrench, _temperature(logs, readings.time), quality)
 
     def tables(self, settings: IngestSettings) -> dict[str, pa.Table]:
         """Return the readings of all runs."""

@@ -13,9 +13,10 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.experiments.clamped.faults import ONE_WAY, RunQuality
 from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.sweeps import loop_corners
-from stiffcal.measurements.set_aside import IN_USE
+from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.raw_states import RawStates
 
 # Stretches of a half sweep to begin with, and at most: those over which angle or torque bend are split.
@@ -43,7 +44,11 @@ class _Stretch:
 
 
 def clamped_states(
-    readings: ClampedReadings, joint: int, wrench: Floats, temperature: Floats | None = None
+    readings: ClampedReadings,
+    joint: int,
+    wrench: Floats,
+    temperature: Floats | None = None,
+    quality: RunQuality | None = None,
 ) -> RawStates | None:
     """Return the states of one clamped run; None where nothing was driven to and fro.
 
@@ -56,6 +61,7 @@ def clamped_states(
     readings : of one run. joint : the moved joint, from 1.
     wrench : (n, 6) what the fixture does to the robot, sensor axes; from the motor's torque where no sensor was read.
     temperature : (n, T) where logged.
+    quality : which readings cannot be used; None: all can.
     """
     n = len(readings)
     angle = readings.joints[:, joint - 1]
@@ -109,8 +115,24 @@ def clamped_states(
         signals=signals,
         scatter={},
         n_readings=np.array([stretch.end - stretch.start for stretch in stretches]),
-        set_aside=[IN_USE] * count,
+        set_aside=_set_aside(stretches, quality),
     )
+
+
+def _set_aside(stretches: list[_Stretch], quality: RunQuality | None) -> list[SetAside]:
+    """Return why states are not used: all of a run driven one way, and those with a reading at the end of a range."""
+    if quality is None:
+        return [IN_USE] * len(stretches)
+    if quality.one_way:
+        code = SetAsideCode.DRIVEN_ONE_WAY
+        return [SetAside(code, ONE_WAY)] * len(stretches)
+    saturation = quality.saturation
+    if saturation is None:
+        return [IN_USE] * len(stretches)
+    cut_off = SetAside(
+        SetAsideCode.CUT_OFF, f"{saturation.what} is at its limit of {saturation.limit:.4g} {saturation.unit}"
+    )
+    return [cut_off if saturation.beyond[piece.start : piece.end].any() else IN_USE for piece in stretches]
 
 
 def _leading_load(wrench: Floats) -> Floats | None:

@@ -106,6 +106,19 @@ def gaps(
     return missing
 
 
+def lacking_motion(data: MeasuredRuns, fit: FrictionFit) -> list[UnidentifiedParameters]:
+    """Return the parameters that the motion of a fitted joint does not determine, and why."""
+    groups = []
+    for joint_fit in fit.joints:
+        name = data.joint_names[joint_fit.joint - 1]
+        for lack in dict.fromkeys(parameter.lack for parameter in joint_fit.parameters):
+            if lack is not None:
+                names = [parameter.name for parameter in joint_fit.parameters if parameter.lack is lack]
+                reason = f"joint {name}: {lack.sentence}"
+                groups.append(UnidentifiedParameters(parameters=names, known=None, reason=reason))
+    return groups
+
+
 def _why_not_fitted(steady: SteadyReadings, joint: int) -> str:
     """Return why the readings of a joint gave no fit."""
     of_joint = steady.joint == joint

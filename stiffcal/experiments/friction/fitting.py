@@ -6,11 +6,13 @@ are projected out.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.experiments.friction.identifiability import MotionLack, undetermined
 from stiffcal.experiments.friction.rows import FrictionRows, together
 from stiffcal.experiments.friction.solving import DriveLaw, PartFit, initial_law
 from stiffcal.mechanics.chain import Chain
@@ -45,6 +47,10 @@ class FrictionParameter:
     """True where the value lies on a bound."""
     why: str = ""
     """What a reader must know of the value, "" where nothing."""
+    lack: MotionLack | None = None
+    """Why the motion does not determine it; None where it does, or where it was not estimated."""
+    in_fit: float | None = None
+    """SI, what the fitted friction was computed with; None where ``value`` is it."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +77,9 @@ class JointFrictionFit:
     """rad/s, the highest speed."""
 
     def values(self) -> dict[str, float]:
-        """Return full name to value of what is known."""
-        return {parameter.name: parameter.value for parameter in self.parameters if parameter.value is not None}
+        """Return full name to the value that the fitted friction is computed with."""
+        used = {p.name: p.in_fit if p.value is None else p.value for p in self.parameters}
+        return {name: value for name, value in used.items() if value is not None}
 
 
 @dataclass(frozen=True)
@@ -209,8 +216,9 @@ def joint_fit(fit: PartFit, joint: int) -> JointFrictionFit:
     free, covariance = fit.covariance(joint)
     of_joint = fit.rows_of_joint[joint]
     speed = np.abs(fit.rows.velocity[of_joint])
+    lacking = undetermined(fit)
     parameters = tuple(
-        _parameter(fit, law, spec, free, covariance)
+        _parameter(fit, law, spec, (free, covariance), lacking)
         for law in fit.laws
         if law.joint == joint
         for spec in law.placed.effect.parameters
@@ -230,8 +238,13 @@ def joint_fit(fit: PartFit, joint: int) -> JointFrictionFit:
 
 
 def _parameter(
-    fit: PartFit, law: DriveLaw, spec: ParameterSpec, free: list[str], covariance: Floats
+    fit: PartFit,
+    law: DriveLaw,
+    spec: ParameterSpec,
+    estimated: tuple[list[str], Floats],
+    lacking: Mapping[str, MotionLack],
 ) -> FrictionParameter:
+    free, covariance = estimated
     name = law.placed.parameter_name(spec.symbol)
     effect = law.placed.effect.name
     value = law.shape[spec.symbol] if spec.role is ParameterRole.NONLINEAR else fit.amplitude[name]
@@ -239,6 +252,11 @@ def _parameter(
         why = "" if law.held(spec.symbol) or spec.symbol in law.chosen else NOT_IDENTIFIED
         held = spec.symbol not in law.chosen
         return FrictionParameter(name, effect, law.joint, spec, value, None, None, held, False, why)
+    if name in lacking:
+        lack = lacking[name]
+        return FrictionParameter(
+            name, effect, law.joint, spec, None, None, None, False, False, lack.sentence, lack, in_fit=value
+        )
     k = free.index(name)
     std = float(np.sqrt(covariance[k, k]))
     interval = (max(value - NORMAL_95 * std, spec.lower), min(value + NORMAL_95 * std, spec.upper))

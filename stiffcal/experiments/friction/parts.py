@@ -19,6 +19,7 @@ from stiffcal.experiments.friction.documents import (
     gaps,
     identified_friction_parameter,
     joint_friction,
+    lacking_motion,
     noise_of_fit,
     rms_of,
     unknown_parameters,
@@ -230,7 +231,7 @@ def _part(data: MeasuredRuns, fit: FrictionFit, placed: tuple[PlacedEffect, ...]
         span = slice(done, done + len(one_joint.free))
         covariance[span, span] = one_joint.covariance
         done = span.stop
-    unidentified = gaps(data, friction_readings(data)[0], placed, set(by_joint))
+    unidentified = gaps(data, friction_readings(data)[0], placed, set(by_joint)) + lacking_motion(data, fit)
     return ExperimentFit(
         name="friction",
         section=section,

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
+from stiffcal.experiments.friction.identifiability import motion_lack
 from stiffcal.experiments.friction.readings import motion_table, steady_table
 from stiffcal.experiments.friction.runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
 from stiffcal.experiments.friction.samples import samples_table
@@ -69,8 +71,24 @@ class FrictionRunsReduction(RunsReduction):
             measured |= {k + 1 for k, one_way in enumerate(motion.one_way.T) if one_way.any()}
         names = self.campaign.chain.joint_names
         requested = [effect.place.joints[0] for effect in moving_effects(self.campaign)]
-        missing = [joint for joint in requested if joint not in measured]
-        return [f"joint {names[joint - 1]}: no run measures its friction: move it both ways" for joint in missing], []
+        missing = []
+        for joint in dict.fromkeys(requested):
+            if joint not in measured:
+                missing.append(f"joint {names[joint - 1]}: no run measures its friction: move it both ways")
+            elif (lack := motion_lack(_velocities(self._friction, joint))) is not None:
+                missing.append(f"joint {names[joint - 1]}: {lack.sentence}")
+        return missing, []
+
+
+def _velocities(friction: FrictionReduction, joint: int) -> Floats:
+    """Return (n,) rad/s of the readings of a joint that are used."""
+    velocities = []
+    if friction.steady is not None:
+        velocities.append(friction.steady.velocity[(friction.steady.joint == joint) & friction.steady.used])
+    if friction.motion is not None:
+        moving = friction.motion.one_way[:, joint - 1]
+        velocities.append(friction.motion.drive_velocity[moving, joint - 1])
+    return np.concatenate(velocities) if velocities else np.zeros(0)
 
 
 def _entry(run: FrictionRun, friction: FrictionReduction) -> IngestedRun:

@@ -18,6 +18,8 @@ from stiffcal.model.effect import ParameterRole, ParameterSpec
 
 # Singular values below this share of the largest: combinations of inertial numbers that no motion shows.
 RANK = 1e-7
+# A column of which less than this share of its length is left next to weight and zeros is rounding.
+ABSORBED = 1e-9
 # The weights have settled when no standard deviation changes by more than this share; they gain a digit a round.
 SETTLED, MOST_ROUNDS = 1e-6, 100
 # A shape whose standard uncertainty is more than this share of it is not determined.
@@ -162,7 +164,12 @@ class PartFit:
     def whitened(self, law: DriveLaw, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
         """Return the columns of one law, whitened and projected, for all rows."""
         columns = self.columns(law.placed, law.shape if shape is None else shape)
-        return {symbol: self._project_out(column / self.sigma) for symbol, column in columns.items()}
+        projected = {}
+        for symbol, column in columns.items():
+            left = self._project_out(column / self.sigma)
+            absorbed = np.linalg.norm(left) <= ABSORBED * np.linalg.norm(column / self.sigma)
+            projected[symbol] = np.zeros_like(left) if absorbed else left
+        return projected
 
     def solve(self) -> Floats:
         """Find all amplitudes at the present shapes; return the whitened residual."""
@@ -171,9 +178,11 @@ class PartFit:
         target = self.target.copy()
         self.names: list[tuple[DriveLaw, str]] = []
         columns: list[Floats] = []
+        sizes: list[float] = []
         self.amplitude: dict[str, float] = {}
         for law in self.laws:
             column = self.whitened(law)
+            torque = self.columns(law.placed, law.shape)
             for symbol in law.amplitudes:
                 if law.held(symbol):
                     value = law.placed.values[symbol]
@@ -182,15 +191,23 @@ class PartFit:
                 else:
                     self.names.append((law, symbol))
                     columns.append(column[symbol])
+                    sizes.append(float(np.linalg.norm(torque[symbol] / self.sigma)))
         self.matrix = np.stack(columns, axis=1) if columns else np.zeros((len(self.rows), 0))
+        self.column_size = np.array(sizes)
         if columns:
             lower = np.array([law.placed.effect.spec(symbol).lower for law, symbol in self.names])
             upper = np.array([law.placed.effect.spec(symbol).upper for law, symbol in self.names])
             size = np.linalg.norm(self.matrix, axis=0)
-            scale = np.where(size > 0.0, size, 1.0)
-            solution = np.asarray(np.linalg.lstsq(self.matrix / scale, target, rcond=RANK)[0]) / scale
-            if (solution < lower).any() or (solution > upper).any():
-                solution = lsq_linear(self.matrix / scale, target, (lower * scale, upper * scale), tol=1e-12).x / scale
+            nonzero = size > 0.0  # what weight and zeros absorb is 0: nothing in these rows depends on it
+            scaled, bounds = (
+                self.matrix[:, nonzero] / size[nonzero],
+                (lower[nonzero] * size[nonzero], upper[nonzero] * size[nonzero]),
+            )
+            unit = np.asarray(np.linalg.lstsq(scaled, target, rcond=RANK)[0])
+            if (unit < bounds[0]).any() or (unit > bounds[1]).any():
+                unit = lsq_linear(scaled, target, bounds, tol=1e-12).x
+            solution = np.zeros(len(columns))
+            solution[nonzero] = unit / size[nonzero]
             for (law, symbol), amplitude in zip(self.names, solution, strict=True):
                 self.amplitude[law.placed.parameter_name(symbol)] = float(amplitude)
             target = target - self.matrix @ solution
@@ -305,7 +322,8 @@ class PartFit:
             scores = np.zeros((int(clusters.max()) + 1, matrix.shape[1]))
             np.add.at(scores, clusters.ravel(), matrix * self.residual[:, None])
             robust = inverse @ (scores.T @ scores) @ inverse * len(scores) / max(len(scores) - 1, 1)
-            larger = np.sqrt(np.maximum(np.diagonal(robust) / np.diagonal(inverse), 1.0))
+            own = np.diagonal(inverse)  # 0 where weight and zeros absorb a column
+            larger = np.sqrt(np.maximum(np.diagonal(robust) / np.where(own > 0.0, own, np.inf), 1.0))
             whole = inverse * larger[:, None] * larger[None, :]
         chosen = [k for k, (owner, _) in enumerate(names) if owner.joint == joint]
         full = [names[k][0].placed.parameter_name(names[k][1]) for k in chosen]
