@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.effect import DocumentedEffect, Kind, ParameterSpec, Place, Values
+from stiffcal.model.effect import ParameterSpec, Place, Values
+from stiffcal.model.motion_effect import MotionEffect
 
 
-class FrictionAsymmetry(DocumentedEffect):
+class FrictionAsymmetry(MotionEffect):
     """A moving joint resists more in one direction than in the other, by a constant torque.
 
     Law: the torque gains [offset], whatever speed and direction: Coulomb friction is coulomb + offset forwards and
@@ -25,8 +25,6 @@ class FrictionAsymmetry(DocumentedEffect):
     """
 
     name = "friction-asymmetry"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
     summary = "friction differs between the two directions by a constant torque"
     parameters = (
         ParameterSpec(
@@ -35,20 +33,9 @@ class FrictionAsymmetry(DocumentedEffect):
         ),
     )  # fmt: skip
     needs = ("friction runs: both directions at several speeds",)
-    in_motion = True
     constant_torque = True
     fingerprint = "the mean of both directions' torques is the same at all speeds and angles, and not zero"
     how_to_check = "Read the torque at rest with nothing to hold: what is left there is the sensor's zero."
-
-    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Load states are taken at rest."""
-        return "friction runs: load states are taken at rest"
-
-    def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
-        """Both directions."""
-        if not motion.both_ways:
-            return "motion in both directions: in one direction friction and weight are measured as one torque"
-        return None
 
     def motion_columns(self, place: Place, chain: Chain, motion: DriveMotion, shape: Values) -> dict[str, Floats]:
         """One, everywhere."""

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.effect import Covariate, DocumentedEffect, Kind, ParameterSpec, Place, Values
+from stiffcal.model.effect import Covariate, ParameterSpec, Place, Values
+from stiffcal.model.motion_effect import MotionEffect
 
 # Loads whose sizes differ by less than this share of the largest are one load.
 LEAST_SPREAD = 0.1
 
 
-class FrictionLoad(DocumentedEffect):
+class FrictionLoad(MotionEffect):
     """A moving joint resists more under load: teeth and bearings are pressed together harder.
 
     Law: τ_f gains per_Nm |τ| sign(ω), τ the joint's load: the torque of the weight of arm and tool about its axis
@@ -29,8 +29,6 @@ class FrictionLoad(DocumentedEffect):
     """
 
     name = "friction-load"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
     summary = "friction of a moving joint grows with the torque of the weight that it carries"
     parameters = (
         ParameterSpec(
@@ -40,23 +38,19 @@ class FrictionLoad(DocumentedEffect):
     )  # fmt: skip
     needs = ("friction runs: both directions at angles with different weight torques", "masses in robot.toml")
     looks_like = ("joint-friction", "friction-temperature", "torque-ripple")
-    in_motion = True
     fingerprint = "half the difference between the two directions' torques grows with the size of the weight's torque"
     how_to_check = (
         "Repeat one speed, both ways, with the arm stretched out, hanging down, and with a known tool weight."
     )
-
-    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Load states are taken at rest."""
-        return "friction runs: load states are taken at rest"
 
     def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
         """Both directions, and a known load of several sizes."""
         size = np.abs(motion.load)
         if not size.any():
             return "the load on the joint: masses in robot.toml, and an axis about which their weight acts"
-        if not motion.both_ways:
-            return "motion in both directions: in one direction friction and weight are measured as one torque"
+        one_way = super().lacking_motion(chain, motion)
+        if one_way is not None:
+            return one_way
         if float(np.ptp(size)) < LEAST_SPREAD * float(size.max()):
             return "motion at angles where the weight's torque differs in size"
         return None

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.effect import Covariate, DocumentedEffect, Kind, ParameterSpec, Place, Values
+from stiffcal.model.effect import Covariate, ParameterSpec, Place, Values
+from stiffcal.model.motion_effect import MotionEffect
 
 _SOURCE = "viscous friction falls by some per cent per kelvin as the lubricant thins (Bittencourt and Gunnarsson 2012)"
 
 
-class FrictionTemperature(DocumentedEffect):
+class FrictionTemperature(MotionEffect):
     """A drive that warms up resists less, mostly at speed, because its lubricant becomes thinner.
 
     Law: τ_f gains (coulomb_K sign(ω) + viscous_K ω)(T − T_ref), T the first temperature that the campaign logs and
@@ -29,8 +29,6 @@ class FrictionTemperature(DocumentedEffect):
     """
 
     name = "friction-temperature"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
     summary = "Coulomb and viscous friction change linearly with the temperature"
     parameters = (
         ParameterSpec("coulomb_K", "N·m/K", "change of Coulomb friction per kelvin", -1e4, 1e4, -0.5, _SOURCE),
@@ -38,20 +36,16 @@ class FrictionTemperature(DocumentedEffect):
     )
     needs = ("friction runs: both directions", "a temperature that changes")
     looks_like = ("friction-load", "viscous-power")
-    in_motion = True
     fingerprint = "the same speed takes less torque as the log's temperature rises"
     how_to_check = "Repeat the same speeds with the drive cold, warm and cold again: friction follows the temperature."
-
-    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Load states are taken at rest."""
-        return "friction runs: load states are taken at rest"
 
     def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
         """Both directions, and a temperature that changes."""
         if not np.isfinite(motion.temperature).any():
             return "a temperature in the logs of the friction runs"
-        if not motion.both_ways:
-            return "motion in both directions: in one direction friction and weight are measured as one torque"
+        one_way = super().lacking_motion(chain, motion)
+        if one_way is not None:
+            return one_way
         if not varies(motion.temperature[np.isfinite(motion.temperature)]):
             return "a temperature that changes during the friction runs"
         return None

@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates
-from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.effect import DocumentedEffect, Kind, ParameterSpec, Values
+from stiffcal.model.effect import ParameterSpec, Values
+from stiffcal.model.motion_effect import MotionEffect
 
 _SOURCE = "some per cent of a large joint's rated torque of 10³ N·m; shape as drawn in Lehmann et al. 2013, figure 4"
 
 
-class JointFriction(DocumentedEffect):
+class JointFriction(MotionEffect):
     """A moving joint resists: by dry friction, and in proportion to speed.
 
     Law: τ_f(ω) = F_C sign(ω) + F_V ω: coulomb F_C, viscous F_V; ω and τ_f at the joint's side of the gear (paper 004,
@@ -28,8 +26,6 @@ class JointFriction(DocumentedEffect):
     """
 
     name = "joint-friction"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
     summary = "Coulomb and viscous friction of a moving joint"
     parameters = (
         ParameterSpec("coulomb", "N·m", "dry friction", 0.0, 1e5, 50.0, _SOURCE),
@@ -37,19 +33,8 @@ class JointFriction(DocumentedEffect):
     )
     needs = ("friction runs: joint velocity and torque, best at constant speeds both ways",)
     looks_like = ("friction-hysteresis", "stribeck", "viscous-power")
-    in_motion = True
     fingerprint = "the motor's torque changes its sign with the direction of motion and grows with speed"
     how_to_check = "Move the joint to and fro at several constant speeds and log motor torque against velocity."
-
-    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Load states are taken at rest."""
-        return "friction runs: load states are taken at rest"
-
-    def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
-        """Both directions."""
-        if not motion.both_ways:
-            return "motion in both directions: in one direction friction and weight are measured as one torque"
-        return None
 
     def torque_columns(self, velocity: Floats, shape: Values) -> dict[str, Floats]:
         """Return the (n,) torque per unit of each amplitude at velocities (n,), rad/s."""

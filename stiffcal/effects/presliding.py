@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.effect import Covariate, DocumentedEffect, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import Covariate, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.motion_effect import MotionEffect
 
 _SOURCE = "twice a drive's Coulomb friction of 50 N·m built up over 2 mrad of the joint"
 # A log that begins later after each reversal, as a share of the longest travel, misses the build-up.
 NEAR = 0.3
 
 
-class Presliding(DocumentedEffect):
+class Presliding(MotionEffect):
     """After a reversal friction does not jump to its new sign: it builds up over a small angle, like a spring.
 
     Law: τ_f gains −stiffness · angle · exp(−s/angle) sign(ω), s the travel since the direction last changed. It is
@@ -31,8 +31,6 @@ class Presliding(DocumentedEffect):
     """
 
     name = "presliding"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
     summary = "after a reversal friction builds up over a small angle"
     parameters = (
         ParameterSpec("stiffness", "N·m/rad", "slope of friction right after a reversal", 0.0, 1e9, 5e4, _SOURCE),
@@ -43,13 +41,8 @@ class Presliding(DocumentedEffect):
     )  # fmt: skip
     needs = ("friction runs: logs that run through reversals of the direction",)
     looks_like = ("stribeck", "joint-friction")
-    in_motion = True
     fingerprint = "right after each reversal the torque is too small, and catches up over the same small angle"
     how_to_check = "Move to and fro by a degree at crawling speed: torque over angle makes a loop with rounded corners."
-
-    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Load states are taken at rest."""
-        return "friction runs: load states are taken at rest"
 
     def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
         """Samples soon after a reversal."""

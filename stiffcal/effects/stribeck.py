@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.effect import DocumentedEffect, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.motion_effect import MotionEffect
 
 _SOURCE = "a third of a drive's Coulomb friction, as drawn in Lehmann et al. 2013, figure 4"
 _VELOCITY = "where friction is least at some per cent of the rated speed (Bittencourt and Gunnarsson 2012)"
@@ -18,7 +18,7 @@ LEAST_SPEEDS = 4
 _EXPONENTS = (0.5, 1.0, 1.3, 2.0)
 
 
-class Stribeck(DocumentedEffect):
+class Stribeck(MotionEffect):
     """A moving joint resists more at crawling speed, before the lubricant separates the surfaces.
 
     Law: τ_f gains F exp(−|ω/ω_S|^α) sign(ω): stribeck F, velocity ω_S, exponent α; ω and τ_f at the joint's side of the
@@ -34,8 +34,6 @@ class Stribeck(DocumentedEffect):
     """
 
     name = "stribeck"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
     summary = "friction rises as the joint slows down to crawling speed"
     parameters = (
         ParameterSpec("stribeck", "N·m", "what comes on top at crawling speed", 0.0, 1e5, 20.0, _SOURCE),
@@ -47,21 +45,9 @@ class Stribeck(DocumentedEffect):
     )  # fmt: skip
     needs = ("friction runs: both directions at four speeds or more, some of them slow",)
     looks_like = ("viscous-power", "presliding", "joint-friction")
-    in_motion = True
+    least_speeds = LEAST_SPEEDS
     fingerprint = "torque over speed bends up towards standstill, in both directions alike"
     how_to_check = "Add speeds of 1 to 5 % of the rated speed, both ways: friction rises as the joint slows down."
-
-    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Load states are taken at rest."""
-        return "friction runs: load states are taken at rest"
-
-    def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
-        """Both directions, several speeds."""
-        if not motion.both_ways:
-            return "motion in both directions: in one direction friction and weight are measured as one torque"
-        if len(motion.speeds()) < LEAST_SPEEDS:
-            return f"at least {LEAST_SPEEDS} different speeds"
-        return None
 
     def torque_columns(self, velocity: Floats, shape: Values) -> dict[str, Floats]:
         """Return the (n,) torque per N·m of it at velocities (n,), rad/s."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.effect import Covariate, DocumentedEffect, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import Covariate, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.motion_effect import MotionEffect
 
 _SOURCE = "some per cent of a drive's Coulomb friction of 50 N·m: cogging of the motor, meshing of the gear"
 # A wave needs this many samples, at the median distance of samples; finer ones are not tried.
@@ -19,7 +19,7 @@ MOST_INTEGERS = 200
 DISTINCT = 25.0
 
 
-class TorqueRipple(DocumentedEffect):
+class TorqueRipple(MotionEffect):
     """The torque of a moving drive swings with its angle, whatever the direction of motion.
 
     Law: the torque gains a cos mq + b sin mq, q the joint's angle as the controller shows it, m the order: waves per
@@ -35,8 +35,6 @@ class TorqueRipple(DocumentedEffect):
     """
 
     name = "torque-ripple"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
     summary = "the drive's torque swings with the joint's angle, alike in both directions"
     parameters = (
         ParameterSpec("a", "N·m", "cosine part of the swing", -1e5, 1e5, 2.0, _SOURCE),
@@ -49,13 +47,8 @@ class TorqueRipple(DocumentedEffect):
     )  # fmt: skip
     needs = ("friction runs: angles, and travel over one wave at least",)
     looks_like = ("friction-load",)
-    in_motion = True
     fingerprint = "torque over angle shows the same waves in every pass, at every speed and in both directions"
     how_to_check = "Move slowly over a long travel both ways and plot torque over angle: the waves stay where they are."
-
-    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Load states are taken at rest."""
-        return "friction runs: load states are taken at rest"
 
     def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
         """Travel that holds a wave."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.effect import DocumentedEffect, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.motion_effect import MotionEffect
 
 LEAST_SPEEDS = 4
 # Powers nearer to 0 are Coulomb friction, nearer to 1 viscous friction.
@@ -16,7 +16,7 @@ BELOW_ONE, ABOVE_ONE = (0.1, 0.8), (1.2, 2.0)
 _POWERS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.6, 1.8, 2.0)
 
 
-class ViscousPower(DocumentedEffect):
+class ViscousPower(MotionEffect):
     """Friction grows with a power of the speed: ever more slowly as a lubricant shears, ever faster where it churns.
 
     Law: τ_f gains factor |ω|^power sign(ω), power from 0.1 to 0.8 or from 1.2 to 2; ω and τ_f at the joint's side of
@@ -31,8 +31,6 @@ class ViscousPower(DocumentedEffect):
     """
 
     name = "viscous-power"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
     summary = "friction grows with a power of the speed other than one"
     parameters = (
         ParameterSpec(
@@ -47,23 +45,11 @@ class ViscousPower(DocumentedEffect):
     )  # fmt: skip
     needs = ("friction runs: both directions at four speeds or more",)
     looks_like = ("stribeck", "friction-temperature", "joint-friction")
-    in_motion = True
+    least_speeds = LEAST_SPEEDS
     fingerprint = "torque over speed is curved up to the fastest speed, in both directions alike"
     how_to_check = (
         "Add faster and slower speeds: on logarithmic axes, friction less Coulomb friction has a slope other than 1."
     )
-
-    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Load states are taken at rest."""
-        return "friction runs: load states are taken at rest"
-
-    def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
-        """Both directions, several speeds."""
-        if not motion.both_ways:
-            return "motion in both directions: in one direction friction and weight are measured as one torque"
-        if len(motion.speeds()) < LEAST_SPEEDS:
-            return f"at least {LEAST_SPEEDS} different speeds"
-        return None
 
     def torque_columns(self, velocity: Floats, shape: Values) -> dict[str, Floats]:
         """Return the (n,) torque per unit of the factor at velocities (n,), rad/s."""

@@ -1,0 +1,32 @@
+"""What all effects of moving joints have in common: they act in friction runs, never in load states."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drive_motion import DriveMotion
+from stiffcal.model.effect import DocumentedEffect, Kind
+
+
+class MotionEffect(DocumentedEffect):
+    """A torque that acts on a joint while it moves. Load states are taken at rest and cannot show it."""
+
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    in_motion = True
+    least_speeds: ClassVar[int] = 0
+    """Different speeds without which its parameters are not identifiable."""
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Load states are taken at rest."""
+        return "friction runs: load states are taken at rest"
+
+    def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
+        """Both directions, and as many speeds as it needs."""
+        if not motion.both_ways:
+            return "motion in both directions: in one direction friction and weight are measured as one torque"
+        if self.least_speeds and len(motion.speeds()) < self.least_speeds:
+            return f"at least {self.least_speeds} different speeds"
+        return None
