@@ -24,7 +24,7 @@ from stiffcal.campaign.file_formats import format_names, log_format, log_formats
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import check_regular
+from stiffcal.files import check_regular, open_regular
 from stiffcal.log_columns import (
     Batch,
     Options,
@@ -107,6 +107,8 @@ class Reader(ABC):
     """The name of the reader's module."""
     endings: ClassVar[tuple[str, ...]] = ()
     """What a file's name may end with, each with its dot, in small letters."""
+    first_bytes: ClassVar[bytes] = b""
+    """What each of its files begins with; empty where that identifies nothing."""
     packed_endings: ClassVar[tuple[str, ...]] = ()
     """Endings of packers behind one of `endings` that are unpacked as well."""
     options: ClassVar[type[TomlTable]] = NoOptions
@@ -116,9 +118,17 @@ class Reader(ABC):
     fuzz_inputs: ClassVar[tuple[FuzzInput, ...]] = ()
     """What tests of hostile input start from; none only where the logs are no files."""
 
-    @abstractmethod
     def recognises(self, path: Path) -> bool:
         """Return True where the file's ending or first bytes are of this format."""
+        if path.suffix.lower() in self.endings:
+            return True
+        if not self.first_bytes:
+            return False
+        try:
+            with open_regular(path) as file:
+                return file.read(len(self.first_bytes)) == self.first_bytes
+        except OSError:
+            return False
 
     @abstractmethod
     def read_header(

@@ -30,7 +30,6 @@ from pydantic import Field
 from stiffcal.campaign.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS, ROWS
 from stiffcal.measurements.hdf5_heaps import attribute_of
 from stiffcal.measurements.hdf5_links import check_item, members_inside
@@ -109,21 +108,12 @@ class MatReader(Reader):
 
     name = "mat"
     endings = (".mat",)
+    first_bytes = b"MATLAB "
     options = MatOptions
     fuzz_inputs = (
         FuzzInput(".mat", _write_fuzz_input, ("t", "Fx")),
         FuzzInput(".mat", _write_fuzz_input_73, ("t", "Fx")),
     )
-
-    def recognises(self, path: Path) -> bool:
-        """Return True for a file that is named so or begins like one."""
-        if path.suffix.lower() in self.endings:
-            return True
-        try:
-            with open_regular(path) as file:
-                return file.read(7) == b"MATLAB "
-        except OSError:
-            return False
 
     def read_header(
         self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stiffcal.files import open_regular
+from stiffcal.readers import Reader
 from stiffcal.readers.rosbag2 import RosReader
 from stiffcal.readers.rosbag2.fuzz_inputs import fuzz_input
 
@@ -16,17 +16,12 @@ class McapReader(RosReader):
 
     name = "mcap"
     endings = (".mcap",)
+    first_bytes = MCAP_MAGIC
     fuzz_inputs = (fuzz_input(".mcap", "MCAP"),)
 
     def recognises(self, path: Path) -> bool:
-        """Return True for a file that begins like MCAP, or is named so."""
-        if path.suffix.lower() in self.endings:
-            return True
-        try:
-            with open_regular(path) as file:
-                return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC
-        except OSError:
-            return False
+        """Return True for a file, not a bag's folder, that begins like MCAP or is named so."""
+        return Reader.recognises(self, path)
 
 
 READER = McapReader()

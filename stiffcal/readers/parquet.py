@@ -53,18 +53,9 @@ class ParquetReader(Reader):
 
     name = "parquet"
     endings = (".parquet", ".pq")
+    first_bytes = b"PAR1"
     options = ParquetOptions
     fuzz_inputs = (FuzzInput(".parquet", _write_fuzz_input, ("t", "Fx"), ("run",)),)
-
-    def recognises(self, path: Path) -> bool:
-        """Return True for a file that begins like Parquet, or is named so."""
-        if path.suffix.lower() in self.endings:
-            return True
-        try:
-            with open_regular(path) as file:
-                return file.read(4) == b"PAR1"
-        except OSError:
-            return False
 
     def read_header(
         self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None

@@ -69,18 +69,9 @@ class TdmsReader(Reader):
 
     name = "tdms"
     endings = (".tdms",)
+    first_bytes = b"TDSm"
     options = TdmsOptions
     fuzz_inputs = (FuzzInput(".tdms", _write_fuzz_input, ("t", "Fx")),)
-
-    def recognises(self, path: Path) -> bool:
-        """Return True for a file that begins like TDMS, or is named so."""
-        if path.suffix.lower() in self.endings:
-            return True
-        try:
-            with open_regular(path) as file:
-                return file.read(4) == b"TDSm"
-        except OSError:
-            return False
 
     def read_header(
         self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None

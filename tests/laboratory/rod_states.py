@@ -37,17 +37,17 @@ def five_rods(chain: Chain, sigma: float = 1e-6, link: str = "swing") -> Rods:
 
 
 def placed(effect: str, place: Place, **values: float) -> PlacedEffect:
-    """Return an effect at a place, valued or not."""
+    """Return an effect at a place, with or without values."""
     return PlacedEffect(find_effects()[effect], place, values)
 
 
 def bending_swing(**values: float) -> PlacedEffect:
-    """Return a swing that bends, valued or not."""
+    """Return a swing that bends, with or without values."""
     return placed("link-beam", Place("links", (), "swing"), **values)
 
 
 def tilting_bearing(joint: int = 2, **values: float) -> PlacedEffect:
-    """Return a bearing that tilts, valued or not."""
+    """Return a bearing that tilts, with or without values."""
     return placed("bearing-tilt", Place("joints", (joint,)), **values)
 
 

@@ -56,7 +56,7 @@ def played(
 
     Parameters
     ----------
-    robot : with every parameter valued.
+    robot : with every parameter with a value.
     wrench : per run (n, 6) true wrenches; three random directions with two cycles each where None.
     noise : added to readings; none where None. Stated in the set-up.
     load_scatter : share by which each load misses its mark.

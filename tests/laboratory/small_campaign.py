@@ -72,7 +72,7 @@ def robot_text() -> str:
 def write_small_campaign(folder: Path, seed: int = 1, poses: int = 4, hidden: str = "") -> Path:
     """Write the campaign's files and its measured table; return the folder.
 
-    ``hidden`` is what the real robot has beyond model.toml: entries of a model file, every parameter valued.
+    ``hidden`` is what the real robot has beyond model.toml: entries of a model file, every parameter with a value.
     """
     (folder / "raw").mkdir(parents=True)
     (folder / "campaign.toml").write_text(CAMPAIGN, encoding="utf-8")

@@ -110,7 +110,7 @@ def test_interrupted_and_damaged_files(tmp_path: Path) -> None:
     with h5py.File(path, "w") as file:
         columns(file)
         file["ids/ids1"].attrs["scale_factor"] = 0.1
-    assert "column ids1: its attribute 'scale_factor' says" in fault(path)
+    assert "column ids1: its attribute 'scale_factor' marks" in fault(path)
     with h5py.File(path, "w") as file:
         columns(file)
     whole = path.read_bytes()

@@ -85,7 +85,7 @@ def test_rows_that_the_footer_counts_and_no_part_holds(tmp_path: Path, monkeypat
     path = tmp_path / "log.parquet"
     parquet.write_table(pa.table({"t": [0.0, 0.1, 0.2]}), path)
     monkeypatch.setattr(parquet.ParquetFile, "iter_batches", lambda *_, **__: iter(()))
-    with pytest.raises(InputError, match="0 rows where its footer says 3"):
+    with pytest.raises(InputError, match="0 rows where its footer has 3"):
         list(READER.read_batches(path, {}, WantedColumns(numbers=("t",)), "raw/log.parquet"))
 
 
