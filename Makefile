@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test test-long test-browser test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
+.PHONY: demo docs linkcheck test test-docs test-long test-browser test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -16,15 +16,29 @@ demo: $(VENV)/run.stamp
 # the quick tests, in minutes; what takes longer than ten seconds would be printed, and belongs to the long ones
 PYTEST = $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 test: $(VENV)/test.stamp
-	$(PYTEST) -m "not long and not browser" --durations=20 --durations-min=10
+	$(PYTEST) -m "not long and not browser and not docs" --durations=20 --durations-min=10
 
 # whole campaigns, kills at random points, hidden robots: the tests marked `long`
 test-long: $(VENV)/test.stamp
-	$(PYTEST) -m "long and not browser"
+	$(PYTEST) -m "long and not browser and not docs"
 
 # the page of `view` in a browser; needs Debian's chromium (apt-get install chromium), or CHROMIUM=/path/to/chromium
 test-browser: $(VENV)/browser.stamp
 	$(BIN)/python -m pytest -q -rs -m browser tests/view
+
+# the documentation: build/docs/html/index.html. Warnings are errors; the build uses no network.
+SPHINX = $(BIN)/python -P -m sphinx -W --keep-going -q -d build/docs/doctrees
+docs: $(VENV)/docs.stamp
+	$(SPHINX) -b html docs build/docs/html
+	@echo "the documentation: build/docs/html/index.html"
+
+# the links that lead out of the documentation; needs a network
+linkcheck: $(VENV)/docs.stamp
+	$(SPHINX) -b linkcheck docs build/docs/links
+
+# builds the documentation, runs the commands on its pages and compares their output with what the pages print
+test-docs: $(VENV)/docs.stamp
+	$(PYTEST) -m docs tests/docs
 
 # the tests that judge numbers, under the BLAS kernels of several processors; KERNELS=--others leaves out this one's own
 KERNELS ?=
@@ -81,6 +95,7 @@ lock:
 	$(COMPILE) --group test -o requirements/test.txt
 	$(COMPILE) -c requirements/test.txt -o requirements/run.txt
 	$(COMPILE) --group browser -c requirements/test.txt -o requirements/browser.txt
+	$(COMPILE) --group docs -c requirements/test.txt -o requirements/docs.txt
 
 # the example that `stiffcal demo` copies; installed packages have no campaigns/
 example:
@@ -102,6 +117,10 @@ $(VENV)/run.stamp: requirements/run.txt pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/browser.stamp: requirements/browser.txt $(VENV)/test.stamp
 	$(PIP) $(LOCKED) -r requirements/browser.txt
+	@touch $@
+
+$(VENV)/docs.stamp: requirements/docs.txt $(VENV)/test.stamp
+	$(PIP) $(LOCKED) -r requirements/docs.txt
 	@touch $@
 
 # test.txt holds run.txt

@@ -1,7 +1,7 @@
 """What a physical effect of one's own is written with: the names that a plugin may import, and no others.
 
 A plugin is a Python file in the campaign's folder, or an installed package with an entry point in the group
-``stiffcal.effects``. README shows one; `stiffcal.effects` holds those that come along, each a file.
+``stiffcal.effects``. docs/how-to/own-effect.md shows one; `stiffcal.effects` holds those that come along, each a file.
 """
 
 from stiffcal.arrays import Floats

@@ -109,7 +109,7 @@ def link_fault(named_in: str, place: str, file: str, goal: Path) -> Fault:
     # No place to allow is named: who made the link would then choose what is opened to it.
     mend = (
         f"put the file itself there; only if you made this link yourself, allow its place: {ALLOW} "
-        "(README, What a campaign may reach)"
+        "(docs/reference/reach.md)"
     )
     return Fault(
         FaultCode.FILE_OUTSIDE, named_in, place, f'"{file}" is a link to {goal}, outside the campaign folder', mend

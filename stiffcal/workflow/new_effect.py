@@ -76,7 +76,7 @@ def _check_name(name: str, file: str, folder: Path) -> None:
 def _refuse_without_pattern(unexplained: bool | None) -> NoReturn:
     if unexplained:
         reason = "no joint's compliance follows an angle, a torque, the load or the time in what is left unexplained"
-        mend = "look at the residuals (stiffcal plot), and write the effect by hand: README shows one"
+        mend = "look at the residuals (stiffcal plot), and write the effect by hand (docs/how-to/own-effect.md)"
     else:
         reason = "nothing is left that the catalogue does not account for"
         mend = "no new effect is needed"

@@ -1,4 +1,4 @@
-"""What the README shows is what the program does."""
+"""What README and documentation show of `init` and of thresholds is what the program does."""
 
 from __future__ import annotations
 
@@ -9,31 +9,12 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.thresholds import Thresholds, load_thresholds
-from stiffcal.cli.app import COMMANDS, main
-from stiffcal.workflow.effect_pictures import sketch_effect
-from stiffcal.workflow.effects import describe_effects
+from stiffcal.cli.app import main
 from stiffcal.workflow.init import init_campaign
+from tests.laboratory.documentation import page_text
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 HEADER = "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz"
-
-
-def rows_of(title: str) -> list[list[str]]:
-    section = README.split(f"\n## {title}\n")[1].split("\n## ")[0]
-    lines = re.findall(r"^\|(.*)\|$", section, flags=re.MULTILINE)
-    return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)] for line in lines]
-
-
-def test_every_effect_is_listed_as_the_catalogue_has_it() -> None:
-    listed = {row[0].strip("`"): (row[1], row[2]) for row in rows_of("Effects")[2:]}
-    found = {effect.name: (effect.place, effect.summary) for effect in describe_effects().effects}
-    assert listed == found
-
-
-def test_every_command_is_listed() -> None:
-    first_cells = " ".join(row[0] for row in rows_of("Commands"))
-    for name in COMMANDS:
-        assert re.search(rf"`{name}\b", first_cells), name
 
 
 def test_shortest_manifest_is_what_init_proposes(tmp_path: Path) -> None:
@@ -51,7 +32,8 @@ def test_shortest_manifest_is_what_init_proposes(tmp_path: Path) -> None:
 
 
 def test_thresholds_shown_are_understood(tmp_path: Path) -> None:
-    (shown,) = re.findall(r"```toml\n(schema = \"stiffcal/thresholds.*?)```", README, flags=re.DOTALL)
+    page = page_text("how-to/many-campaigns.md")
+    (shown,) = re.findall(r"```toml check\n(schema = \"stiffcal/thresholds.*?)```", page, flags=re.DOTALL)
     file = tmp_path / "thresholds.toml"
     file.write_text(shown, encoding="utf-8")
     limits = load_thresholds(file).limits_for("cell-2", "cell-2", Thresholds())
@@ -94,10 +76,3 @@ def test_init_from_several_tables(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert end.value.code == 0, capsys.readouterr().err
     source = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))["sources"]["table"]
     assert source["files"] == {"joints": "raw/angles.csv", "wrench": "raw/forces.csv", "deflection": "raw/moved.csv"}
-
-
-@pytest.mark.parametrize("name", ["backlash", "friction-hysteresis"])
-def test_the_sketches_are_the_program_s(name: str) -> None:
-    """README's pictures in letters are what ``stiffcal effects NAME`` prints."""
-    shown = "\n".join(f"    {line}".rstrip() for line in sketch_effect(name))
-    assert f"\n\n{shown}\n\n" in README

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -332,9 +331,3 @@ def test_columns_are_the_slope_of_the_exact_balance(name: str, symbol: str) -> N
     assert size > 0.0, "nothing in these states shows it"
     # In metres: rotations count at a lever of one metre.
     assert float(np.sqrt(np.mean((columns - exact) ** 2))) < COLUMN_TOLERANCE * size
-
-
-def test_readme_lists_every_effect() -> None:
-    text = (ROOT / "README.md").read_text("utf-8")
-    rows = set(re.findall(r"^\| `([a-z-]+)`", text, flags=re.MULTILINE))
-    assert set(EFFECTS) <= rows

@@ -1,26 +1,18 @@
-"""A campaign that brings code along: the effect of the README, in a file that leaves a mark when it runs."""
+"""A campaign that brings code along: the effect of the documentation, in a file that leaves a mark when it runs."""
 
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
 
+from tests.laboratory.documentation import ROOT, plugin_of_the_documentation
 from tests.laboratory.small_campaign import write_small_campaign
 
-README = Path(__file__).parents[2] / "README.md"
 NAME = "cross_stiffness.py"
 NEEDED = '\n[[effects]]\ntype = "cross-stiffness"\njoints = [2]\n'
 MARK = "\nfrom pathlib import Path\nPath(__file__).with_name('ran').touch()\n"
-
-
-def effect_of_the_readme() -> str:
-    """The code that README.md shows."""
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
-    (text,) = (block for block in blocks if "class CrossStiffness" in block)
-    return str(text)
 
 
 def stranger(folder: Path, needed: bool = True, further: str = MARK) -> Path:
@@ -35,7 +27,7 @@ def stranger(folder: Path, needed: bool = True, further: str = MARK) -> Path:
 
 
 def write_plugin(folder: Path, further: str = "", name: str = NAME) -> None:
-    (folder / name).write_text(effect_of_the_readme() + further, encoding="utf-8")
+    (folder / name).write_text(plugin_of_the_documentation() + further, encoding="utf-8")
 
 
 def list_plugins(folder: Path, *names: str) -> None:
@@ -56,7 +48,7 @@ def ran(folder: Path) -> bool:
 def stiffcal(*words: str | Path, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run the command line in a process of its own, as `stiffcal` does."""
     command = [sys.executable, "-P", "-m", "stiffcal", *map(str, words)]
-    path = str(README.parent)
+    path = str(ROOT)
     return subprocess.run(
         command,
         capture_output=True,

@@ -1,8 +1,7 @@
-"""The README's own effect, as printed there: tried by the diagnosis like the rest, and named where it is hidden."""
+"""The effect that the documentation shows: tried by the diagnosis like the rest, and named where it is hidden."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,18 +15,15 @@ from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.plugin_code import PluginCode, read_plugins
 from stiffcal.trust.record import open_record
+from tests.laboratory.documentation import plugin_of_the_documentation
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
-
-README = Path(__file__).parents[2] / "README.md"
 
 
 @pytest.fixture
 def plugin(tmp_path: Path) -> PluginCode:
-    """The file from the README."""
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
-    (text,) = (block for block in blocks if "class CrossStiffness" in block)
-    (tmp_path / "cross_stiffness.py").write_text(text, encoding="utf-8")
+    """The file from the documentation."""
+    (tmp_path / "cross_stiffness.py").write_text(plugin_of_the_documentation(), encoding="utf-8")
     return allowed(tmp_path, "cross_stiffness.py")
 
 

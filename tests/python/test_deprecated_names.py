@@ -20,6 +20,7 @@ from stiffcal.model.catalogue import built_in_effects, find_effects
 from stiffcal.model.plugin_code import PluginCode, read_plugins
 from stiffcal.trust.record import open_record
 from stiffcal.workflow.effects import describe_effects
+from tests.laboratory.documentation import plugin_of_the_documentation
 from tests.laboratory.small_campaign import write_small_campaign
 
 ROOT = Path(__file__).parents[2]
@@ -113,9 +114,8 @@ def test_the_plugin_of_the_readme_of_0_1_runs_and_warns_of_its_import(tmp_path: 
 
 
 @pytest.mark.usefixtures("state")
-def test_the_plugin_of_the_readme_of_today_gives_no_warning(tmp_path: Path) -> None:
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
-    (text,) = (block for block in blocks if "class CrossStiffness" in block)
+def test_the_plugin_of_the_documentation_of_today_gives_no_warning(tmp_path: Path) -> None:
+    text = plugin_of_the_documentation()
     assert "cross-stiffness" in find_effects(allowed(tmp_path, text))  # a warning would be an error
 
 

@@ -21,6 +21,7 @@ import pytest
 import stiffcal
 from stiffcal.cli.app import main
 from stiffcal.trust import record
+from tests.laboratory.documentation import page_text
 from tests.laboratory.fits import fit_of
 from tests.laboratory.plugin_campaigns import stranger
 from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
@@ -401,18 +402,17 @@ def test_code_of_the_folder_runs_only_where_it_is_trusted(tmp_path: Path, monkey
     assert {entry.kind for entry in record.open_record().entries()} == {"generation"}  # its own stores alone
 
 
-def test_the_script_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_script_of_the_page_on_notebooks_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Line by line, as a notebook runs it, on a copy of the campaign that it names."""
     from matplotlib import pyplot
 
-    text = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## In Python\n")[2]
-    script = text.partition("```python\n")[2].partition("```")[0]
+    script = page_text("how-to/notebook.md").partition("```python check\n")[2].partition("```")[0]
     (name,) = re.findall(r'"(campaigns/[^"]+)"', script)
     shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("store"))
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
     with pyplot.rc_context(), matplotlib.rc_context({"backend": "agg"}):
-        exec(compile(script, "README.md", "exec"), names)
+        exec(compile(script, "notebook.md", "exec"), names)
         pyplot.close("all")
     assert list(names["fit"].parameters["place"]) == ["j1", "j2", "j3", "j4", "j5", "j6"]
     assert "backlash.j4.width" in names["trial"].identify().parameters.index

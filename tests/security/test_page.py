@@ -6,6 +6,7 @@ from pathlib import Path
 
 from stiffcal.cli.app import COMMANDS
 from stiffcal.limits import ALL, shown_amount
+from tests.laboratory.documentation import blocks_of
 
 PAGE = (Path(__file__).parents[2] / "docs" / "folders-from-others.md").read_text("utf-8")
 
@@ -17,6 +18,7 @@ def test_every_limit_stands_there_with_its_default() -> None:
 
 
 def test_every_command_that_it_names_exists() -> None:
-    named = {line.split()[1] for line in PAGE.splitlines() if line.startswith("    stiffcal ")}
+    text = "".join(block.text for block in blocks_of("folders-from-others.md") if block.language == "sh")
+    named = {line.split()[1] for line in text.splitlines() if line.startswith("stiffcal ")}
     assert named
     assert named <= set(COMMANDS)

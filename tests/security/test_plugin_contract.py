@@ -18,7 +18,8 @@ from stiffcal.model.campaign_effects import model_effects
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.trust.record import open_record
 from stiffcal.workflow.ingest import ingest_campaign
-from tests.laboratory.plugin_campaigns import NAME, effect_of_the_readme, stranger, write_plugin
+from tests.laboratory.documentation import plugin_of_the_documentation
+from tests.laboratory.plugin_campaigns import NAME, stranger, write_plugin
 
 TERM = 'Term(node, RZ, "c", np.sin(2.3 * loads.angles[0]) * loads.wrench[node, RZ])'
 
@@ -45,7 +46,7 @@ def folder(state: Path, tmp_path: Path) -> Path:
     ],
 )
 def test_terms_that_are_none_are_a_fault_of_the_file(folder: Path, term: str, words: str) -> None:
-    text = effect_of_the_readme()
+    text = plugin_of_the_documentation()
     assert TERM in text
     (folder / NAME).write_text(text.replace(TERM, term), encoding="utf-8")
     ingest_campaign(folder)

@@ -1,0 +1,31 @@
+"""How Sphinx builds these pages: `make docs`."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent))
+
+import stiffcal  # noqa: E402
+from docs.generated_pages import write_pages  # noqa: E402
+
+project = "stiffcal"
+author = "the stiffcal authors"
+release = version = stiffcal.__version__
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+autodoc_typehints = "none"
+myst_enable_extensions = ["deflist"]
+myst_heading_anchors = 3
+html_theme = "furo"
+html_title = f"stiffcal {release}"
+# Pages open from a disk: nothing is fetched, neither fonts nor scripts.
+html_copy_source = False
+html_show_copyright = False
+templates_path = ["templates"]
+exclude_patterns = ["templates"]
+
+
+def setup(app: Any) -> None:
+    """Write the reference pages before Sphinx looks for pages."""
+    app.connect("builder-inited", lambda _: write_pages(HERE / "reference" / "generated"))

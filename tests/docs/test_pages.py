@@ -1,0 +1,66 @@
+"""The generated pages hold all that there is, the hand-written ones explain all of it, and the whole builds."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from docs import generated_pages
+from stiffcal.cli.app import COMMANDS
+from stiffcal.workflow.effects import describe_effects
+from tests.laboratory.documentation import ROOT
+
+README_BYTES = 8000
+
+
+def headings(text: str) -> list[str]:
+    return re.findall(r"^## (.+)$", text, flags=re.MULTILINE)
+
+
+def test_the_page_of_commands_has_each_with_its_options() -> None:
+    page = generated_pages.command_page()
+    assert headings(page) == list(COMMANDS)
+    section = page.split("\n## identify\n")[1].split("\n## ")[0]
+    assert "`--loss" in section
+
+
+def test_the_page_of_effects_has_each() -> None:
+    assert headings(generated_pages.effect_page()) == [effect.name for effect in describe_effects().effects]
+
+
+def test_the_page_of_campaign_toml_has_each_key() -> None:
+    schema = json.loads((ROOT / "schemas" / "campaign.schema.json").read_text(encoding="utf-8"))
+    page = generated_pages.toml_page("campaign")
+    assert set(headings(page)) == {"Top level", *schema["$defs"]}
+    assert all(f"`{key}`" in page for key in schema["properties"])
+
+
+def test_the_page_of_columns_has_each_table() -> None:
+    files = (ROOT / "schemas").glob("*.table.schema.json")
+    assert len(headings(generated_pages.column_page())) == len(list(files))
+
+
+def test_links_of_the_readme_lead_to_files() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(text.encode()) <= README_BYTES
+    links = re.findall(r"\]\(([^)#]+)", text)
+    assert len(links) > 10
+    assert [link for link in links if not (ROOT / link).is_file()] == []
+
+
+@pytest.mark.docs
+def test_the_pages_build_without_warnings_and_fetch_nothing(tmp_path: Path) -> None:
+    words = [sys.executable, "-P", "-m", "sphinx", "-W", "--keep-going", "-q", "-d", str(tmp_path / "trees"), "docs"]
+    done = subprocess.run([*words, str(tmp_path / "html")], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    pages = list((tmp_path / "html").rglob("*.html"))
+    assert len(pages) > 30
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        assert not re.search(r"<(?:script|img|link|iframe)\b[^>]*(?:src|href)=\"(?:https?:)?//", text), page.name
+        assert "Content-Security-Policy" in text, page.name
