@@ -73,7 +73,7 @@ def show_history(console: Console, result: HistoryResult) -> None:
     if not result.fits:
         console.print("no fit yet")
         return
-    table = plain_table("id", "time", "model", "held-out poses, rms>", "fit, rms>", "noise>")
+    table = plain_table("id", "time", "model", "held-out, rms>", "fit, rms>", "noise>")
     for fit in result.fits:
         table.add_row(
             fit.id + ("" if fit.origin in (None, "own") else f" ({NOT_YOURS[fit.origin]})"),

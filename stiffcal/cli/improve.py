@@ -60,7 +60,7 @@ def improve(
 
 def print_step(answer: Answer, step: ImproveStep) -> None:
     """Print a rung of the ladder as it is reached."""
-    answer.notify(f"{_step_words(step)}: {deviation(step.heldout_rms)} in held-out poses")
+    answer.notify(f"{_step_words(step)}: held-out rms {deviation(step.heldout_rms)}")
 
 
 def _step_words(step: ImproveStep) -> str:
@@ -70,7 +70,7 @@ def _step_words(step: ImproveStep) -> str:
 def show_ladder(console: Console, result: ImproveResult) -> None:
     """Draw the ladder of errors, from no model down to the noise."""
     show_registration(console, result.registration)
-    table = plain_table("step", "held-out poses, rms>")
+    table = plain_table("step", "held-out, rms>")
     table.add_row("no model", deviation(result.steps[0].zero_model))
     for step in result.steps:
         table.add_row(_step_words(step), deviation(step.heldout_rms) if step.heldout_rms else "not done")

@@ -61,7 +61,7 @@ def validate(
 def show_validation(console: Console, result: ValidateResult) -> None:
     """Draw the error in held-out poses next to the noise, then where it is largest, then what does not hold."""
     show_registration(console, result.registration)
-    console.print(f"held-out poses ({result.scheme})")
+    console.print(f"held-out data ({result.scheme})")
     table = plain_table("", "rms>")
     table.add_row("model", deviation(result.rms))
     table.add_row("worst state", deviation(result.max))

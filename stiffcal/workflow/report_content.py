@@ -230,7 +230,9 @@ def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
         angles = chain.model_angles(joints[None])
         stick, _ = body_poses(chain, angles)
         target, _ = attached_poses(chain, angles, states.setup.targets[0])
-        rows.append(ReportRun(info.name, joints, stick[0], target[0], info.holdout, info.tags))
+        has_extent = float(np.ptp(stick[0], axis=0).max()) > 0.0  # a joint on a bench has none: nothing to draw
+        figure, end = (stick[0], target[0]) if has_extent else (None, None)
+        rows.append(ReportRun(info.name, joints, figure, end, info.holdout, info.tags))
     return tuple(rows)
 
 

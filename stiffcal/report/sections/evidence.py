@@ -24,7 +24,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.diagnose is None:
         return LeftOut(_TITLE, content.not_diagnosed)
     if not content.evidence:
-        reason = "nothing is missing, and the model holds no effect beyond the joints’ compliances"
+        reason = "nothing is missing, and the model holds no effect of load states beyond the joints’ compliances"
         if content.diagnose.unexplained:
             reason = "no effect accounts for what is left, so none is shown"
         return LeftOut(_TITLE, reason)
