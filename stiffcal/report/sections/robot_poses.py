@@ -20,9 +20,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out all poses over each other, then each by itself."""
     numbers = [number for number, run in enumerate(content.runs) if run.stick is not None]
     if not numbers:
-        return LeftOut(
-            _TITLE, "there are no load states, or the robot has no dimensions (a joint on a bench)"
-        )
+        return LeftOut(_TITLE, "there are no load states, or the robot has no dimensions (a joint on a bench)")
     states = content.states if content.identify is not None else None
     scale = drawing.arrow_scale(content.runs, states) if states is not None else 1.0
     arrows = " No arrows: no model has been fitted."
