@@ -238,7 +238,7 @@ class WeightOnlyRest:
     linear: list[Floats]
     """Each target's (6, n) first-order displacement; empty in the finite form."""
     wrench: Floats
-    """(2J + 2, 6, n) N, N·m, wrench of each node, its axes."""
+    """(2J + 2, 6, n) N, N·m, wrench of each node, its axes; zero where displacements are absolute."""
     displacement: Floats
     """(2J + 2, 6, n) m, rad, displacement of each node, its axes."""
     terms: list[tuple[PlacedEffect, Term]]
@@ -302,7 +302,7 @@ def counted_from(unloaded: WeightOnlyRest, nominal: WeightOnlyRest, absolute: Bo
     return WeightOnlyRest(
         targets,
         [np.where(absolute, 0.0, linear) for linear in unloaded.linear],
-        unloaded.wrench,
+        np.where(absolute, 0.0, unloaded.wrench),
         np.where(absolute, 0.0, unloaded.displacement),
         [(placed, replace(term, value=np.where(absolute, 0.0, term.value))) for placed, term in unloaded.terms],
         absolute,
