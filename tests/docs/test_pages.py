@@ -12,8 +12,9 @@ import pytest
 
 from docs import generated_pages
 from stiffcal.cli.app import COMMANDS
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.effects import describe_effects
-from tests.laboratory.documentation import ROOT
+from tests.laboratory.documentation import ROOT, page_text
 
 README_BYTES = 8000
 
@@ -43,6 +44,15 @@ def test_the_page_of_campaign_toml_has_each_key() -> None:
 def test_the_page_of_columns_has_each_table() -> None:
     files = (ROOT / "schemas").glob("*.table.schema.json")
     assert len(headings(generated_pages.column_page())) == len(list(files))
+
+
+def test_each_fault_code_has_a_cause_an_example_and_a_cure() -> None:
+    text = page_text("troubleshooting.md")
+    sections = dict(re.findall(r"^### (\S+)\n(.*?)(?=^##|\Z)", text, flags=re.MULTILINE | re.DOTALL))
+    assert set(sections) == {code.value for code in FaultCode}
+    for code, section in sections.items():
+        for word in ("Cause", "Example", "Cure"):
+            assert re.search(rf"^\*\*{word}:\*\* \S", section, flags=re.MULTILINE), f"{code}: {word}"
 
 
 def test_links_of_the_readme_lead_to_files() -> None:
