@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import shutil
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -41,12 +42,12 @@ def judged(document: dict[str, Any], joint: int) -> tuple[list[float], float, fl
     return list((found - truth) / std), width / DEGREE - play, told["play"] / DEGREE - play, poor
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Play, identify and count."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=22)
     parser.add_argument("--first", type=int, default=1000)
-    wanted = parser.parse_args()
+    wanted = parser.parse_args(arguments)
     runs = tuple(f"{pose}-joint{joint}" for pose in "abc" for joint in TABLE_2)
     played: dict[str, Any] = {}
 
@@ -56,7 +57,10 @@ def main() -> None:
         return played[act.name]
 
     errors, widths, plays, poor = [], [], [], []
-    with tempfile.TemporaryDirectory() as folder, mock.patch("stiffcal.simulation.simulate.play_clamped", once):
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        mock.patch("stiffcal.experiments.clamped.simulation.simulate_clamped", once),
+    ):
         source = source_folder(
             Path(folder) / "source", runs, settings=lambda text: text.replace("points = 60", f"points = {POINTS}")
         )

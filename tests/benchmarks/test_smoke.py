@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.benchmarks import compensation_coverage, coverage, fit_speed, step_speed
+from tests.benchmarks import clamped_coverage, compensation_coverage, coverage, fit_speed, step_speed
 from tests.benchmarks.__main__ import main
 from tests.laboratory.hidden_arrays import scatter_within_runs
 from tests.laboratory.mujoco_robot import MujocoRobot
@@ -21,6 +21,14 @@ def test_coverage_prints_its_table(capsys: pytest.CaptureFixture[str]) -> None:
     printed = capsys.readouterr().out
     assert "4 campaigns, 24 parameters" in printed
     assert all(name in printed for name in coverage.PLANS)
+
+
+def test_coverage_of_clamped_joints_plays_each_run_once(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(clamped_coverage, "POINTS", 60)
+    clamped_coverage.main(["--seeds", "1"])
+    assert "18 coefficients of 1 campaigns" in capsys.readouterr().out
 
 
 def test_a_path_is_corrected_by_what_was_identified() -> None:

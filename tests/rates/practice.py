@@ -129,13 +129,17 @@ def _identified(one: MissingEffect) -> str:
 
 def table_of(answers: Sequence[Answer]) -> str:
     """Return the table."""
-    lines = [f"{'':<4}{'hidden':<42}{'named':<52}{'right':<7}{'before':>7}{'after':>7}  {'noise mm':>8}{'s':>6}"]
-    for one in answers:
-        hidden = (one.hidden + (" (outside the catalogue)" if one.outside else "")) or "nothing"
-        lines.append(
-            f"{one.folder:<4}{hidden:<42}{one.named or 'nothing':<52}{'yes' if one.right else 'NO':<7}"
-            f"{one.before:>7.2f}{one.after:>7.2f}  {one.noise:>8.4f}{one.seconds:>6.1f}"
-        )
+    hidden = [(one.hidden + (" (outside the catalogue)" if one.outside else "")) or "nothing" for one in answers]
+    named = [one.named or "nothing" for one in answers]
+    first, second = (2 + max(map(len, [title, *column])) for title, column in (("hidden", hidden), ("named", named)))
+    lines = [
+        f"{'':<4}{'hidden':<{first}}{'named':<{second}}{'right':<7}{'before':>7}{'after':>7}  {'noise mm':>8}{'s':>6}"
+    ]
+    lines += [
+        f"{one.folder:<4}{there:<{first}}{answer:<{second}}{'yes' if one.right else 'NO':<7}"
+        f"{one.before:>7.2f}{one.after:>7.2f}  {one.noise:>8.4f}{one.seconds:>6.1f}"
+        for one, there, answer in zip(answers, hidden, named, strict=True)
+    ]
     right = sum(one.right for one in answers)
     lines.append(f"{right} of {len(answers)} right; errors in held-out poses, over the noise")
     return "\n".join(lines)
