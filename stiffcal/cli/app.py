@@ -47,7 +47,7 @@ COMMANDS = {
     "report": "Write the report as a PDF (DIR/report.pdf).",
     "view": "Write one HTML file for a browser (DIR/view.html).",
     "run": "Check, ingest, identify, validate, diagnose and report in one go.",
-    "batch": "Run many campaigns in parallel and hold them to thresholds.",
+    "batch": "Run many campaigns in parallel and check them against thresholds.",
     "export": "Write the states or the model for other programs.",
     "predict": "Predict deflection and stiffness under given loads.",
     "map": "Map deflection or stiffness over the workspace.",
@@ -110,7 +110,9 @@ def _run(given: list[str], supervision: Supervision) -> int:
         return WRONG_INPUT
     # typer turns an interruption inside a command into this exit code, without a message
     if code == INTERRUPTED:
-        sys.stderr.write("interrupted; the store is whole: finished steps stay, of the one that was not nothing does\n")
+        sys.stderr.write(
+            "interrupted; the store is intact: finished steps are kept, the interrupted one is discarded\n"
+        )
     return code if isinstance(code, int) else OK
 
 

@@ -46,7 +46,7 @@ def batch(
     as_json: AsJson = False,
     store: StoreAt = None,
 ) -> int:
-    """Run many campaigns in parallel and hold them to thresholds.
+    """Run many campaigns in parallel and check them against thresholds.
 
     Ingests, identifies, validates and reports each; what has not changed since the last time is not computed again.
     Ends with exit code 1 where a threshold is not held or a campaign is wrong; one that is does not stop the others.

@@ -36,7 +36,7 @@ ACTS = {
     "node law": "it moves the robot there by a little",
     "coupling": "one joint's torque turns the other",
     "configuration": "it changes what goes into the balance of forces",
-    "observation": "it changes what the instruments see",
+    "observation": "it changes what the instruments read",
     "torque in motion": "it changes the drive's torque while the joint moves",
 }
 # Text wider than this tires the eye.

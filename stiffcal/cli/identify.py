@@ -130,8 +130,8 @@ def _show_dual_quaternions(console: Console, comparison: DualQuaternionFit) -> N
         )
     console.print(table)
     console.print(
-        f"both forms agree to {comparison.largest_relative_difference:.1g} (relative); unweighted: 003, eq. 35 as "
-        "printed, which counts lengths in m or mm and pure numbers alike"
+        f"both forms agree to {comparison.largest_relative_difference:.1g} (relative); unweighted: Li et al. 2019, "
+        "eq. 35 as printed, which counts lengths in m or mm and pure numbers alike"
     )
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def improve(
     folder: Folder = HERE,
     yes: Annotated[bool, typer.Option("--yes", help="Add without asking.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would be added.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print what would be added.")] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,

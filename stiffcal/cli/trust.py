@@ -36,9 +36,7 @@ def trust(
     folder: Annotated[
         Path | None, typer.Argument(metavar="DIR", help="The campaign folder.", show_default=False)
     ] = None,
-    edit: Annotated[
-        bool, typer.Option("--edit", help="Trust whatever code stands in DIR, while you work on it there.")
-    ] = False,
+    edit: Annotated[bool, typer.Option("--edit", help="Trust any code in DIR, while you work on it there.")] = False,
     listed: Annotated[bool, typer.Option("--list", help="List everything that you trust.")] = False,
     revoke: Annotated[
         str | None,

@@ -30,7 +30,7 @@ def validate(
     folder: Folder = HERE,
     model: Annotated[
         Path | None,
-        typer.Option("--model", metavar="OTHER_DIR", help="Hold another campaign's fitted model against these data."),
+        typer.Option("--model", metavar="OTHER_DIR", help="Judge another campaign's fitted model with these data."),
     ] = None,
     thresholds: Thresholds = None,
     as_json: AsJson = False,

@@ -178,20 +178,21 @@ def _warnings(search: Search) -> list[str]:
     if search.before is None:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if len(search.first.folds) < 6:
-        texts.append(f"only {len(search.first.folds)} poses: what holds in held-out poses is known poorly")
+        texts.append(f"only {len(search.first.folds)} poses: the error in held-out poses is poorly known")
     texts += _refused_by_places(search)
     if search.wrong_geometry is not None:
         texts.append(wrong_geometry_in_words(search.wrong_geometry.misfit))
     now = search.after
     if now is not None and now.lag_one_correlation > REPORTED_LINGERING and not now.drifts and not search.unexplained:
         texts.append(
-            f"successive readings are off alike (correlation {now.lag_one_correlation:.2g}): noise that lingers (air, "
-            "temperature, a filter), so that uncertainties are larger than those given; wait longer between readings"
+            f"successive readings have correlated errors (correlation {now.lag_one_correlation:.2g}): "
+            "noise that varies slowly (air, temperature, a filter), so that uncertainties are larger than those given; "
+            "wait longer between readings"
         )
     if now is not None and not now.adequate and not search.unexplained:
         texts.append(
-            f"what is left is {now.ratio:.2g} times the noise that the manifest states, and follows nothing: look at "
-            "sigma in campaign.toml, or repeat loads, which measures the noise itself"
+            f"what is left is {now.ratio:.2g} times the noise that the manifest states, and depends on no variable: "
+            "look at sigma in campaign.toml, or repeat loads, which measures the noise itself"
         )
     return texts
 
@@ -276,10 +277,13 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     against = f"{error_in_words(error, measure)} in held-out poses"
     against += f", noise {error_in_words(floor, measure)}" if floor else ""
     if not search.tried and search.before is None and not search.unexplained:
-        return f"Nothing is supported; without a known noise nobody can say whether that is good enough ({against})."
+        return (
+            f"Nothing is supported; without a known noise it cannot be judged whether that is good enough ({against})."
+        )
     if not search.tried and not search.unexplained and search.before is not None and not search.before.adequate:
         return (
-            f"No effect is missing: what is left follows nothing, as if the noise were larger than stated ({against})."
+            "No effect is missing: what is left depends on no variable, as if the noise were larger than stated "
+            f"({against})."
         )
     if not search.tried and not search.unexplained:
         return f"Nothing is missing: the error is that of the instruments ({against})."
@@ -292,7 +296,8 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
         return f"Undecided between {between}: {reason} ({against})."
     share = _share_in_words(search)
     if search.found and search.before is None and not search.unexplained:
-        return f"Missing: {names}, which {share} ({against}); without a known noise nobody can say whether that is all."
+        doubt = "without a known noise it cannot be judged whether that is all"
+        return f"Missing: {names}, which {share} ({against}); {doubt}."
     if search.found and not search.unexplained:
         return f"Missing: {names}, which {share} ({against})."
     if search.found and search.before is not None and not search.explained.whole:

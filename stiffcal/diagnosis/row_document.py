@@ -217,12 +217,14 @@ def _warnings(context: RowSearchContext, search: RowSearch) -> list[str]:
     """Return what a reader must know of what was found."""
     texts = []
     if search.before is None:
-        texts.append(f"{_who(context.problem)}: the noise is not known, so whether the model is good enough is not")
+        texts.append(
+            f"{_who(context.problem)}: the noise is not known: whether the model is good enough cannot be judged"
+        )
     for missing in search.found:
         if _time_would_do(context, search, missing.candidate):
             texts.append(
-                f"{candidate_in_words(missing.candidate)}: time would do as well as temperature in these runs, which "
-                "warm up once; repeat them cold, warm and cold again to distinguish the two"
+                f"{candidate_in_words(missing.candidate)}: time explains it as well as temperature in these runs, "
+                "which warm up once; repeat them cold, warm and cold again to distinguish the two"
             )
         if missing.candidate.effect.constant_torque:
             texts.append(
@@ -296,7 +298,7 @@ def _summary(context: RowSearchContext, search: RowSearch, follows: list[str], b
     elif search.unexplained:
         text = "something is missing, and no effect in the catalogue accounts for it"
     elif search.before is None:
-        text = "nothing is supported; without a known noise nobody can say whether that is good enough"
+        text = "nothing is supported; without a known noise it cannot be judged whether that is good enough"
     else:
         text = "nothing is missing: the error is that of the instruments"
     more = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided_next)

@@ -154,10 +154,10 @@ def fit_warnings(fit: Fit) -> list[str]:
         if parameter.effect in in_noise and parameter.above_noise is False:
             continue
         if parameter.at_bound:
-            texts.append(f"{parameter.name} lies on the edge of what is possible")
+            texts.append(f"{parameter.name} is at the limit of its range")
         elif parameter.poorly_known:
             share_percent = 100.0 * NORMAL_95 * (parameter.std or 0.0) / abs(parameter.value or 1.0)
-            texts.append(f"{parameter.name} is poorly known: ± {share_percent:.0f} %")
+            texts.append(f"{parameter.name} is poorly determined: ± {share_percent:.0f} %")
     return texts
 
 

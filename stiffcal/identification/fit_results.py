@@ -34,7 +34,7 @@ class IdentifiedParameter:
     identifiable: bool
     """Whether these data distinguish it from the other parameters."""
     at_bound: Annotated[bool, NOT_PROMISED] = False
-    """Whether the value lies on the edge of what is possible."""
+    """Whether the value is at the limit of its range."""
     poorly_known: Annotated[bool, NOT_PROMISED] = False
     """Whether the 95 % interval is nearly as wide as the value, or wider."""
     remark: Annotated[str | None, KeyIf("", null=False), NOT_PROMISED] = None

@@ -128,7 +128,7 @@ def check_identifiability(
         ]
         for i in hidden:
             identifiable[i], left_out[i] = False, True
-            ambiguities.append(Ambiguity((names[i],), "", "what loads do to it is hidden behind the other parameters"))
+            ambiguities.append(Ambiguity((names[i],), "", "its effect cannot be separated from the other parameters"))
         for number in _no_better_than(factor, left_out, before.tolerance):
             identifiable[number], left_out[number] = False, True
             ambiguities.append(Ambiguity((names[number],), "", NO_BETTER))
@@ -221,10 +221,10 @@ def _name_ambiguity(blind: Floats, length: Floats, names: list[str]) -> Ambiguit
         return Ambiguity(
             tuple(names),
             combination(across.tolist(), names),
-            "their signatures agree in these poses and loads",
+            "their regressors are proportional in these poses and loads",
             tuple(across.tolist()),
         )
-    return Ambiguity(tuple(names), "", "their signatures combine to each other in these poses and loads")
+    return Ambiguity(tuple(names), "", "their regressors are linearly dependent in these poses and loads")
 
 
 def combination(coefficients: list[float], names: list[str]) -> str:

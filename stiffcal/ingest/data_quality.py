@@ -59,7 +59,7 @@ class DataQuality:
 
     def stuck_channel_faults(self) -> list[Fault]:
         """Return a fault for every channel that does not change: the cause where load and motion contradict."""
-        mend = "see to the sensor, or leave the channel out"
+        mend = "check the sensor, or leave the channel out"
         return [
             Fault(FaultCode.READING_IMPLAUSIBLE, remark.file, "", remark.text, mend)
             for watch in self.logs.values()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.store import Provenance, Snapshot, Store
 
-OTHERWISE = "this stiffcal computes otherwise than the one that wrote the store"
+OTHERWISE = "this version of stiffcal computes differently from the one that wrote the store"
 NOT_YOURS = "the store was not written by you: computed again"
 
 

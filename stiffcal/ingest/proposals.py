@@ -70,7 +70,7 @@ _PERIOD = re.compile(r"(?:sample ?time|abtastzeit|cycle ?time)\s{0,9}\[?\s{0,9}(
 _LARGEST_FORCE = 1e5
 _COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORECASE)
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
-_FROM_HEADER = "as its first lines say"
+_FROM_HEADER = "as its first lines state"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

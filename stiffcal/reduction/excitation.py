@@ -119,6 +119,6 @@ def _verdict(name: str, torque: float, relative: float, is_loaded: bool) -> Join
         text = "its stiffness cannot be distinguished from the others': add poses or load directions that turn it more"
         return JointExcitation(name, torque, relative, False, text)
     if is_poorly_known(1.0, relative):
-        text = f"poorly known, to about {100.0 * relative:.0f} %: more load about its axis would help"
+        text = f"poorly determined, to about {100.0 * relative:.0f} %: more load about its axis would help"
         return JointExcitation(name, torque, relative, True, text)
     return JointExcitation(name, torque, relative, True, f"known to about {100.0 * relative:.2g} %")

@@ -188,7 +188,7 @@ def _from_poses(
     joints, reached = joints_along_path(chain, target, goal, start_angles)
     if not reached.all():
         reason = "the robot does not reach this pose within its joint limits"
-        mend = "move the path, or say with --start from which joint angles it is reached"
+        mend = "move the path, or state with --start from which joint angles it is reached"
         if np.abs(goal.position).max() < _MOST_METRES:
             mend += '; X, Y, Z were read as mm: where they are metres, write "X [m]"'
         raise_faults(
@@ -288,7 +288,7 @@ def _segment_wrenches(table: WrittenTable, file: Path) -> Floats:
             table.file,
             "line 1",
             "no column segment",
-            "say for each row which segment it belongs to",
+            "state for each row which segment it belongs to",
         )
     listed = read_table(file, (), AXES, ("segment",))
     if "segment" not in listed.words or not any(name in listed.numbers for name in AXES):
@@ -314,7 +314,7 @@ def _segment_wrenches(table: WrittenTable, file: Path) -> Floats:
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
         faults.append(
-            Fault(FaultCode.NAME_DUPLICATE, listed.file, "segment", f"{doubled[0]} stands there twice", "leave one out")
+            Fault(FaultCode.NAME_DUPLICATE, listed.file, "segment", f"{doubled[0]} is there twice", "leave one out")
         )
     raise_faults(shortened(faults))
     segment_of_row = [names.index(word) for word in table.words["segment"]]
@@ -344,7 +344,7 @@ def _logged(
     if len(moments) < 2 or np.any(steps <= 0.0):
         row = int(np.argmax(steps <= 0.0)) + 1 if len(moments) > 1 else 0
         place = f"line {log.lines[row]}, column t"
-        raise InputError.at(FaultCode.TIME_ORDER, log.file, place, "time does not run on", "sort the rows by time")
+        raise InputError.at(FaultCode.TIME_ORDER, log.file, place, "time does not increase", "sort the rows by time")
     period = float(np.median(steps))
     if at[0] < moments[0] - period or at[-1] > moments[-1] + period:
         reason = f"the path runs from {at[0]:g} s to {at[-1]:g} s, the log from {moments[0]:g} s to {moments[-1]:g} s"

@@ -31,7 +31,7 @@ def with_coupling(data: Ingested, result: IdentifyResult, loss: str, context: Ru
             FaultCode.DATA_MISSING, "command line", "--coupling", reason, "leave it out, or add [ids] and lengths"
         )
     if not any(placed_effect.place.link in rodded for placed_effect in robot.placed):
-        reason = f"the model lets no link with rods give ({', '.join(rodded)})"
+        reason = f"in the model no link with rods is compliant ({', '.join(rodded)})"
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE,
             "command line",

@@ -280,7 +280,7 @@ def _fit_sentence(name: str, where: str, fits: bool | None, judged: HeldoutSecti
     whole = judged.zero_model.get("torque")
     share = f", {100.0 * left / whole:.2g} % of the torque" if whole else ""
     return (
-        f"{name}: the law does not hold all: it leaves {left:.3g} N·m {where}{share}, where repeats scatter "
+        f"{name}: the law is not sufficient: it leaves {left:.3g} N·m {where}{share}, where repeats scatter "
         f"{noise:.3g} N·m; look at the curves."
     )
 

@@ -155,7 +155,7 @@ def _edit(
         given = _every_place(catalogue[effect].places(campaign.chain), kind)
     if kind != "setup" and not any(given.values()) and not wanted.everywhere:
         option = f"--{kind}"
-        mend = f"say {option}, or --all; possible: {', '.join(possible) or 'none on this robot'}"
+        mend = f"give {option}, or --all; possible: {', '.join(possible) or 'none on this robot'}"
         raise InputError.at(
             FaultCode.PLACE_INVALID, "command line", option, f"{effect} sits at {kind}, and none is given", mend
         )

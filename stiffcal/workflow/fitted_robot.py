@@ -97,7 +97,7 @@ class FittedRobot:
                 FaultCode.FRAME_UNSUITABLE,
                 "command line",
                 option,
-                f"{name} stands on the ground",
+                f"{name} is fixed to the ground",
                 "name a frame on the robot",
             )
         return replace(self.setup, targets=(target,), target_names=(name,)), name
@@ -116,7 +116,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     campaign = with_trial_model(campaign, context)
     robot = placed_robot(campaign)
     if not robot.placed:
-        reason = "the model holds nothing that gives under a load, so no deflection can be predicted"
+        reason = "the model holds no compliance, so no deflection can be predicted"
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE,
             "model.toml",
@@ -161,14 +161,14 @@ def _cautions(identified: IdentifyResult, names: set[str]) -> Iterator[str]:
     if unknown:
         yield (
             f"these data do not identify {', '.join(sorted(unknown))}: taken as rigid; a load that turns it moves the "
-            "robot further than is stated here, and the stated uncertainty does not hold that"
+            "robot further than is stated here, and the stated uncertainty does not include that"
         )
     missed, noise = identified.rms.translation, None if identified.noise is None else identified.noise.translation
     if missed is not None and noise is not None and missed > _BEYOND_NOISE * noise:
         yield (
             f"this model misses the readings it was fitted to by {1e3 * missed:.3g} mm rms, their noise being "
-            f"{1e3 * noise:.3g} mm: something is missing in it (stiffcal diagnose), and what that does no stated "
-            "uncertainty holds"
+            f"{1e3 * noise:.3g} mm: something is missing in it (stiffcal diagnose), and no stated uncertainty "
+            "includes that"
         )
 
 

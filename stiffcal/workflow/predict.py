@@ -79,7 +79,7 @@ def predict_campaign(
             FaultCode.OPTION_MISSING,
             "command line",
             "--poses",
-            "say what to predict",
+            "state what to predict",
             "give either --poses FILE or --load-path F;F",
         )
     campaign = load_campaign(Path(folder), check_files=False)

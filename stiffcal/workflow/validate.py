@@ -215,7 +215,7 @@ def _validate_other(
         )
     own = fit_now(data, "linear", context)
     if own is None:
-        reason = "this campaign holds no load states that a model could be held against"
+        reason = "this campaign holds no load states to compare a model with"
         raise InputError.at(
             FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "name a campaign with load runs"
         )

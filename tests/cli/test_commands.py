@@ -242,7 +242,7 @@ def test_interrupting_ends_with_130_and_one_line(campaign: Path) -> None:
         process.send_signal(signal.SIGINT)
         _, error = process.communicate(timeout=240)
     assert process.returncode == 130
-    assert error == "interrupted; the store is whole: finished steps stay, of the one that was not nothing does\n"
+    assert error == "interrupted; the store is intact: finished steps are kept, the interrupted one is discarded\n"
 
 
 def test_a_reader_that_goes_away_is_no_fault(campaign: Path) -> None:

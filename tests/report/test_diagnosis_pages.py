@@ -141,7 +141,7 @@ def test_none_of_these_says_what_the_remainder_follows() -> None:
     follows = [ResidualDependence(follows="joint angle", share=0.97, seen="another factor from pose to pose")]
     made = diagnosis.section(content(missing=[], unexplained=True, structure=follows))
     text = words(made)
-    assert "No name is given rather than a wrong one" in text
+    assert "No effect is named" in text
     assert "joint angle 97.0 % another factor from pose to pose" in text
 
 

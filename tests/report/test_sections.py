@@ -43,13 +43,13 @@ def test_stiffness_with_both_ways_to_write_its_unit(unit: str) -> None:
 def test_lopsided_interval_keeps_the_linear_half_width() -> None:
     found = cells(compliance(stiffness_std=2e5, stiffness_interval=[2.8e5, 2.3e6], poorly_known=True))
     assert found[3] == "± 392 000"
-    assert found[5:] == ["280 000 … 2 300 000", "poorly known"]
-    assert "Poorly known: joint 2 (A2)" in table_of(compliance(poorly_known=True)).caption
+    assert found[5:] == ["280 000 … 2 300 000", "poorly determined"]
+    assert "Poorly determined: joint 2 (A2)" in table_of(compliance(poorly_known=True)).caption
 
 
 def test_no_upper_bound_is_said() -> None:
     found = cells(compliance(stiffness_std=6e5, stiffness_interval=[2.8e5, None], poorly_known=True))
-    assert found[5:] == ["above 280 000", "poorly known, no upper bound"]
+    assert found[5:] == ["above 280 000", "poorly determined, no upper bound"]
 
 
 def test_parameters_without_a_value_are_dashes_never_numbers() -> None:
@@ -81,7 +81,7 @@ def test_open_and_hardly_known_parameters_are_named() -> None:
     assert "joint-compliance.j2.c (joint 2 (A2)): no value" in text
     made = with_fit(content, parameters=[compliance(poorly_known=True)], not_identifiable=[])
     text = repr(not_identified.section(made)).replace("\\u202f", " ")
-    assert "hardly known, 95 % between 490 000 and 510 000 N·m/rad" in text
+    assert "poorly determined, 95 % between 490 000 and 510 000 N·m/rad" in text
 
 
 def test_noise_is_given_or_said_to_be_unknown() -> None:
@@ -94,8 +94,8 @@ def test_noise_is_given_or_said_to_be_unknown() -> None:
 def test_thresholds_that_do_not_hold_are_said() -> None:
     content = made_up_content(n_runs=1)
     failed = with_validation(content, passed=False)
-    assert "thresholds do not hold" in repr(summary.section(failed))
-    assert "thresholds do not hold" not in repr(summary.section(content))
+    assert "thresholds are exceeded" in repr(summary.section(failed))
+    assert "thresholds are exceeded" not in repr(summary.section(content))
 
 
 def test_one_bad_run_is_named() -> None:

@@ -145,7 +145,7 @@ def test_pictures(made: Path, command: Command, tmp_path: Path) -> None:
 def test_friction_alone_predicts_no_deflection(made: Path, command: Command) -> None:
     words = ("--load-path", "0,0,0;0,0,-100", "--at", "0,-70,20,0,30,0")
     fault = command("predict", made, *words, codes=(2,))["error"]
-    assert "nothing that gives under a load" in fault["reason"]
+    assert "holds no compliance" in fault["reason"]
 
 
 def test_export_compare_and_another_model(made: Path, command: Command, tmp_path: Path) -> None:

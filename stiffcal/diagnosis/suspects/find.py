@@ -124,7 +124,7 @@ def find_suspects(
     selection = select_states(states, robot)
     if not selection.most:
         return Suspicion(not_checked=selection.not_checked)
-    progress("holding each run against the others", None)
+    progress("comparing each run with the others", None)
     index = selection.index
     chosen = states.select(index)
     search = _Search(chosen, robot, settings, selection.most, present if len(chosen) == len(states) else None)

@@ -196,7 +196,7 @@ def _unusable_run(readings: ClampedReadings, chain: ClampedChain) -> ClampedRun:
         name, chain.joint, False, chain, Sweeps(none, none > 0, 0), nothing,
         SeriesFit(law, np.zeros((9, 9)), 0.0, 0, play_found=False), None, float("nan"),
         float(np.ptp(chain.motion[:, chain.joint - 1])), 0.0, float("nan"), None, None, 0.0,
-        "in this pose the clamped flange does not feel the joint: other joints can turn it alike",
+        "in this pose the joint does not load the clamped flange: other joints can turn it in the same way",
     )  # fmt: skip
 
 

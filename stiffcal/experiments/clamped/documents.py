@@ -274,7 +274,7 @@ def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: t
         if run.others_share > 0.05:
             texts.append(
                 f"run {run.name}: other joints take up {100.0 * run.others_share:.0f} % of joint "
-                f"{names[run.joint - 1]}'s motion in this pose; it is taken off as their own curves say"
+                f"{names[run.joint - 1]}'s motion in this pose; it is subtracted by their own curves"
             )
     if any(run.chain.source == "motor torque" for run in runs):
         texts.append(

@@ -230,7 +230,7 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
             if parameter.fixed and parameter.why:
                 texts.append(f"{parameter.name}: {parameter.why}")
             elif parameter.at_bound:
-                texts.append(f"{parameter.name} lies on the edge of what is possible")
+                texts.append(f"{parameter.name} is at the limit of its range")
         if any(p.value is not None and p.value <= 0.0 for p in joint_fit.parameters if p.spec.symbol == "coulomb"):
             texts.append(f"joint {name}: the drive pushes against its motion; check the sign of torque or gear_ratio")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:

@@ -34,7 +34,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 def _lead() -> str:
     return (
         "What each change of the model did to the identified values. As far as the later model is right, a value that "
-        "moves by more than its 95 % interval was further off before than its uncertainty said."
+        "moves by more than its 95 % interval was further off before than its uncertainty stated."
     )
 
 

@@ -73,7 +73,7 @@ def _meaning(diagnosis: DiagnoseResult) -> str:
         words = "beyond what is named here " if diagnosis.missing else ""
         return text + (
             f"The error is larger than the noise, and {words}no effect of the catalogue, nor several together, brings "
-            "it down to it. No name is given rather than a wrong one; what the remainder follows stands below."
+            "it down to it. No effect is named; what the remainder depends on is listed below."
         )
     return text + "With what is named here the error falls to the noise:"
 
@@ -96,7 +96,7 @@ def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
         facts.append(("lack of fit", _lack_of_fit_words(lack)))
     explained = diagnosis.explained_by_missing
     if explained is not None and diagnosis.missing and diagnosis.noise:
-        facts.append(("explained", f"{wording.percent(explained)} of the avoidable error goes with it"))
+        facts.append(("explained", f"{wording.percent(explained)} of the avoidable error is explained by it"))
     return facts
 
 

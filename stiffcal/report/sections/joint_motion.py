@@ -91,7 +91,7 @@ def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
     caption = (
         "All displacements, turns first. By itself: a straight line through the joint’s own displacements. All "
         "together: the fit of this report, from all bodies at once; a dash where its model holds no such spring. Where "
-        "nothing rises above the noise the stiffness is at least the value that is given."
+        "a compliance is not significant the stiffness is at least the value that is given."
     )
     return TableBlock(columns, tuple(rows), caption)
 
@@ -141,9 +141,9 @@ def _caption_about_axes(joints: tuple[JointPicture, ...]) -> str:
     )
     if curved:
         names = wording.listing(curved)
-        text += f" A straight line does not do for {names}: play, or a spring that stiffens or softens."
+        text += f" A straight line does not fit {names}: play, or a spring that stiffens or softens."
     if any(joint.laws for joint in joints):
-        text += " “All together”: what the laws of this report’s model, fitted to all bodies at once, say of the joint."
+        text += " “All together”: this report’s model, fitted to all bodies at once, for the joint."
     return text
 
 

@@ -88,7 +88,7 @@ def _coupling(coupling: CouplingResult) -> list[Block]:
         cells = [_estimate(parameter[direction.way], direction.way) for direction in coupling.ways]
         rows.append((parameter["name"], *cells))
     text = (
-        "A test at the tool measures all parts at once, and what one part does is laid at another’s door. The same "
+        "A test at the tool measures all compliances at once, and can attribute one to another. The same "
         "load states identified in four ways; the first three against tool and rods together, with their own 95 % "
         "half-width."
     )
@@ -138,8 +138,8 @@ def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
             TableColumn("unit", align="left"),
         ),
         tuple(rows),
-        f"Compliance of the end of {picture.link}, from rods and load alone: with it the link’s motion is predicted "
-        f"without rods.{of_tool}",
+        f"Compliance of the end of {picture.link}, from rods and load alone: with it the link’s deflection can be "
+        f"predicted without rods.{of_tool}",
     )
 
 

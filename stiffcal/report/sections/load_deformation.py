@@ -77,7 +77,7 @@ def most_loaded_runs(content: ReportContent, states: ReportStates, candidates: l
     chosen: dict[int, str] = {}
     if known:
         by_error = sorted(known, key=lambda number: rms[content.runs[number].name])
-        chosen[by_error[-1]] = "the largest error in an held-out pose"
+        chosen[by_error[-1]] = "the largest error in a held-out pose"
     size = np.linalg.norm(states.measured[:, :3], axis=1)
     largest = max(candidates, key=lambda number: float(np.max(size[states.used & (states.run == number)])))
     chosen.setdefault(largest, "the largest deflection")

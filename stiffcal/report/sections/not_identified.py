@@ -32,19 +32,14 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
     ]
     hardly = _hardly([parameter for parameter in parameters if parameter.poorly_known], content.joint_names)
     if hardly and not named and not open_ones:
-        text = "Every parameter can be identified, but in these poses the loads contain little of the following."
+        text = "Identifiable but poorly determined:"
         return ReportSection(_TITLE, (Paragraph(text), Items(hardly)))
     if not named and not open_ones and content.states is None:
         return None
     if not named and not open_ones:
-        return ReportSection(
-            _TITLE, (Paragraph("Every parameter of the model can be identified from these poses and loads."),)
-        )
+        return ReportSection(_TITLE, (Paragraph("All parameters are identifiable from these data."),))
     blocks: list[Block] = [
-        Paragraph(
-            "The following cannot be identified from these poses and loads. No number is given for it, rather than a "
-            "wrong one."
-        ),
+        Paragraph("The following cannot be identified from these poses and loads. No number is given."),
         Items((*named, *open_ones, *hardly)),
     ]
     return ReportSection(_TITLE, tuple(blocks))
@@ -63,7 +58,7 @@ def _hardly(parameters: list[IdentifiedParameter], joint_names: tuple[str, ...])
         for effect in sorted(together)
     ]
     lines += [
-        f"{where_words(parameter.where, joint_names)}, {parameter.effect}: hardly known, {_range_words(parameter)}"
+        f"{where_words(parameter.where, joint_names)}, {parameter.effect}: poorly determined, {_range_words(parameter)}"
         for parameter in parameters
         if not (parameter.above_noise is False and parameter.effect in together)
     ]

@@ -48,7 +48,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     blocks.append(_table(diagnosis, _MOST_ROWS))
     blocks.append(Paragraph(_explanation_of_columns(diagnosis), "quiet"))
     for earlier in content.earlier_diagnoses:
-        blocks.append(SubheadingBlock(f"On top of fit {earlier.fit_id}, before {_missing_in_words(earlier)} came in"))
+        blocks.append(SubheadingBlock(f"On top of fit {earlier.fit_id}, before {_missing_in_words(earlier)} was added"))
         blocks.append(_table(earlier, len(earlier.findings)))
     if diagnosis.not_tried:
         blocks.append(SubheadingBlock("Not tried, and why"))

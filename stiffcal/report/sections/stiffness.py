@@ -138,13 +138,13 @@ def _interval_words(interval: list[float | None] | None) -> str:
 
 def _verdict(parameter: IdentifiedParameter) -> str:
     if _is_poorly_known(parameter):
-        return "poorly known" + (", no upper bound" if _is_open_ended(parameter) else "")
+        return "poorly determined" + (", no upper bound" if _is_open_ended(parameter) else "")
     if parameter.fixed:
         return "given, not fitted"
     if not parameter.identifiable or parameter.value is None:
         return "not identifiable from these data"
     if parameter.at_bound:
-        return "at the edge of what is possible"
+        return "at the limit of its range"
     if parameter.above_noise is False:
         return "within the noise"
     return ""
@@ -206,7 +206,7 @@ def _stiffness_table(
     if shared:
         caption += " Share of geometry: that part of the variance that the tolerance of lengths and angles makes."
     if poorly:
-        caption += f" Poorly known: {wording.listing(poorly)}; in these poses the loads hardly turn it."
+        caption += f" Poorly determined: {wording.listing(poorly)}; in these poses the loads hardly turn it."
     return _without_empty_remarks(columns, rows, caption)
 
 

@@ -172,7 +172,7 @@ def _heldout_sentences(validation: ValidateResult | None) -> list[str]:
         error += f": {wording.percent(1.0 - left)} of the deflection is predicted"
     sentences = [f"{error}.", noise_sentence(validation)]
     if not validation.passed:
-        sentences.append("The campaign's own thresholds do not hold.")
+        sentences.append("The campaign's own thresholds are exceeded.")
     return sentences
 
 
