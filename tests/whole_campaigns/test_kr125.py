@@ -121,6 +121,9 @@ def test_people_read_degrees(campaign: Path, identified: dict[str, Any], capsys:
 
 def test_the_report_has_the_papers_pages(campaign: Path, identified: dict[str, Any]) -> None:
     sections = lay_out(content_of(campaign))
+    summary = repr(sections)
+    assert "of the motor's angle is predicted" in summary
+    assert "was fitted to 0 readings" not in summary
     (section,) = [one for one in sections if one.title.startswith("The clamped robot")]
     pictures = [block for block in section.blocks if isinstance(block, PictureBlock)]
     # Fig. 5 and 6's kind, 7's, and 8's

@@ -138,7 +138,7 @@ def _fit_sentences(content: ReportContent) -> list[str]:
 def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
     model = f"The model ({wording.model_words(fit.model)})"
     fitted_model = (content.readings_alone[0].fitted if len(content.readings_alone) == 1 else "") or model
-    readings = wording.count(fit.n_readings or 0, "reading")
+    readings = wording.count(fit.n_readings, "reading") if fit.n_readings else wording.count(fit.n_states, "state")
     return (
         f"{fitted_model} of the {content.provenance.robot} was fitted to {readings} in "
         f"{wording.count(fit.n_runs, 'run')}; on these data it leaves {wording.measure_text(fit.rms)} rms."
@@ -146,12 +146,15 @@ def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
 
 
 def _heldout_readings(validation: ValidateResult) -> list[str]:
-    left = wording.part(validation.relative, "torque")
-    if wording.part(validation.rms, "torque") is None:
+    measured = {"torque": "torque", "motor_angle": "motor's angle"}
+    measure = next((name for name in measured if wording.part(validation.rms, name) is not None), None)
+    if measure is None:
         return ["There is nothing held-out to judge it by: each joint was driven in one usable pose alone."]
     sentences = [f"In held-out data ({validation.scheme}) it leaves {wording.measure_text(validation.rms)} rms"]
     sentences[0] += f", without a model {wording.measure_text(validation.zero_model)}"
-    sentences[0] += f": {wording.percent(1.0 - left)} of the torque is predicted." if left is not None else "."
+    left = wording.part(validation.relative, measure)
+    predicted = "." if left is None else f": {wording.percent(1.0 - left)} of the {measured[measure]} is predicted."
+    sentences[0] += predicted
     if validation.noise is not None:
         sentences.append(f"The noise is {wording.measure_text(validation.noise)} rms.")
     else:
