@@ -8,7 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.report.building import lay_out
+from stiffcal.workflow.history import read_history
+from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.report import report_campaign
+from stiffcal.workflow.report_content import report_content
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
 from tests.rates.practice_joints import JOINTS, LEAST_P, JointAnswer, ask_joint, read_truths, series_of_p_form
 
 NAMES = sorted(read_truths())
@@ -69,3 +75,13 @@ def test_a_joint_on_a_bench_gets_a_report(name: str, tmp_path: Path) -> None:
     folder = Path(shutil.copytree(JOINTS / name, tmp_path / name, ignore=shutil.ignore_patterns("store")))
     report = report_campaign(folder)
     assert Path(report.file).stat().st_size > 10_000
+    context = RunContext()
+    data = up_to_date_states(folder, context)
+    identified = up_to_date_fit(data, context)
+    validation = up_to_date_validation(data, identified, context)
+    content = report_content(data, identified, validation, read_history(folder, context))
+    sections = {section.title: section for section in lay_out(content)}
+    first_page = " ".join(str(block) for block in sections["In short"].blocks)
+    assert " 0 readings" not in first_page
+    assert "nothing held-out" not in first_page
+    assert "predicted" in first_page
