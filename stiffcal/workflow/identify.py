@@ -11,6 +11,7 @@ from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.rms import Rms
+from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.results.history_results import StoredFit
 from stiffcal.results.identify_result import IdentifyResult, Loss
@@ -166,13 +167,10 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
             "add one: stiffcal add DIR EFFECT --all",
         )
     if not data.states.used.any():
-        raise InputError.at(
-            FaultCode.STATES_MISSING,
-            "campaign.toml",
-            "runs",
-            "no load state can be used",
-            "stiffcal check gives the reason for each",
-        )
+        causes = [SetAsideCode(code).short_text for code in dict.fromkeys(data.states.set_aside_code.tolist())]
+        reason = f"no load state can be used: {'; '.join(causes)}"
+        mend = "stiffcal check names each; measure these runs again, or take them out of campaign.toml"
+        raise InputError.at(FaultCode.STATES_MISSING, "campaign.toml", "runs", reason, mend)
     raise_faults(check_displacement_measured(data.states))  # a store of an earlier version may hold none
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
     return identify_parameters(data.states, robot_to_fit(data), settings, context.progress)

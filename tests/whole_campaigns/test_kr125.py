@@ -264,10 +264,8 @@ def test_one_direction_only_is_a_named_gap(tmp_path: Path) -> None:
     out = simulated(
         tmp_path, ("a-joint5",), settings=lambda text: text.replace("[clamped]", "[clamped]\nboth_ways = false")
     )
-    document = document_of(identify_campaign(out))
-    assert document["clamped"]["joints"] == []
-    assert any("driven one way only" in words for words in document["warnings"])
-    assert any("joint A5 cannot be identified" in words for words in document["warnings"])
+    with pytest.raises(InputError, match="no load state can be used: clamped joint driven one way only"):
+        identify_campaign(out)
 
 
 def test_motor_angles_that_start_anew_need_the_pose(tmp_path: Path) -> None:
