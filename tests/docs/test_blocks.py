@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from tests.laboratory.documentation import ROOT, Block, blocks_of, hand_written_
 TAGS = {"run", "output", "check", "show"}
 MOST_SHOWN = 0.1
 ANYTHING = "…"
+OPERATORS = {"|", "||", "&&", ">", ";"}
 ALL = [block for page in hand_written_pages() for block in blocks_of(page)]
 COMMAND_PAGES = sorted({block.page for block in ALL if block.tag == "run"})
 
@@ -56,7 +58,8 @@ def commands_in(block: Block) -> list[list[str]]:
     for line in block.text.replace("\\\n", " ").splitlines():
         words = shlex.split(line, comments=True)
         if "stiffcal" in words:
-            calls.append(words[words.index("stiffcal") + 1 :])
+            call = words[words.index("stiffcal") + 1 :]
+            calls.append(list(takewhile(lambda word: word not in OPERATORS, call)))
     return calls
 
 
