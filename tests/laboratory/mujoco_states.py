@@ -1,4 +1,4 @@
-"""Simulated campaigns whose robot is MuJoCo: load states in memory, with the truth beside them.
+"""Simulated campaigns whose robot is MuJoCo: load states in memory, with the truth next to them.
 
 What a campaign meets: random poses inside the working range, weights of links and tool, loads that are never hit
 exactly, noise on the wrench and on the tracker, a robot whose absolute place is off by some tenths of a millimetre in
@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
+from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import Chain
 from tests.laboratory.mujoco_robot import MujocoRobot, Spring
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
+from tests.laboratory.unread_states import unread_states
 
 NOISE = Sigma(translation=16e-6, rotation=30e-6, force=0.7, moment=0.2)
 """Per state and axis: the digitizer of Wang, Zhang, Fuhlbrigge 2009 (±0.016 mm); a 3 kN six-axis force sensor."""
@@ -66,13 +67,15 @@ def simulate_campaign(rng: np.random.Generator, plan: Plan, springs: tuple[Sprin
 
     Parameters
     ----------
-    springs : what gives way beside the drives.
+    springs : what gives way besides the drives.
     """
     chain = six_axes()
     setup = force_sensor_setup(chain, 12.0, (0.01, -0.02, 0.09))
     stiffness = SIX_STIFFNESS * np.exp(0.3 * rng.normal(size=6))
-    run, joints, wrench = _loads(rng, plan)
-    settled = MujocoRobot(chain, stiffness, setup, springs).settle(chain.model_angles(joints), wrench)
+    angles, loads = _loads(rng, plan)
+    run = np.repeat(np.arange(plan.poses), loads.shape[1])
+    robot = MujocoRobot(chain, stiffness, setup, springs)
+    settled = robot.settle(chain.model_angles(angles[run]), loads.reshape(-1, 6))
     n = len(run)
     offset = rng.normal(size=(plan.poses, 3)) * 3e-4
     turn = rng.normal(size=(plan.poses, 3)) * 2e-4
@@ -82,33 +85,23 @@ def simulate_campaign(rng: np.random.Generator, plan: Plan, springs: tuple[Sprin
     if plan.full_pose:
         rotation = turn_by(tracker[1] * rng.normal(size=(n, 3))) @ turn_by(turn[run]) @ settled.rotation[:, 0]
     sensor = np.repeat(np.array([NOISE.force, NOISE.moment], dtype=np.float64), 3)
-    states = LoadStates(
-        runs=tuple(RunInfo(f"pose{number + 1:02d}") for number in range(plan.poses)),
-        run=run,
+    setup = replace(setup, sigma=NOISE if plan.sigma_stated else Sigma())
+    planned = unread_states(angles, loads, setup)
+    states = replace(
+        planned,
         time=np.arange(0.0, 8.0 * n, 8.0),
         hold=np.full(n, 2.0),
-        joints=joints,
-        wrench=wrench + sensor * rng.normal(size=(n, 6)),
+        wrench=planned.wrench + sensor * rng.normal(size=(n, 6)),
         position=position[:, None],
         rotation=rotation[:, None],
-        deflection=np.full((n, 1, 6), np.nan),
-        reference=np.concatenate([[True], np.diff(run) != 0]),
-        temperature=np.zeros((n, 0)),
-        row=np.arange(1, n + 1),
-        n_readings=np.ones(n, dtype=np.int64),
-        wrench_scatter=np.full((n, 6), np.nan),
-        position_scatter=np.full((n, 1, 3), np.nan),
-        set_aside=np.full(n, "", dtype=np.str_),
-        setup=replace(setup, sigma=NOISE if plan.sigma_stated else Sigma()),
     )
     return SimulatedCampaign(chain, states, 1.0 / stiffness)
 
 
-def _loads(rng: np.random.Generator, plan: Plan) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], Floats, Floats]:
-    """Return run (n,), logged joints (n, 6) and true wrenches (n, 6): cycles up and down, no level ever hit exactly."""
+def _loads(rng: np.random.Generator, plan: Plan) -> tuple[Floats, Floats]:
+    """Return joints (poses, 6) and true wrenches (poses, loads, 6): cycles up and down, no level ever hit exactly."""
     per_run = 1 + plan.directions * plan.cycles * len(LEVELS)
-    run = np.repeat(np.arange(plan.poses), per_run)
-    joints = six_axis_joints(rng, plan.poses)[run]
+    joints = six_axis_joints(rng, plan.poses)
     wrench = np.empty((plan.poses, per_run, 6))
     scale = np.repeat([plan.force, plan.moment], 3) / np.sqrt(3.0)
     for pose in range(plan.poses):
@@ -121,7 +114,7 @@ def _loads(rng: np.random.Generator, plan: Plan) -> tuple[np.ndarray[tuple[int],
         size = np.linalg.norm(aimed[:, :3], axis=1, keepdims=True)
         wrench[pose, 1:, :3] += 0.02 * size * rng.normal(size=(len(aimed), 3))
         wrench[pose] += rng.normal(size=(per_run, 6)) * np.repeat([0.5, 0.1], 3)
-    return run, joints, wrench.reshape(-1, 6)
+    return joints, wrench
 
 
 def turn_by(vector: Floats) -> Floats:

@@ -1,4 +1,9 @@
-"""`make rates SEED=… [COUNT=…]`: fresh campaigns, the rates of the issue, and the campaigns behind each."""
+"""`make rates SEED=… [COUNT=…]`: fresh campaigns, the rates of the issue, and the campaigns behind each.
+
+Joints on a bench alone, ten of each class: `python -m tests.rates --seed 7 --count 10 --classes "clamped none,friction
+none"`; the names of all classes are `tests.rates.playing.CLASSES` and `tests.rates.benches.CLASSES`. Intervals are
+exact (`tests.rates.intervals`).
+"""
 
 from __future__ import annotations
 
@@ -9,12 +14,12 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
-from math import sqrt
 from pathlib import Path
 
 import numpy as np
 
 from tests.rates import benches
+from tests.rates.intervals import clopper_pearson, highest
 from tests.rates.playing import CLASSES, FAULTY, PLAYED_BY_BALANCE, player_of
 from tests.rates.scoring import Verdict
 from tests.rates.workers import Job, one_campaign, one_thread_each
@@ -28,24 +33,6 @@ ASKED = {
 }  # fmt: skip
 
 
-def wilson(good: int, count: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a binomial rate."""
-    if count == 0:
-        return 0.0, 1.0
-    z = 1.959964
-    rate = good / count
-    middle = (rate + z * z / (2 * count)) / (1 + z * z / count)
-    half = z * sqrt(rate * (1 - rate) / count + z * z / (4 * count * count)) / (1 + z * z / count)
-    return max(0.0, middle - half), min(1.0, middle + half)
-
-
-def highest(count: int, total: int) -> float:
-    """Return the one-sided 95 % upper limit of a rate (Clopper and Pearson 1934)."""
-    from scipy.special import betaincinv
-
-    return 1.0 if count >= total else float(betaincinv(count + 1, total - count, 0.95))
-
-
 def table_of(verdicts: Sequence[Verdict]) -> str:
     """Return the rates as text."""
     lines = [f"{'class':<17}{'good':>6}{'of':>5}{'rate':>8}   95 % interval   asked  firm wrong  MuJoCo  outcomes"]
@@ -54,7 +41,7 @@ def table_of(verdicts: Sequence[Verdict]) -> str:
         if not own:
             continue
         good = sum(v.good for v in own)
-        low, high = wilson(good, len(own))
+        low, high = clopper_pearson(good, len(own))
         counts = ", ".join(f"{n} {name}" for name, n in Counter(v.outcome for v in own).most_common())
         asked = f"{100 * ASKED[kind]:.0f} %" if kind in ASKED else "–"
         firm = sum(v.firm_wrong for v in own)
@@ -82,7 +69,7 @@ def table_of(verdicts: Sequence[Verdict]) -> str:
 def _share(what: str, hits: Sequence[bool]) -> str:
     if not hits:
         return ""
-    low, high = wilson(sum(hits), len(hits))
+    low, high = clopper_pearson(sum(hits), len(hits))
     return f"{what}: {sum(hits)} of {len(hits)} ({100 * low:.1f}–{100 * high:.1f} %)"
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from stiffcal.identification.geometry import with_geometry
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.mechanics.chain import GeometryTolerance
-from tests.rates.__main__ import wilson
+from tests.rates.intervals import clopper_pearson
 from tests.rates.playing import GEOMETRY_OFF, Hidden, simulate_runs
 from tests.rates.workers import one_thread_each
 
@@ -57,7 +57,7 @@ def main(arguments: Sequence[str]) -> int:
         results = list(pool.map(inside, [(chosen.seed, number) for number in range(chosen.count)]))
     for words, place in (("with geometry", 0), ("without", 1)):
         held = [bool(hit) for result in results for hit in result[place]]
-        low, high = wilson(sum(held), len(held))
+        low, high = clopper_pearson(sum(held), len(held))
         print(f"{words}: {sum(held)} of {len(held)} intervals hold the truth ({100 * low:.1f}–{100 * high:.1f} %)")
     shares = [share for result in results for share in result[2]]
     print(

@@ -42,7 +42,7 @@ def move_by_mujoco(plan: LoadStates, whole: CompliantRobot) -> Motion:
     Raises
     ------
     NoBalanceError : a state does not come to rest.
-    NotImplementedError : an effect that MuJoCo has no form of.
+    ValueError : the robot has an effect that is not among `SPRINGS`, `MEMORY`, `LAWS` and `INSTRUMENTS`.
     """
     chain = whole.chain
     angles = chain.model_angles(plan.joints)
@@ -57,7 +57,7 @@ def move_by_mujoco(plan: LoadStates, whole: CompliantRobot) -> Motion:
         if one.effect.name == "joint-compliance":
             drives[one.place.joints[0] - 1] = 1.0 / one.values["c"]
         elif not (_is_played(one) or _is_of_instruments(one)):
-            raise NotImplementedError(f"MuJoCo has no form of {one.effect.name}")
+            raise ValueError(f"{one.effect.name} is not modelled in MuJoCo")
     row, first, loads, runs = _with_references(plan, inputs.wrench.T)
     try:
         robot = MujocoDrives(chain, drives, inputs.setup, springs, cables, laws)

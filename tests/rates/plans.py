@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
+from stiffcal.measurements.load_states import LoadStates
 from tests.laboratory.random_robots import DrawnRobot, draw_setup
+from tests.laboratory.unread_states import unread_states
 
 LEVELS = np.array([0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0])
 ONE_CYCLE = np.concatenate([LEVELS, -LEVELS])
@@ -52,29 +52,3 @@ def spreadsheet(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, fo
     if not force_only:
         wrench[:, :, 3:] = np.cross(point, wrench[:, :, :3])
     return unread_states(angles, wrench, draw_setup(rng, robot.chain, point, force_only), full_pose)
-
-
-def unread_states(angles: Floats, wrench: Floats, setup: MeasurementSetup, full_pose: bool = True) -> LoadStates:
-    """Return states (poses, loads, 6) without readings; the first of each pose is its reference."""
-    poses, per_run = wrench.shape[:2]
-    n = poses * per_run
-    run = np.repeat(np.arange(poses), per_run)
-    return LoadStates(
-        runs=tuple(RunInfo(f"pose{k + 1:02d}") for k in range(poses)),
-        run=run,
-        time=8.0 * np.arange(n) + 120.0 * run,
-        hold=np.full(n, np.nan),
-        joints=angles[run],
-        wrench=wrench.reshape(-1, 6),
-        position=np.zeros((n, 1, 3)),
-        rotation=np.tile(np.eye(3), (n, 1, 1, 1)) if full_pose else np.full((n, 1, 3, 3), np.nan),
-        deflection=np.full((n, 1, 6), np.nan),
-        reference=np.concatenate([[True], np.diff(run) != 0]),
-        temperature=np.zeros((n, 0)),
-        row=np.arange(1, n + 1),
-        n_readings=np.ones(n, dtype=np.int64),
-        wrench_scatter=np.full((n, 6), np.nan),
-        position_scatter=np.full((n, 1, 3), np.nan),
-        set_aside=np.full(n, "", dtype=np.str_),
-        setup=setup,
-    )

@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.diagnosis.suspects.find import find_suspects
-from tests.rates.__main__ import wilson
 from tests.rates.faults import FAULTS, FORMS, draw_faulty
+from tests.rates.intervals import clopper_pearson
 
 LEAST_CHANGE = 5.0
 SOUND = {"nothing": "", "hidden effect": "anywhere", "few poses": "few poses"}
@@ -73,7 +73,7 @@ def table_of(outcomes: Sequence[Outcome]) -> str:
                 hits, words = [entry.any_named for entry in own], "a suspect named"
             else:
                 hits, words = [entry.right for entry in own if entry.findable], "right runs and kind"
-            low, high = wilson(sum(hits), len(hits))
+            low, high = clopper_pearson(sum(hits), len(hits))
             lines.append(
                 f"{form:<8}{fault:<18}{words:<22}{sum(hits):>4} of {len(hits):<4}({100 * low:.1f}–{100 * high:.1f} %)"
             )

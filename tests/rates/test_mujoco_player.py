@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
 from tests.rates.faults import draw_faulty
 from tests.rates.hiding import INSIDE
 from tests.rates.measuring import move
-from tests.rates.mujoco_player import laws_of
+from tests.rates.mujoco_player import laws_of, move_by_mujoco
 from tests.rates.playing import CLASSES, Hidden, player_of, simulate_runs
 
 # Share of the tracker's noise: products of two small turns, which the two codes order differently, are below it.
@@ -96,3 +98,11 @@ def test_a_campaign_that_mujoco_plays() -> None:
     drawn = simulate_runs("noise half", np.random.default_rng([11, 1]), player="mujoco")
     assert drawn.player == "mujoco"
     assert np.isfinite(drawn.states.position).all()
+
+
+def test_an_effect_that_mujoco_does_not_model() -> None:
+    campaign = simulate_runs("none", np.random.default_rng([5, 1]))
+    drift = PlacedEffect(built_in_effects()["encoder-drift"], Place("joints", (1,)), {"rad_per_s": 1e-6})
+    robot = CompliantRobot(campaign.truth.chain, (*campaign.truth.placed, drift))
+    with pytest.raises(ValueError, match="encoder-drift"):
+        move_by_mujoco(plan_of(campaign), robot)

@@ -11,7 +11,8 @@ from stiffcal.diagnosis.search import search_missing
 from stiffcal.identification.observation import observe
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot
-from tests.rates.__main__ import table_of, wilson
+from tests.rates.__main__ import table_of
+from tests.rates.intervals import clopper_pearson, highest
 from tests.rates.playing import CLASSES, Hidden, Ruler, simulate_runs
 from tests.rates.scoring import judge_campaign, name_of
 
@@ -106,9 +107,10 @@ def test_the_score_counts() -> None:
     assert name_of(drawn("one 4x", only="base-compliance").hidden[0]) == "base-compliance setup"
 
 
-def test_wilson() -> None:
-    """Ten of ten: 72.2 to 100 % (Wilson 1927; Brown, Cai and DasGupta 2001, Table 1 give 0.722)."""
-    low, high = wilson(10, 10)
-    assert low == pytest.approx(0.7225, abs=1e-4)
-    assert high == pytest.approx(1.0)
-    assert wilson(0, 0) == (0.0, 1.0)
+def test_exact_intervals() -> None:
+    """The closed form where all or none are good, and 8 of 20 by tables: 19.1 to 63.9 %."""
+    assert clopper_pearson(10, 10) == pytest.approx((0.025 ** (1 / 10), 1.0))
+    assert clopper_pearson(0, 50) == pytest.approx((0.0, 1.0 - 0.025 ** (1 / 50)))
+    assert clopper_pearson(8, 20) == pytest.approx((0.191, 0.639), abs=1e-3)
+    assert clopper_pearson(0, 0) == (0.0, 1.0)
+    assert highest(0, 148) == pytest.approx(1.0 - 0.05 ** (1 / 148))
