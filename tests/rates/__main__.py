@@ -1,8 +1,7 @@
 """`make rates SEED=… [COUNT=…]`: fresh campaigns, the rates of the issue, and the campaigns behind each.
 
-Joints on a bench alone, ten of each class: `python -m tests.rates --seed 7 --count 10 --classes "clamped none,friction
-none"`; the names of all classes are `tests.rates.playing.CLASSES` and `tests.rates.benches.CLASSES`. Intervals are
-exact (`tests.rates.intervals`).
+Ten campaigns of one class: `python -m tests.rates --seed 7 --count 10 --classes "clamped 3x"`; the names of all classes
+are `tests.rates.playing.CLASSES` and `tests.rates.benches.CLASSES`. Intervals are exact (`tests.rates.intervals`).
 """
 
 from __future__ import annotations
