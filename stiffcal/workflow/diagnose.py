@@ -193,6 +193,11 @@ def _with_suspects(
     )
 
 
+TOO_FEW_READINGS = (
+    "No effect is searched for: too few readings were logged in each run to make load states; log more often."
+)
+
+
 def without_states(data: Ingested, identified: IdentifyResult, context: RunContext) -> DiagnoseResult:
     """Return the diagnosis of a campaign without load states: nothing to search, but whether each law fits its data.
 
@@ -223,13 +228,13 @@ def without_states(data: Ingested, identified: IdentifyResult, context: RunConte
         could_be=[],
         findings=[],
         next_measurement=None,
-        not_tried=[UntestableEffect("every effect that bends the robot", "load states")],
+        not_tried=[UntestableEffect("every effect that bends the robot", "load states: more readings in each run")],
         unexplained=None if adequate is None else not adequate,
         structure=[],
         heldout_rms_after_choosing=Rms(None, None),
         parameters_with_missing=[],
         pace=SearchPace(models=0, candidates=0, signatures=0, seconds=0.0, candidates_per_second=0.0),
-        summary=f"The campaign holds no load states, so no effect is searched for. {' '.join(words)}",
+        summary=" ".join([TOO_FEW_READINGS, *words]),
         superfluous=[],
         evidence=[],
         fit_id="",

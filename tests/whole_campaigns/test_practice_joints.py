@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import shutil
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from stiffcal.report.building import lay_out
+from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.report import report_campaign
@@ -85,3 +87,14 @@ def test_a_joint_on_a_bench_gets_a_report(name: str, tmp_path: Path) -> None:
     assert " 0 readings" not in first_page
     assert "nothing held-out" not in first_page
     assert "predicted" in first_page
+
+
+def test_logs_of_a_hundred_readings_are_searched_too(tmp_path: Path) -> None:
+    """What a lab notes by hand or logs slowly: three cycles of 36 readings in each position."""
+    folder = shutil.copytree(JOINTS / "02", tmp_path / "02", ignore=shutil.ignore_patterns("store"))
+    for log in (folder / "raw").iterdir():
+        head, *rows = gzip.decompress(log.read_bytes()).decode().splitlines()
+        log.write_bytes(gzip.compress("\n".join([head, *rows[::28]]).encode()))
+    diagnosis = diagnose_campaign(folder)
+    assert [effect.effect for effect in diagnosis.missing] == ["backlash"]
+    assert not diagnosis.unexplained

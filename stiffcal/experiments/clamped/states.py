@@ -19,6 +19,8 @@ from stiffcal.experiments.clamped.sweeps import loop_corners
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.raw_states import RawStates
 
+# Of fewer readings in a run nothing is known of their noise: no states are made.
+LEAST_READINGS = 96
 # Stretches of a half sweep to begin with, and at most: those over which angle or torque bend are split.
 PIECES, MOST_PIECES = 32, 96
 # A stretch with fewer readings is averaged, and is not split any further than to the second number.
@@ -66,7 +68,7 @@ def clamped_states(
     n = len(readings)
     angle = readings.joints[:, joint - 1]
     load = _leading_load(wrench)
-    if load is None or n < 4 * PIECES:
+    if load is None or n < LEAST_READINGS:
         return None
     follows = load if np.cov(angle, load)[0, 1] >= 0.0 else -load
     corners = loop_corners(angle, follows)
