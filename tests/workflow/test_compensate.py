@@ -279,7 +279,7 @@ def test_faulty_wishes(campaign: Path) -> None:
     forces = Forces("0,0,-300")
     for wish, message in (
         (CompensateRequest(file, forces, target="nowhere"), "no frame is called nowhere"),
-        (CompensateRequest(file, forces, target="base"), "base stands on the ground"),
+        (CompensateRequest(file, forces, target="base"), "base is fixed to the ground"),
         (CompensateRequest(campaign / "nothing.csv", forces), "no such file"),
     ):
         with pytest.raises(InputError, match=message):

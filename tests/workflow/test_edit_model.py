@@ -40,7 +40,7 @@ def test_adding_what_is_there_changes_nothing(campaign: Path) -> None:
 @pytest.mark.parametrize(
     ("effect", "where", "message"),
     [
-        ("joint-compliance", {}, r"none is given; say --joints, or --all; possible: j1, j2, j3, j4, j5, j6"),
+        ("joint-compliance", {}, r"none is given; give --joints, or --all; possible: j1, j2, j3, j4, j5, j6"),
         ("joint-complience", {"joints": "1"}, "did you mean joint-compliance"),
         ("joint-compliance", {"joints": "7"}, "no joint is called 7"),
         ("joint-compliance", {"links": "swing"}, "say --joints instead"),

@@ -202,7 +202,7 @@ def test_a_channel_that_is_dead_from_the_beginning(folder: Path) -> None:
         return table
 
     change(folder / FORCE, stick)
-    assert refused(folder).startswith(f"{FORCE}: column Fy stands still at 3.5; see to the sensor")  # not: upside down
+    assert refused(folder).startswith(f"{FORCE}: column Fy stands still at 3.5; check the sensor")  # not: upside down
 
 
 def test_a_channel_that_is_dead_in_one_run(folder: Path) -> None:
