@@ -119,7 +119,7 @@ def draft_from_logs(
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "p1.csv"
     >>> _ = path.write_text("t [s],angle [deg],torque [Nm]\n0,0,1\n0.1,0.01,2\n")
-    >>> print(draft_from_logs("clamped", [path]).manifest.splitlines()[7])
+    >>> print(draft_from_logs("clamped", [path]).manifest.splitlines()[6])
     position = ["angle [deg]"]
     """
     tables = list(tables)

@@ -53,7 +53,7 @@ def test_noise_that_lingers_from_reading_to_reading_is_noise() -> None:
     # 8 runs of 25 readings of three components: 600 numbers tell a correlation to 0.03; lag five is not yet the end.
     assert found.after.lag_one_correlation == pytest.approx(0.6, abs=0.1)
     assert found.after.adequate
-    assert any("linger" in warning for warning in diagnosis_result(states, found).warnings)
+    assert any("correlated errors" in warning for warning in diagnosis_result(states, found).warnings)
 
 
 def test_a_target_that_wanders_off_is_not() -> None:
