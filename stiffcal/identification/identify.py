@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Progress, no_progress
+from stiffcal.identification.corrected_wrenches import corrected_wrenches
 from stiffcal.identification.fit import Ambiguity, Fit
 from stiffcal.identification.gauge import redundant_geometry
 from stiffcal.identification.identifiability import GivenBefore, Identifiability, check_identifiability
@@ -44,7 +45,6 @@ from stiffcal.identification.weights import (
     weighed_alike,
     without_offsets,
 )
-from stiffcal.identification.wrench_correction import step_of, with_curvature, wrench_correction
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
@@ -67,8 +67,6 @@ MAX_STEPS = 30
 SMALL_CORRECTION = 0.02
 # A step of less, in standard uncertainties, is near the solution.
 NEAR = 1.0
-# A model that leaves more than so many times the noise lacks something: its residual is not the wrench's.
-NEAR_NOISE = 2.0
 # Holding one of a set may cost this factor in squares, as the set's regressors agree to a per mille only.
 WORSE_WITHOUT = 1.01
 # The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
@@ -243,30 +241,12 @@ def _gauss_newton(
         # Steps contract evenly: the next one is predicted by this one and the ratio to the last.
         next_step = change * min(1.0, change / last) if iterations > 1 and last > 0.0 else change
         # Far from the solution a residual is the model's, not the wrench's.
-        corrected, moved = _corrected(robot, data, reduced, weights) if next_step < NEAR else (data, 0.0)
+        corrected, moved = corrected_wrenches(robot, data, reduced, weights) if next_step < NEAR else (data, 0.0)
         settled = moved < SMALL_CORRECTION and (change < small or (next_step < small and not robust))
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             last_step = change if (robot.deformed or robust) and not settled else None
             return _Settled(robot, weights, columns, reduced, checked, iterations, data, last_step)
         last, data = change, corrected
-
-
-def _corrected(
-    robot: CompliantRobot, data: Observations, reduced: Reduced, weights: Weights
-) -> tuple[Observations, float]:
-    """Return the observations with clamped states' wrenches where they lie most probably, and how far these moved."""
-    if data.clamped is None or weights.sensitivity is None or not weights.carried:
-        return data, 0.0
-    residual = without_offsets(data, reduced.predicted, weights.whitening)
-    white = weights.whitening.apply(residual)[data.measured_mask]
-    if data.correction is None and float(np.mean(white**2)) > NEAR_NOISE**2:
-        return data, 0.0
-    if data.correction is None:
-        data = with_curvature(data, weights.sensitivity, lambda moved: predict_observations(robot, moved))
-    correction = wrench_correction(data, residual, weights.sensitivity)
-    if correction is None:
-        return data, 0.0
-    return data.corrected(correction), step_of(correction)
 
 
 def _some_runs(problem: Problem) -> Problem:

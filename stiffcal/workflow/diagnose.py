@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import sqrt
 from pathlib import Path
@@ -24,8 +24,11 @@ from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_documen
 from stiffcal.workflow.suspects import described, suspicion_of
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from stiffcal.arrays import Booleans
     from stiffcal.diagnosis.drive_parts import DrivePart
+    from stiffcal.diagnosis.refits import StoredRefits
     from stiffcal.diagnosis.search_results import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.results.identify_result import IdentifyResult
@@ -85,16 +88,8 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     stored_refits = StoredRefits(key=key, entries=[refit.summary for refit in refits])
     falls = tuple(missing.judgement.fall for missing in search.found)
     diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, falls, len(sound.states)), *rows])
-    data.commit(
-        {EVIDENCE: table, REFITS: refit_columns(sound.states, search.first.fit.data, refits, kept)},
-        lambda stored: {
-            REFITS: document_of(stored_refits),
-            DIAGNOSE: document_of(diagnosis),
-            DIAGNOSES: diagnoses_with(stored(DIAGNOSES), data, diagnosis),
-        },
-        command="diagnose",
-    )
-    return replace(diagnosis, origin=cast(Origin, data.origin))
+    refit_table = refit_columns(sound.states, search.first.fit.data, refits, kept)
+    return _stored(data, diagnosis, stored_refits, {EVIDENCE: table, REFITS: refit_table})
 
 
 def _diagnosis_of_drives(
@@ -123,10 +118,17 @@ def _diagnosis_of_drives(
         suspects_not_checked=suspicion.not_checked,
     )
     stored_refits = StoredRefits(key=key, entries=answers.refit_entries)
+    return _stored(data, diagnosis, stored_refits, {EVIDENCE: answers.evidence, REFITS: answers.refits})
+
+
+def _stored(
+    data: Ingested, diagnosis: DiagnoseResult, refits: StoredRefits, tables: Mapping[str, pa.Table]
+) -> DiagnoseResult:
+    """Write a diagnosis into the store with its tables and refits, and return it with the origin of the data."""
     data.commit(
-        {EVIDENCE: answers.evidence, REFITS: answers.refits},
+        tables,
         lambda stored: {
-            REFITS: document_of(stored_refits),
+            REFITS: document_of(refits),
             DIAGNOSE: document_of(diagnosis),
             DIAGNOSES: diagnoses_with(stored(DIAGNOSES), data, diagnosis),
         },
