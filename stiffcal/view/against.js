@@ -66,7 +66,7 @@
       }
       const [low, high] = S.span(values, 0), count = S.theme.scale.length;
       for (let i = 0; i < S.n; i++) groups[i] = Number.isFinite(values[i]) ? Math.min(count - 1, Math.floor(((values[i] - low) / (high - low || 1)) * count)) : -1;
-      const end = (v) => (levels.length ? levels[v] : `${S.digits(v)} ${variable.unit}`);
+      const end = (v) => (levels.length ? levels[Math.round(v)] : `${S.digits(v)} ${variable.unit}`);
       return { groups, legend: [end(low), end(high)], scale: true };
     }
 

@@ -44,7 +44,7 @@
     let low = Infinity, high = -Infinity;
     for (const value of values) if (Number.isFinite(value)) { if (value < low) low = value; if (value > high) high = value; }
     if (low > high) return [0, 1];
-    const room = (high - low) * margin || Math.abs(high) * 0.1 || 1;
+    const room = high > low ? (high - low) * margin : Math.abs(high) * 0.1 || 1;
     return [low - room, high + room];
   };
 

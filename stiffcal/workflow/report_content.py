@@ -167,7 +167,7 @@ def report_states_of(data: Ingested) -> ReportStates:
         predicted=predicted[:, :width],
         predicted_heldout=(measured - heldout_residual)[:, :width],
         set_aside=states.set_aside,
-        reference=states.reference & (not states.deflection_given),
+        reference=states.reference & (not states.deflection_given) & ~states.absolute,
         along=None if along is None else _read_directions(states, along),
     )
 

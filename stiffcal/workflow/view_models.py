@@ -14,6 +14,7 @@ from stiffcal.identification.before_after import EstimatedParameter, estimated_p
 from stiffcal.identification.state_tables import component_block, gauge_block
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.effect import Effect
+from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.view.content import ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.shares import share_explained
@@ -147,7 +148,7 @@ def _refits(
 
 def _refit_value(name: str, value: float | None, catalogue: dict[str, Effect]) -> ViewValue:
     effect, _, symbol = name.split(".")
-    spec = catalogue[effect].spec(symbol)
+    spec = (FramePose() if effect == FRAME else catalogue[effect]).spec(symbol)
     if not spec.compliance:
         return ViewValue(name=name, unit=spec.unit, value=value)
     return ViewValue(name=name, unit=stiffness_unit(spec.unit), value=1.0 / value if value else None)

@@ -6,6 +6,7 @@ import base64
 import getpass
 import hashlib
 import re
+import shutil
 import socket
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ from stiffcal.workflow.view_content import MOST_SHOWN
 from tests.laboratory.small_campaign import write_small_campaign
 
 FOLDER = Path(page_module.__file__).parent
+REPOSITORY = Path(__file__).parents[2]
 MOST_CODE, MOST_LINES = 120_000, 300
 
 
@@ -89,6 +91,24 @@ def test_errors_are_those_of_history_and_of_the_packed_residuals(diagnosed: Path
         rms = float(np.sqrt(np.nanmean(np.sum(residual**2, axis=1))))
         assert rms == pytest.approx(model["heldout_rms"]["translation"], rel=0.02)
     assert {model["kind"] for model in document["models"]} == {"fit", "with", "without"}
+
+
+def test_absolute_places_are_judged_states_and_their_frames_are_parameters(tmp_path: Path) -> None:
+    folder = tmp_path / "absolute"
+    shutil.copytree(REPOSITORY / "campaigns" / "absolute" / "02", folder)
+    diagnose_campaign(folder)
+    view_campaign(folder)
+    document, arrays = content_of((folder / "view.html").read_text("utf-8"))
+    used = array(document["states"]["used"], arrays) != 0
+    assert used.sum() > 20
+    candidates = [model for model in document["models"] if model["kind"] == "with"]
+    assert candidates
+    for model in document["models"]:
+        residual = array(model["residual_heldout"][0], arrays)[used]
+        rms = float(np.sqrt(np.nanmean(np.sum(residual**2, axis=1))))
+        assert rms == pytest.approx(model["heldout_rms"]["translation"], rel=0.02)
+    units = {value["name"]: value["unit"] for value in candidates[0]["values"]}
+    assert (units["frame.tracker.x"], units["frame.tracker.rx"]) == ("m", "rad")
 
 
 def test_taking_the_part_of_an_effect_out_is_the_prediction_without_it(diagnosed: Path, text: str) -> None:
