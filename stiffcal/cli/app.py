@@ -46,7 +46,7 @@ COMMANDS = {
     "plot": "Draw load against deformation, or the residual.",
     "report": "Write the report as a PDF (DIR/report.pdf).",
     "view": "Write one HTML file for a browser (DIR/view.html).",
-    "run": "Check, ingest, identify, validate, diagnose and report in one go.",
+    "run": "Check, ingest, identify, validate, diagnose, report and view in one go.",
     "batch": "Run many campaigns in parallel and check them against thresholds.",
     "export": "Write the states or the model for other programs.",
     "predict": "Predict deflection and stiffness under given loads.",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -> int:
-    """Check, ingest, identify, validate, diagnose and report in one go.
+    """Check, ingest, identify, validate, diagnose, report and view in one go.
 
     Example: stiffcal run demo
     """
@@ -37,7 +37,7 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
 
 
 def show_run(console: Console, result: RunResult, page: str) -> None:
-    """Draw the stiffness table, the error in held-out poses, what is missing, where the PDF is, and the command `page`.
+    """Draw the stiffness table, the error in held-out poses, what is missing, where the PDF and the page are.
 
     Parameters
     ----------
@@ -59,4 +59,4 @@ def show_run(console: Console, result: RunResult, page: str) -> None:
         console.print("thresholds NOT held")
     console.print(result.diagnose.summary, soft_wrap=True)
     console.print(f"report: {result.report}", soft_wrap=True)
-    console.print(f"in a browser: {page}", soft_wrap=True)
+    console.print(f"in a browser: {result.view} (written by {page})", soft_wrap=True)

@@ -4,7 +4,7 @@
   S.againstPanel = function () {
     const { data } = S;
     const names = data.variables.map((variable) => [variable.name, variable.unit ? `${variable.label} [${variable.unit}]` : variable.label]);
-    const ys = [...S.components.map((name, k) => [name, k < 3 ? `along ${name}` : `about ${name.slice(1)}`]), ["length", "length"],
+    const ys = S.scalar ? [["x", "moved motor's angle"]] : [...S.components.map((name, k) => [name, k < 3 ? `along ${name}` : `about ${name.slice(1)}`]), ["length", "length"],
       ...data.effects.map((effect) => [`along ${effect.name}`, `along ${effect.name}`])];
     const x = S.choice("Across", names, (value) => S.set({ x: value }));
     const y = S.choice("Up: residual", ys, (value) => S.set({ y: value }));
@@ -76,8 +76,8 @@
       const used = data.states.used, shown = Float64Array.from(up.values, (value, i) => (used[i] ? value : NaN));
       const box = { x: 74, y: 26, w: width - 92, h: height - 70 };
       const yEnds = S.span(shown), xs = across.values;
-      const noise = data.noise && (up.unit === "µm" ? data.noise.translation : data.noise.rotation);
-      const sigma = noise ? (2e6 * noise) / (S.state.y === "length" ? 2 : Math.sqrt(3)) : 0;
+      const noise = data.noise && (S.scalar || up.unit === "µm" ? S.main(data.noise) : data.noise.rotation);
+      const sigma = noise ? (2e6 * noise) / (S.scalar ? 1 : S.state.y === "length" ? 2 : Math.sqrt(3)) : 0;
       if (sigma && S.state.y !== "length") { yEnds[0] = Math.min(yEnds[0], -1.2 * sigma); yEnds[1] = Math.max(yEnds[1], 1.2 * sigma); }
       const ends = across.levels.length ? [-0.5, across.levels.length - 0.5] : S.span(xs);
       const { toX, toY } = S.axes(g, box, { x: ends, y: yEnds, xLabel: across.unit ? `${across.label} [${across.unit}]` : across.label, yLabel: `${up.label} [${up.unit}]`, xNames: across.levels });
@@ -135,7 +135,7 @@
       const names = (share) => S.variableByName.get(share.variable);
       const rows = model.shares.filter(names).slice(0, 8).map((share) => S.make("li", {}, S.make("button", {
         type: "button", onclick: () => S.set({ x: share.variable, y: share.component }),
-      }, `${share.component} against ${names(share).label}: ${S.percent(share.share)}`)));
+      }, `${S.scalar ? "" : `${share.component} `}against ${names(share).label}: ${S.percent(share.share)}`)));
       proposals.replaceChildren(...(rows.length ? rows : [S.make("li", {}, "No variable explains more than 2 % of the residual.")]));
     }
 

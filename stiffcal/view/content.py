@@ -166,6 +166,10 @@ class ViewContent:
     """Their names."""
     rotation: bool
     """True where rotations were measured."""
+    measure: Literal["translation", "motor_angle", "length", "torque"]
+    """What errors are compared in. Residuals of states are drawn of translations, and of the moved motor's angle:
+    (n, 3) rad with zeros in the second and third column.
+    """
     runs: list[ViewRun]
     states: ViewStates | None
     """Those that are drawn; None where the campaign holds none."""

@@ -55,9 +55,15 @@ const stiffcal = {};
     S.variableByName = new Map(S.data.variables.map((variable) => [variable.name, variable]));
     S.members = S.data.runs.map(() => []);
     for (let i = 0; i < S.n; i++) S.members[states.run[i]].push(i);
-    S.components = S.data.rotation ? ["x", "y", "z", "rx", "ry", "rz"] : ["x", "y", "z"];
+    S.scalar = S.data.measure !== "translation";
+    S.components = S.scalar ? ["x"] : S.data.rotation ? ["x", "y", "z", "rx", "ry", "rz"] : ["x", "y", "z"];
     return S.data;
   };
+
+  /** The error of a model in the measure of the campaign. @param {Object<string, number|null>|null} rms @returns {number|null} */
+  S.main = (rms) => rms?.[S.data.measure] ?? null;
+  /** Rounded standard deviation of one component of the residual, SI. */
+  S.sigma = () => (S.main(S.data.noise) ?? NaN) / (S.scalar ? 1 : Math.sqrt(3));
 
   /** Whether a model has something to draw. */
   S.isDrawable = (model) => Boolean(model.residual_fit || model.residual_heldout);
@@ -116,6 +122,7 @@ const stiffcal = {};
     if (axis >= 0) {
       const source = axis < 3 ? shown.move : shown.turn;
       for (let i = 0; i < S.n; i++) values[i] = 1e6 * source[3 * i + (axis % 3)];
+      if (S.scalar) return { values, label: `${kind} of the moved motor's angle`, unit: "µrad" };
       return { values, label: `${kind} ${axis < 3 ? "along" : "about"} ${"xyz"[axis % 3]}`, unit: axis < 3 ? "µm" : "µrad" };
     }
     const effect = S.data.effects.find((entry) => `along ${entry.name}` === name);

@@ -39,6 +39,14 @@
     return found;
   };
 
+  /** Texts of marks on an axis: as many digits as neighbours need to differ. @param {number[]} marks @returns {string[]} */
+  S.tickTexts = function (marks) {
+    const step = marks.length > 1 ? marks[1] - marks[0] : 0, most = Math.max(...marks.map(Math.abs));
+    if (!(step > 0) || most >= 1e5 || step < 1e-4) return marks.map(S.digits);
+    const decimals = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+    return marks.map((mark) => mark.toFixed(decimals).replace("-", "−"));
+  };
+
   /** Ends of finite numbers, with a margin. @param {Iterable<number>} values */
   S.span = function (values, margin = 0.05) {
     let low = Infinity, high = -Infinity;
@@ -63,20 +71,22 @@
     const names = axes.xNames || [];
     const marks = names.length ? names.map((_, k) => k) : S.ticks(axes.x[0], axes.x[1], Math.max(2, box.w / 80));
     const every = names.length ? Math.ceil(names.length / Math.max(1, box.w / 60)) : 1;
+    const texts = names.length ? names.map((name) => S.visible(name).slice(0, 14)) : S.tickTexts(marks);
     g.beginPath();
     marks.forEach((mark, k) => {
       if (k % every) return;
       const x = Math.round(toX(mark)) + 0.5;
       g.moveTo(x, box.y); g.lineTo(x, box.y + box.h);
-      g.fillText(names.length ? S.visible(names[k]).slice(0, 14) : S.digits(mark), x, box.y + box.h + 4);
+      g.fillText(texts[k], x, box.y + box.h + 4);
     });
     g.textAlign = "right";
     g.textBaseline = "middle";
-    for (const mark of S.ticks(axes.y[0], axes.y[1], Math.max(2, box.h / 45))) {
+    const rows = S.ticks(axes.y[0], axes.y[1], Math.max(2, box.h / 45)), rowTexts = S.tickTexts(rows);
+    rows.forEach((mark, k) => {
       const y = Math.round(toY(mark)) + 0.5;
       g.moveTo(box.x, y); g.lineTo(box.x + box.w, y);
-      g.fillText(S.digits(mark), box.x - 4, y);
-    }
+      g.fillText(rowTexts[k], box.x - 4, y);
+    });
     g.stroke();
     g.fillStyle = S.theme.ink;
     g.textAlign = "center";

@@ -32,21 +32,21 @@
       });
       const { g, width } = S.begin(canvas), taken = errors();
       const rows = data.effects.map((effect, k) => {
-        const refit = refitOf(effect), value = S.state.mode === "part" ? taken[k] : refit?.heldout_rms?.translation;
-        return { name: `${effect.name} (${S.percent(effect.share)})`, value, text: Number.isFinite(value) ? S.length(value) : "no refit stored", chosen: S.state.off.includes(effect.name), grey: !Number.isFinite(value) };
+        const refit = refitOf(effect), value = S.state.mode === "part" ? taken[k] : S.main(refit?.heldout_rms);
+        return { name: `${effect.name} (${S.percent(effect.share)})`, value, text: Number.isFinite(value) ? S.size(value) : "no refit stored", chosen: S.state.off.includes(effect.name), grey: !Number.isFinite(value) };
       });
-      S.bars(g, width, rows, { top: 34, rowHeight: ROW, log: true, line: data.noise?.translation || 0, lineLabel: "noise" });
+      S.bars(g, width, rows, { top: 34, rowHeight: ROW, log: true, line: S.main(data.noise) || 0, lineLabel: "noise" });
       const shown = S.residual(), off = S.state.off;
       if (!off.length) return `Bars: error without the effect (${S.state.mode === "part" ? "its part taken out, drawn states" : "refitted, all states"}); in brackets its share of the predicted deflection.`;
       if (S.state.mode === "refit") return shown.model.kind === "without" ? `Shown in all panels: refitted without ${off[0]}, ${S.error(shown.model.heldout_rms)} rms in held-out poses (all states).` : `No refit without ${off[0]} is stored: ${data.refits_missing || "run stiffcal diagnose"}.`;
-      const error = S.length(S.rms(shown.move));
+      const error = S.size(S.rms(shown.move));
       return `Shown in all panels: the present fit with the part of ${off.join(", ")} taken out, not a fit; ${error} rms of the drawn states.${shown.exact ? "" : " Parts of several effects are added, which is not exact to second order."}`;
     }
     function table() {
       const taken = errors();
       return {
-        head: ["effect", "share of the deflection", "rms, part taken out [m]", "held-out rms, refitted without it [m]"],
-        rows: data.effects.map((effect, k) => [effect.name, effect.share, taken[k] ?? NaN, refitOf(effect)?.heldout_rms?.translation ?? NaN]),
+        head: ["effect", "share of the deflection", `rms, part taken out [${S.scalar ? "rad" : "m"}]`, `held-out rms, refitted without it [${S.scalar ? "rad" : "m"}]`],
+        rows: data.effects.map((effect, k) => [effect.name, effect.share, taken[k] ?? NaN, S.main(refitOf(effect)?.heldout_rms) ?? NaN]),
       };
     }
     return panel;

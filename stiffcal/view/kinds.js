@@ -56,7 +56,7 @@
     let number = 0;
     for (const page of S.data.pages) {
       const section = S.make("section", { className: "panel kind", "aria-label": S.visible(page.title) }, S.make("h2", {}, page.title));
-      document.getElementById("panels").append(section);
+      S.place(section);
       if (!page.blocks.length) section.append(S.make("p", {}, page.why_empty));
       for (const block of page.blocks) {
         if (block.kind_ === "Subheading") section.append(S.make("h3", {}, block.text));

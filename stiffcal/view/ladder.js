@@ -10,12 +10,14 @@
 
   S.ladderPanel = function () {
     const { data } = S;
+    // where no model has residuals of states, all can be compared by their errors and parameters
+    const none = !data.models.some(S.isDrawable), selectable = (model) => Boolean(model) && (none || S.isDrawable(model));
     const rows = () => [
-      { name: "no model", value: data.zero ? data.zero.translation : null, text: S.error(data.zero), grey: true },
+      { name: "no model", value: S.main(data.zero), text: S.error(data.zero), grey: true },
       ...data.models.filter((model) => model.kind !== "without").map((model) => ({
-        id: model.id, name: model.kind === "fit" ? model.label : `candidate: ${model.effect}`, value: model.heldout_rms?.translation ?? model.fit_rms?.translation,
-        second: model.fit_rms?.translation, text: S.error(model.heldout_rms || model.fit_rms) + (model.heldout_rms ? "" : " (fit)"),
-        grey: !S.isDrawable(model), chosen: model.id === S.state.model,
+        id: model.id, name: model.kind === "fit" ? model.label : `candidate: ${model.effect}`, value: S.main(model.heldout_rms) ?? S.main(model.fit_rms),
+        second: S.main(model.fit_rms), text: S.error(S.main(model.heldout_rms) !== null ? model.heldout_rms : model.fit_rms) + (S.main(model.heldout_rms) !== null ? "" : " (fit)"),
+        grey: !selectable(model), chosen: model.id === S.state.model,
       })),
     ];
     const height = 44 + ROW * rows().length;
@@ -25,7 +27,7 @@
       draw, table: list, key, depends: S.shownKey,
     });
     let find = () => -1;
-    const choose = (id) => { if (S.isDrawable(S.modelById.get(id))) S.set({ model: id, off: [] }); };
+    const choose = (id) => { if (selectable(S.modelById.get(id))) S.set({ model: id, off: [] }); };
     panel.canvas.addEventListener("click", (event) => {
       const row = rows()[find(event.clientY - panel.canvas.getBoundingClientRect().top)];
       if (row && row.id) choose(row.id);
@@ -45,12 +47,12 @@
     let listed = "";
     function draw(canvas) {
       const { g, width } = S.begin(canvas);
-      find = S.bars(g, width, rows(), { top: 34, rowHeight: ROW, log: true, line: data.noise?.translation || 0, lineLabel: `noise ${S.length(data.noise?.translation ?? null)}` });
+      find = S.bars(g, width, rows(), { top: 34, rowHeight: ROW, log: true, line: S.main(data.noise) || 0, lineLabel: `noise ${S.size(S.main(data.noise))}` });
       const model = S.modelById.get(S.state.model);
       if (!model) return data.refits_missing;
       numbers.textContent = S.visible(`${model.label}: ${S.error(model.heldout_rms)} rms in held-out poses, ${S.error(model.fit_rms)} of the fit; noise ${S.error(data.noise)}.`);
-      numbers.dataset.heldout = String(model.heldout_rms?.translation ?? "");
-      numbers.dataset.fit = String(model.fit_rms?.translation ?? "");
+      numbers.dataset.heldout = String(S.main(model.heldout_rms) ?? "");
+      numbers.dataset.fit = String(S.main(model.fit_rms) ?? "");
       if (listed !== model.id) { listed = model.id; compare(model, before(model)); }
       return data.refits_missing ? `Candidates of the diagnosis: ${data.refits_missing}` : "";
     }
@@ -71,16 +73,17 @@
         const change = a && b && a.value && b.value !== null ? S.percent(b.value / a.value - 1) : "–";
         return [name, words(a), words(b), (b || a).unit, change];
       });
-      const none = model.values.length ? "" : " The store holds no values of this model.";
+      const missing = model.values.length ? "" : " The store holds no values of this model.";
       S.fill(values, ["parameter", earlier ? `before: ${earlier.label}` : "before", `after: ${model.label}`, "unit", "change"], rows,
-        `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " Candidates are linear refits; intervals come with stiffcal add and identify." : ""}${none}`);
+        `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " Candidates are linear refits; intervals come with stiffcal add and identify." : ""}${missing}`);
     }
 
     function list() {
+      const unit = { motor_angle: "rad", torque: "N·m" }[data.measure] || "m";
       return {
-        head: ["model", "held-out rms [m]", "held-out rms [rad]", "fit rms [m]", "fit rms [rad]", "show"],
-        rows: data.models.map((model) => [model.label, model.heldout_rms?.translation ?? NaN, model.heldout_rms?.rotation ?? NaN, model.fit_rms?.translation ?? NaN, model.fit_rms?.rotation ?? NaN,
-          S.isDrawable(model) ? S.make("button", { type: "button", onclick: () => S.set({ model: model.id, off: [] }), "aria-label": S.visible(`Show ${model.label}`) }, "show") : "not stored"]),
+        head: ["model", `held-out rms [${unit}]`, ...(S.data.rotation ? ["held-out rms [rad]"] : []), `fit rms [${unit}]`, ...(S.data.rotation ? ["fit rms [rad]"] : []), "show"],
+        rows: data.models.map((model) => [model.label, ...[model.heldout_rms, model.fit_rms].flatMap((rms) => [S.main(rms) ?? NaN, ...(S.data.rotation ? [rms?.rotation ?? NaN] : [])]),
+          selectable(model) ? S.make("button", { type: "button", onclick: () => S.set({ model: model.id, off: [] }), "aria-label": S.visible(`Show ${model.label}`) }, "show") : "not stored"]),
       };
     }
   };

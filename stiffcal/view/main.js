@@ -7,9 +7,9 @@
     document.title = S.visible(`${data.campaign}: stiffcal view`);
     document.getElementById("title").textContent = S.visible(`${data.robot}, campaign ${data.campaign}`);
     document.getElementById("verdict").textContent = S.visible(data.verdict);
-    if (S.n) {
+    const drawable = data.models.filter(S.isDrawable);
+    if (S.n && drawable.length) {
       S.readHash();
-      const drawable = data.models.filter(S.isDrawable);
       const model = S.choice("Model shown in all panels", drawable.map((entry) => [entry.id, entry.label]), (value) => S.set({ model: value, off: [] }));
       const clear = S.make("button", { type: "button", onclick: () => S.select([]) }, "Clear the selection");
       const count = S.make("span", { id: "count", role: "status" });
@@ -18,7 +18,7 @@
         model.select.value = S.state.model;
         count.textContent = `${S.nSelected} of ${S.n} drawn states selected` + (data.n_states > S.n ? `; shown ${S.n} of ${data.n_states}` : "");
       });
-      S.robotPanel();
+      if (!S.scalar) S.robotPanel();
       S.againstPanel();
       S.ladderPanel();
       S.effectsPanel();
@@ -26,6 +26,9 @@
       S.compliancePanel();
       S.readingPanel();
       addEventListener("hashchange", () => { S.readHash(); S.redraw(); });
+    } else if (data.models.length) {
+      S.state.model = (data.models.find((entry) => entry.present) || data.models[0]).id;
+      S.ladderPanel();
     }
     S.kindPanels();
     addEventListener("resize", S.redraw);

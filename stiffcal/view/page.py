@@ -55,7 +55,8 @@ def pack(content: ViewContent) -> str:
     """Return the content as the text that the scripts read."""
     packer = Packer()
     noise = content.noise
-    steps = (_step(None if noise is None else noise.translation), _step(None if noise is None else noise.rotation))
+    main = None if noise is None else getattr(noise, content.measure)
+    steps = (_step(main), _step(None if noise is None else noise.rotation))
 
     def plain(value: Any, name: str = "", whole: bool = False) -> Any:
         if is_dataclass(value) and not isinstance(value, type):

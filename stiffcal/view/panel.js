@@ -1,4 +1,15 @@
 (function (S) {
+  const ROW = 4, GAP = 12;
+  // a panel takes as many rows of the grid as it is high, so that panels of a column close up
+  const heights = new ResizeObserver((entries) => {
+    for (const { target } of entries) target.style.gridRowEnd = `span ${Math.ceil((target.offsetHeight + GAP) / ROW)}`;
+  });
+  /** Put a panel on the page. @param {HTMLElement} section */
+  S.place = function (section) {
+    document.getElementById("panels").append(section);
+    heights.observe(section);
+  };
+
   /** Make an element; texts go in as texts. @param {string} tag @param {Object<string, any>} [set] @param {...any} inside */
   S.make = function (tag, set = {}, ...inside) {
     const element = document.createElement(tag);
@@ -88,7 +99,7 @@
       fillTable();
     };
     S.onChange(draw);
-    document.getElementById("panels").append(section);
+    S.place(section);
     return { canvas, section, details };
   };
 })(stiffcal);

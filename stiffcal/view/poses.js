@@ -1,6 +1,7 @@
 (function (S) {
   S.matrixPanel = function () {
     const { data } = S, direction = S.variableByName.get("direction");
+    const unit = S.scalar ? "µrad" : "µm";
     const words = direction ? direction.levels : ["all"];
     const ROW = 20, height = 60 + ROW * data.runs.length;
     const cell = (run, k) => S.members[run].filter((i) => !direction || direction.values[i] === k);
@@ -28,13 +29,14 @@
     function draw(canvas) {
       const { g, width, height: h } = S.begin(canvas), rows = rowsOf(), left = Math.min(140, width * 0.3);
       place = { left, w: (width - left - 8) / words.length, h: (h - 60) / data.runs.length };
+      const every = Math.ceil(13 / place.h);
       const most = Math.max(...rows.flat().filter(Number.isFinite), 1e-12), count = S.theme.scale.length;
       g.textBaseline = "middle"; g.textAlign = "center"; g.fillStyle = S.theme.ink;
       words.forEach((word, k) => g.fillText(S.visible(word), left + (k + 0.5) * place.w, 14, place.w - 4));
       rows.forEach((row, run) => {
         const y = 26 + run * place.h;
         g.textAlign = "left"; g.fillStyle = S.theme.ink;
-        if (place.h > 9) g.fillText((run === S.state.run ? "▸ " : "") + S.visible(data.runs[run].name), 4, y + place.h / 2, left - 8);
+        if (run % every === 0) g.fillText((run === S.state.run ? "▸ " : "") + S.visible(data.runs[run].name), 4, y + place.h / 2, left - 8);
         row.forEach((value, k) => {
           const x = left + k * place.w;
           if (!Number.isFinite(value)) { g.strokeStyle = S.theme.line; g.strokeRect(x + 1.5, y + 1.5, place.w - 3, place.h - 3); return; }
@@ -48,15 +50,15 @@
         });
       });
       g.fillStyle = S.theme.quiet; g.textAlign = "left";
-      g.fillText("rms in µm", 4, h - 12);
-      return `Largest error of a cell ${S.length(most)}; noise ${S.length(data.noise?.translation ?? null)}.`;
+      g.fillText(`rms in ${unit}`, 4, h - 12);
+      return `Largest error of a cell ${S.size(most)}; noise ${S.size(S.main(data.noise))}.`;
     }
     const light = (colour) => {
       const [r, gr, b] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));
       return 0.3 * r + 0.59 * gr + 0.11 * b > 130;
     };
     function table() {
-      return { head: ["run", ...words.map((word) => `${word} [µm]`)], rows: rowsOf().map((row, run) => [data.runs[run].name, ...row.map((value) => 1e6 * value)]) };
+      return { head: ["run", ...words.map((word) => `${word} [${unit}]`)], rows: rowsOf().map((row, run) => [data.runs[run].name, ...row.map((value) => 1e6 * value)]) };
     }
   };
 
@@ -79,7 +81,7 @@
     });
     function values() {
       const chosen = data.effects[S.state.joint], shown = S.residual().move, part = chosen.part[0];
-      const sigma = data.noise?.translation ? data.noise.translation / Math.sqrt(3) : NaN;
+      const sigma = S.sigma();
       const angle = angles[Math.min(S.state.over, angles.length - 1)];
       return data.runs.map((run, k) => {
         let rp = 0, pp = 0, sum = 0, count = 0;

@@ -14,7 +14,7 @@
       const rows = [...states.run.keys()].filter((i) => !S.nSelected || S.selected[i]).map((i) => [data.runs[states.run[i]].name, states.row[i], ...names.map((name) => data.readings[name][i])]);
       S.save("reading.csv", [head, ...rows].map((row) => row.map(S.csvCell).join(",")).join("\r\n"));
     };
-    document.getElementById("panels").append(S.make("section", { id: "reading", className: "panel", "aria-labelledby": "reading-title" },
+    S.place(S.make("section", { id: "reading", className: "panel", "aria-labelledby": "reading-title" },
       S.make("h2", { id: "reading-title" }, "6 Reading"),
       S.make("p", { className: "about" }, "The chosen state as the store holds it (SI units), between its neighbours, and where it stands in the logs."),
       S.make("div", { className: "controls" }, S.make("button", { type: "button", onclick: () => S.goTo(S.state.at - 1) }, "Previous state"),

@@ -1,6 +1,14 @@
 (function (S) {
   const ARROWS = [["m", "measured"], ["p", "predicted"], ["r", "residual"], ["f", "force"]];
 
+  /** Middle and half the size of a box about points. @param {Iterable<number>} values x, y, z of one point after the other */
+  function boxOf(values) {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    let k = 0;
+    for (const v of values) { low[k] = Math.min(low[k], v); high[k] = Math.max(high[k], v); k = (k + 1) % 3; }
+    return { centre: low.map((v, a) => (v + high[a]) / 2), half: Math.hypot(...low.map((v, a) => high[a] - v)) / 2 || 1 };
+  }
+
   /** Largest sizes of what is drawn, for the scales. */
   function sizes() {
     const { states } = S.data, longest = { m: 0, f: 0, chain: 0 };
@@ -10,10 +18,7 @@
       if (m > longest.m) longest.m = m;
       if (f > longest.f) longest.f = f;
     }
-    const low = [0, 0, 0], high = [0, 0, 0];
-    for (const run of S.data.runs) run.chain.forEach((v, k) => { low[k % 3] = Math.min(low[k % 3], v); high[k % 3] = Math.max(high[k % 3], v); });
-    longest.centre = low.map((v, k) => (v + high[k]) / 2);
-    longest.chain = Math.hypot(...low.map((v, k) => high[k] - v)) / 2 || 1;
+    longest.chain = Math.max(...S.data.runs.map((run) => boxOf(run.chain).half), 1e-9);
     return longest;
   }
 
@@ -92,9 +97,9 @@
       ARROWS.forEach(([letter], k) => { arrows[k].input.checked = S.state.arrows.includes(letter); });
       const { g, width, height } = S.begin(canvas), { state, theme } = S;
       const scale = natural * 10 ** state.scale, chain = data.runs[state.run].chain;
-      const pixels = ((0.44 * Math.min(width, height)) / longest.chain) * state.zoom;
+      const pixels = (Math.min(0.53 * height, 0.46 * width) / longest.chain) * state.zoom;
       const [ct, st, ce, se] = [Math.cos(state.turn), Math.sin(state.turn), Math.cos(state.tilt), Math.sin(state.tilt)];
-      const [cx, cy, cz] = longest.centre;
+      const [cx, cy, cz] = boxOf(chain).centre;
       const project = (x, y, z) => [width / 2 + pixels * (-st * (x - cx) + ct * (y - cy)), height / 2 - pixels * (ce * (z - cz) - se * (ct * (x - cx) + st * (y - cy)))];
       const point = (values, k, move, by) => project(values[3 * k] + (move ? by * move[0] : 0), values[3 * k + 1] + (move ? by * move[1] : 0), values[3 * k + 2] + (move ? by * move[2] : 0));
       const line = (points, colour, w, dash) => {

@@ -21,9 +21,16 @@
     if (radians === null || radians === undefined || !Number.isFinite(radians)) return "–";
     return Math.abs(radians) >= 1e-3 ? `${S.digits(1e3 * radians)} mrad` : `${S.digits(1e6 * radians)} µrad`;
   };
+  /** A size in the measure of the campaign. @param {number|null} value SI */
+  S.size = function (value) {
+    const { measure } = S.data;
+    if (measure === "motor_angle") return S.angle(value);
+    return measure !== "torque" ? S.length(value) : Number.isFinite(value ?? NaN) ? `${S.digits(value)} N·m` : "–";
+  };
   /** An error as people read it. @param {{translation: number|null, rotation: number|null}|null} rms */
   S.error = function (rms) {
     if (!rms) return "–";
+    if (S.scalar) return S.size(S.main(rms));
     return S.length(rms.translation) + (S.data.rotation && rms.rotation !== null ? `, ${S.angle(rms.rotation)}` : "");
   };
   /** @param {number|null} share */

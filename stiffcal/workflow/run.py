@@ -10,15 +10,16 @@ from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.run_result import RunResult
 from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.validate import validate_campaign
+from stiffcal.workflow.view import view_campaign
 
 
 def run_campaign(folder: Path, context: RunContext | None = None) -> RunResult:
-    """Run check, ingest, identify, validate, diagnose and report on a campaign.
+    """Run check, ingest, identify, validate, diagnose, report and view on a campaign.
 
     Returns
     -------
     RunResult
-        The answers of all steps, the PDF, and whether the thresholds hold.
+        The answers of all steps, the PDF, the page for a browser, and whether the thresholds hold.
 
     Raises
     ------
@@ -32,6 +33,7 @@ def run_campaign(folder: Path, context: RunContext | None = None) -> RunResult:
     validation = validate_campaign(folder, context)
     diagnosis = diagnose_campaign(folder, context)
     report = report_campaign(folder, context)
+    page = view_campaign(folder, context)
     warnings = [*checked.warnings, *identified.warnings, *validation.warnings, *diagnosis.warnings]
     return RunResult(
         warnings=list(dict.fromkeys(warnings)),
@@ -40,5 +42,6 @@ def run_campaign(folder: Path, context: RunContext | None = None) -> RunResult:
         validate=validation,
         diagnose=diagnosis,
         report=report.file,
+        view=page.file,
         passed=validation.passed,
     )

@@ -27,6 +27,8 @@ class RunResult(CommandResult):
     """Its diagnosis."""
     report: str
     """The PDF."""
+    view: str
+    """The page for a browser."""
     passed: bool
     """Whether the thresholds hold."""
     folder: Annotated[str | None, KeyIf("", null=False), NOT_PROMISED] = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import pyarrow as pa
@@ -16,6 +16,7 @@ from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.experiments import all_kinds
 from stiffcal.identification.observation import evaluate
 from stiffcal.identification.readings import Observations, observe
+from stiffcal.identification.rows import MOTOR, ROTATION, TRANSLATION
 from stiffcal.identification.state_loads import torques_about_joints
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
@@ -40,6 +41,7 @@ from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_content import report_states_of
 from stiffcal.workflow.steps import Ingested
 from stiffcal.workflow.view_models import view_models
+from stiffcal.workflow.view_motors import motor_states
 
 if TYPE_CHECKING:
     from stiffcal.mechanics.chain import Chain
@@ -51,6 +53,9 @@ ALWAYS_SHOWN = 0.1
 BRANCHES = ["loading", "unloading", "not loaded"]
 DEGREES = 180.0 / np.pi
 MICRO = 1e6
+MEASURES: tuple[Literal["translation", "motor_angle", "length", "torque"], ...] = (
+    "translation", "motor_angle", "length", "torque",
+)  # fmt: skip
 
 
 def view_content(data: Ingested, identified: IdentifyResult, validation: ValidateResult, raw: bool) -> ViewContent:
@@ -71,7 +76,7 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
         robot=campaign.robot.name or campaign.chain.name or "robot",
         fit_id=identified.fit_id,
         verdict=reason if diagnosis is None else diagnosis.summary,
-        noise=identified.noise,
+        noise=identified.noise if diagnosis is None else diagnosis.noise or identified.noise,
         zero=validation.zero_model,
         suspected=[]
         if diagnosis is None
@@ -79,6 +84,7 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
         n_states=len(data.states),
         joints=list(data.joint_names),
         rotation=False,
+        measure=_measure(identified),
         runs=_runs(data, raw),
         states=None,
         variables=[],
@@ -89,7 +95,18 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
         pages=pages,
         refits_missing="",
     )
-    return content if len(data.states) == 0 else _with_states(content, data, identified, raw, reason)
+    if len(data.states):
+        return _with_states(content, data, identified, raw, reason)
+    return replace(content, models=view_models(data, identified, [], np.zeros(0, dtype=np.bool_), 3))
+
+
+def _measure(identified: IdentifyResult) -> Literal["translation", "motor_angle", "length", "torque"]:
+    """Return the first measure that the fit has an error in."""
+    known = {name for name, value in identified.rms.items() if value is not None}
+    for name in MEASURES:
+        if name in known:
+            return name
+    return "translation"
 
 
 def _joints_of(missing: Sequence[ProposedEffect]) -> list[int]:
@@ -103,8 +120,11 @@ def _with_states(
     robot = placed_robot(data.campaign).with_values(identified.values())
     torque = torques_about_joints(states, robot)
     variables = _variables(data, drawn, torque)
-    models = view_models(data, identified, variables, drawn.used, drawn.measured.shape[1])
-    pick = _sample(drawn, models)
+    measured, own = drawn.measured, None
+    if content.measure == "motor_angle":
+        measured, own = motor_states(robot, states)
+    models = view_models(data, identified, variables, drawn.used, measured.shape[1], own)
+    pick = _sample(drawn.residual if own is None else own)
     shown = data.states.select(pick)
     positions, target = _shape(robot, shown)
     missing = [model for model in models if model.kind == "with"]
@@ -116,14 +136,14 @@ def _with_states(
             row=states.row[pick],
             used=drawn.used[pick],
             why=[str(text) for text in states.set_aside[pick]],
-            measured=drawn.measured[pick],
+            measured=measured[pick],
             force=drawn.force[pick],
             shape=positions,
             target=target,
         ),
         variables=[replace(variable, values=variable.values[pick]) for variable in variables],
         models=[_picked(model, pick) for model in models],
-        effects=_effects(robot, states, pick, drawn.measured.shape[1]),
+        effects=_effects(robot, states, pick, measured.shape[1]),
         readings=_readings(data.table, pick) if raw else {},
         refits_missing="" if missing else reason or "the store holds no refits: run stiffcal diagnose again",
     )
@@ -138,13 +158,13 @@ def _picked(model: ViewModel, pick: Integers) -> ViewModel:
     )
 
 
-def _sample(drawn: ReportStates, models: list[ViewModel]) -> Integers:
+def _sample(residual: Floats) -> Integers:
     """Return the states that are drawn, ascending: all, or those with the largest residuals and evenly of the rest."""
-    n = len(drawn)
+    n = len(residual)
     if n <= MOST_SHOWN:
         return np.arange(n)
-    residual = np.nan_to_num(drawn.residual[:, :3])
-    largest = np.argsort(-np.sum(residual**2, axis=1), kind="stable")[: int(ALWAYS_SHOWN * MOST_SHOWN)]
+    squares = np.nansum(residual[:, :3] ** 2, axis=1)
+    largest = np.argsort(-squares, kind="stable")[: int(ALWAYS_SHOWN * MOST_SHOWN)]
     rest = np.setdiff1d(np.arange(n), largest)
     even = rest[np.linspace(0, len(rest) - 1, MOST_SHOWN - len(largest)).astype(np.int64)]
     return np.asarray(np.union1d(largest, even))
@@ -246,20 +266,28 @@ def _effects(robot: CompliantRobot, states: LoadStates, pick: Integers, width: i
     if not robot.has_memory:
         data = data.subset(kept)
     whole = _predicted(robot, data)
-    total = float(np.sum(np.where(data.measured_mask, whole, 0.0)[data.kind == 0] ** 2))
+    motors = data.kind == MOTOR
+    main = motors if motors.any() and not (data.kind == TRANSLATION).any() else data.kind == TRANSLATION
+    total = float(np.sum(np.where(data.measured_mask, whole, 0.0)[main] ** 2))
     place = {int(state): number for number, state in enumerate(pick)}
     effects = []
     for number, placed in enumerate(robot.placed):
         less = replace(robot, placed=robot.placed[:number] + robot.placed[number + 1 :])
         added = np.where(data.measured_mask, whole - _predicted(less, data), 0.0)
         part = np.zeros((len(pick), width))
-        rows = [(row, int(c)) for row, c in enumerate(data.component) if data.kind[row] <= 1 and data.body[row] == 0]
+        rows = [
+            (row, int(c))
+            for row, c in enumerate(data.component)
+            if data.kind[row] in (TRANSLATION, ROTATION) and data.body[row] == 0
+        ]
         chosen = [column for column, state in enumerate(data.index) if int(state) in place]
         where = [place[int(data.index[column])] for column in chosen]
+        if main is motors:
+            part[where, 0] = added[motors].sum(axis=0)[chosen]
         for row, component in rows:
             if component < width:
                 part[where, component] = added[row, chosen]
-        share = float(np.sum((added * whole)[data.kind == 0])) / total if total > 0.0 else 0.0
+        share = float(np.sum((added * whole)[main])) / total if total > 0.0 else 0.0
         joint, link = (placed.place.joints[0], False) if placed.place.kind == "joints" else (None, False)
         if placed.place.kind == "links":
             joint, link = robot.chain.beams[placed.place.link].joint, True

@@ -56,7 +56,12 @@ def residual_block(data: Ingested) -> Callable[[pa.Table], Floats]:
 
 
 def view_models(
-    data: Ingested, identified: IdentifyResult, variables: Sequence[ViewVariable], used: Booleans, width: int
+    data: Ingested,
+    identified: IdentifyResult,
+    variables: Sequence[ViewVariable],
+    used: Booleans,
+    width: int,
+    own: Floats | None = None,
 ) -> list[ViewModel]:
     """Return every fit of the history, oldest first, then the refits of the present diagnosis; over all n states.
 
@@ -65,11 +70,16 @@ def view_models(
     data : the campaign. identified : the present fit.
     variables : what residuals may follow, over all states. used : (n,) states that are judged.
     width : columns of residuals, 3 or 6.
+    own : (n, width) residual of the present fit, where the store's tables hold none.
     """
-    block, states_key = residual_block(data), key_of_table(data.table)
+    states_key = key_of_table(data.table)
+    block = residual_block(data) if len(data.states) else None
 
     def residual(name: str) -> Floats | None:
-        return block(data.store.read_table(name))[:, :width] if name in data.store.tables else None
+        if block is None or name not in data.store.tables:
+            return None
+        values = block(data.store.read_table(name))[:, :width]
+        return values if np.isfinite(values).any() else None
 
     models = []
     for fit in stored_fits(data.store):
@@ -77,6 +87,8 @@ def view_models(
         present = fit.id == identified.fit_id
         names = (FIT_STATES, HELDOUT_STATES) if present else _kept(fit)
         inside, outside = (residual(name) if current else None for name in names)
+        if present and own is not None:
+            inside, outside = own, None
         models.append(
             ViewModel(
                 id=f"fit{fit.id}",
@@ -93,7 +105,7 @@ def view_models(
                 shares=_shares(variables, outside if outside is not None else inside, used),
             )
         )
-    return [*models, *_refits(data, identified, variables, used, block, width)]
+    return models if block is None else [*models, *_refits(data, identified, variables, used, block, width)]
 
 
 def _kept(fit: StoredFit) -> tuple[str, str]:
@@ -128,7 +140,8 @@ def _refits(
     catalogue, _ = all_effects(data.campaign)
     models = []
     for number, summary in enumerate(stored.entries):
-        residual = block(table.filter(entry == number))[:, :width]
+        values = block(table.filter(entry == number))[:, :width]
+        residual = values if np.isfinite(values).any() else None
         place = _place_words(summary)
         name = f"{summary.effect} {place}".strip()
         models.append(

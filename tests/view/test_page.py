@@ -111,6 +111,34 @@ def test_absolute_places_are_judged_states_and_their_frames_are_parameters(tmp_p
     assert (units["frame.tracker.x"], units["frame.tracker.rx"]) == ("m", "rad")
 
 
+def test_a_clamped_page_has_the_residual_of_the_motor(tmp_path: Path) -> None:
+    folder = tmp_path / "clamped"
+    shutil.copytree(REPOSITORY / "campaigns" / "joints" / "03", folder)
+    view_campaign(folder)
+    document, arrays = content_of((folder / "view.html").read_text("utf-8"))
+    (present,) = [model for model in document["models"] if model["present"]]
+    used = array(document["states"]["used"], arrays) != 0
+    residual = array(present["residual_fit"][0], arrays)[used]
+    # the fit weighs readings by their noise, the page does not
+    assert document["measure"] == "motor_angle"
+    assert float(np.sqrt(np.nanmean(residual[:, 0] ** 2))) == pytest.approx(present["fit_rms"]["motor_angle"], rel=0.03)
+    assert np.nanmax(np.abs(residual[:, 1:])) == 0.0
+    assert sum(effect["share"] for effect in document["effects"]) == pytest.approx(1.0, abs=0.02)
+    assert document["pages"]
+
+
+def test_a_friction_page_compares_models_by_their_torque(tmp_path: Path) -> None:
+    folder = tmp_path / "friction"
+    shutil.copytree(REPOSITORY / "campaigns" / "joints" / "07", folder)
+    view_campaign(folder)
+    document, _ = content_of((folder / "view.html").read_text("utf-8"))
+    (fit,) = read_history(folder).fits
+    assert (document["measure"], document["states"]) == ("torque", None)
+    assert fit.heldout_rms is not None
+    assert [model["heldout_rms"]["torque"] for model in document["models"]] == [fit.heldout_rms.torque]
+    assert document["pages"]
+
+
 def test_taking_the_part_of_an_effect_out_is_the_prediction_without_it(diagnosed: Path, text: str) -> None:
     document, arrays = content_of(text)
     (first,) = [effect for effect in document["effects"] if effect["name"] == "joint-compliance j1"]

@@ -1,0 +1,40 @@
+"""Clamped runs on the page for a browser: the angle of the moved motor, measured and left, state by state."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.identification.observation import evaluate
+from stiffcal.identification.readings import observe
+from stiffcal.identification.rows import MOTOR
+from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.model.composite import CompliantRobot
+
+
+def motor_states(robot: CompliantRobot, states: LoadStates) -> tuple[Floats, Floats]:
+    """Return what the moved motor had to turn, and what the model leaves of it: (n, 3) rad each.
+
+    The first column is the angle at the joint's side, the others are zero, so that lengths and rms are those of the
+    angle; NaN where none was read. Each run carries a free offset, as in the fit.
+
+    Parameters
+    ----------
+    robot : with the values of a fit. states : n load states.
+    """
+    data = observe(states, robot.chain)
+    motors = data.kind == MOTOR
+    read = data.measured_mask[motors]
+    predicted = np.concatenate([block.predicted for block in evaluate(robot, data)], axis=1)[motors]
+    measured = np.where(read, data.measured[motors], 0.0).sum(axis=0)
+    left = measured - np.where(read, predicted, 0.0).sum(axis=0)
+    known = read.any(axis=0)
+    for members in members_of(data.run):
+        chosen = members[known[members]]
+        if len(chosen):
+            left[chosen] -= left[chosen].mean()
+    result = np.full((2, len(states), 3), np.nan)
+    result[:, data.index[known]] = 0.0
+    result[0, data.index[known], 0] = measured[known]
+    result[1, data.index[known], 0] = left[known]
+    return result[0], result[1]
