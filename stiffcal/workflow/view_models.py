@@ -161,7 +161,7 @@ def _refits(
 
 def _refit_value(name: str, value: float | None, catalogue: dict[str, Effect]) -> ViewValue:
     effect, _, symbol = name.split(".")
-    spec = (FramePose() if effect == FRAME else catalogue[effect]).spec(symbol)
+    spec = (FramePose() if effect == FRAME else catalogue[effect].form((symbol,))).spec(symbol)
     if not spec.compliance:
         return ViewValue(name=name, unit=spec.unit, value=value)
     return ViewValue(name=name, unit=stiffness_unit(spec.unit), value=1.0 / value if value else None)

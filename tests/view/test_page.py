@@ -127,6 +127,16 @@ def test_a_clamped_page_has_the_residual_of_the_motor(tmp_path: Path) -> None:
     assert document["pages"]
 
 
+def test_candidates_with_a_form_of_their_own_have_units(tmp_path: Path) -> None:
+    folder = tmp_path / "clamped"
+    shutil.copytree(REPOSITORY / "campaigns" / "joints" / "05", folder)
+    diagnose_campaign(folder)
+    view_campaign(folder)
+    document, _ = content_of((folder / "view.html").read_text("utf-8"))
+    units = {value["name"]: value["unit"] for model in document["models"] for value in model["values"]}
+    assert units["encoder-drift.j1.rad_per_K"] == "rad/K"
+
+
 def test_a_friction_page_compares_models_by_their_torque(tmp_path: Path) -> None:
     folder = tmp_path / "friction"
     shutil.copytree(REPOSITORY / "campaigns" / "joints" / "07", folder)
