@@ -124,7 +124,7 @@
         right += 26 + g.measureText(S.visible(word)).width;
       });
       propose();
-      const sentence = S.data.n_states > S.n ? ` Shown ${S.n} of ${S.data.n_states} states.` : "";
+      const sentence = S.data.n_states > S.n ? ` Shown ${S.count(S.n)} of ${S.count(S.data.n_states)} states.` : "";
       return `${up.label} against ${across.label}, ${S.residual().model.label}. ${S.nSelected} states selected.${sentence}`;
     }
 

@@ -16,7 +16,7 @@
       document.getElementById("bar").append(model.element, clear, count);
       S.onChange(() => {
         model.select.value = S.state.model;
-        count.textContent = `${S.nSelected} of ${S.n} drawn states selected` + (data.n_states > S.n ? `; shown ${S.n} of ${data.n_states}` : "");
+        count.textContent = `${S.count(S.nSelected)} of ${S.count(S.n)} drawn states selected` + (data.n_states > S.n ? `; shown ${S.count(S.n)} of ${S.count(data.n_states)}; errors are of all` : "");
       });
       if (!S.scalar) S.robotPanel();
       S.againstPanel();

@@ -88,8 +88,10 @@
       S.fill(table, head, rows.slice(0, MOST_ROWS), rows.length > MOST_ROWS ? `first ${MOST_ROWS} of ${rows.length} rows; CSV holds all` : `${rows.length} rows`);
     }
     if (options.key) canvas.addEventListener("keydown", (event) => { if (options.key(event)) event.preventDefault(); });
-    let drawn = "";
+    let drawn = "", visible = true;
+    new IntersectionObserver((entries) => { visible = entries[entries.length - 1].isIntersecting; if (visible) draw(); }).observe(canvas);
     const draw = () => {
+      if (!visible && !S.drawsAll) return;
       const key = `${options.depends ? options.depends() : S.everything()}/${S.themeName}/${canvas.clientWidth}`;
       if (key === drawn) return;
       drawn = key;

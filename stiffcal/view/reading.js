@@ -39,7 +39,11 @@
         return ["[[exclude]]", `source = ${S.tomlText(source)}`, ...(run ? [`run = ${S.tomlText(run)}`] : []), `rows = [${rows.sort((a, b) => a - b).join(", ")}]`, 'why = "…"'].join("\n");
       }).join("\n\n");
     }
+    let listed = "";
     S.onChange(() => {
+      const key = `${S.state.at}/${S.version}`;
+      if (key === listed) return;
+      listed = key;
       const i = S.state.at, run = data.runs[states.run[i]], members = S.members[states.run[i]], k = members.indexOf(i);
       const neighbours = [members[k - 1], i, members[k + 1]];
       const used = states.used[i] ? "used" : states.why[i] ? `not used: ${states.why[i]}` : "reference of its run";

@@ -10,8 +10,16 @@
   /** Call a function whenever the state or the selection changes. @param {() => void} draw */
   S.onChange = (draw) => listeners.push(draw);
 
-  /** Draw all panels before the next picture. */
+  const LATER_MS = 120;
+  let later = 0;
+  /** True while pictures outside the window, or the address, are not yet up to date. */
+  S.pending = false;
+  /** True while pictures outside the window are drawn too. */
+  S.drawsAll = true;
+
+  /** Draw the panels in the window before the next picture; the others, and the address, when changes have paused. */
   S.redraw = function () {
+    S.pending = true;
     if (waiting) return;
     waiting = true;
     requestAnimationFrame(() => {
@@ -19,7 +27,15 @@
       const began = performance.now();
       for (const draw of listeners) draw();
       S.lastFrame = performance.now() - began;
-      writeHash();
+      S.drawsAll = false;
+      clearTimeout(later);
+      later = setTimeout(() => {
+        S.drawsAll = true;
+        for (const draw of listeners) draw();
+        S.drawsAll = false;
+        writeHash();
+        S.pending = waiting;
+      }, LATER_MS);
     });
   };
 

@@ -11,6 +11,8 @@
     }
     return String(Number(value.toPrecision(3))).replace("-", "−");
   };
+  /** A count, in groups of three digits. @param {number} n */
+  S.count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, "\u00a0");
   /** A length. @param {number|null} metres */
   S.length = function (metres) {
     if (metres === null || !Number.isFinite(metres)) return "–";

@@ -20,6 +20,7 @@ from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
 from stiffcal.workflow.view_content import view_content
 from tests.laboratory.small_campaign import write_small_campaign
+from tests.view.many_states import with_many_states
 
 pytestmark = pytest.mark.browser
 
@@ -96,7 +97,11 @@ def colours_of(page: Any, panel: str) -> int:
 
 
 def settled(page: Any) -> None:
-    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    page.evaluate(
+        """async () => { for (let k = 0; k < 500 && stiffcal.pending; k++)
+        await new Promise((done) => setTimeout(done, 10)); }"""
+    )
+    assert not page.evaluate("stiffcal.pending")
 
 
 def test_every_panel_is_drawn(page: Any) -> None:
@@ -160,18 +165,48 @@ def test_numbers_are_those_of_python(page: Any, content: Any) -> None:
     assert page.evaluate("stiffcal.rms(stiffcal.residual().move)") == pytest.approx(rms, rel=1e-3)
 
 
-def test_a_turn_of_the_robot_takes_few_milliseconds(page: Any) -> None:
-    times = page.evaluate(
-        """async () => { const times = [];
-        for (let k = 0; k < 21; k++) {
-          stiffcal.set({ turn: stiffcal.state.turn + 0.02 });
-          await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
-          times.push(stiffcal.lastFrame);
-        }
-        return times; }"""
+@pytest.mark.parametrize(
+    "change",
+    ["stiffcal.set({ turn: stiffcal.state.turn + 0.02 })", "stiffcal.goTo(stiffcal.state.at + 1)"],
+    ids=["orbit", "step"],
+)
+def test_frames_of_1200_states_are_quick_in_software(browser: Any, content: Any, tmp_path: Path, change: str) -> None:
+    file = tmp_path / "view.html"
+    file.write_text(build_page(with_many_states(content[0], 1200, 1200)), encoding="utf-8")
+    page, complaints = opened(browser, file)
+    assert int(page.evaluate("document.body.dataset.ready")) > 0
+    script, rate = page.evaluate(
+        f"""async () => {{ let script = Infinity, rate = 0;
+        for (let window = 0; window < 6; window++) {{
+          const began = performance.now();
+          for (let k = 0; k < 12; k++) {{
+            {change};
+            await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
+            script = Math.min(script, stiffcal.lastFrame);
+          }}
+          rate = Math.max(rate, 12000 / (performance.now() - began));
+        }}
+        return [script, rate]; }}"""
     )
-    # the least: what else runs on the machine makes frames longer, never shorter
-    assert min(times) <= 4.0
+    assert complaints == []
+    # the best of several: what else runs on the machine makes frames longer, never shorter
+    assert script <= 4.0
+    assert rate >= 15.0
+    page.context.close()
+
+
+def test_a_page_of_20_000_states(browser: Any, content: Any, tmp_path: Path) -> None:
+    file = tmp_path / "view.html"
+    file.write_text(build_page(with_many_states(content[0], 5000, 20_000)), encoding="utf-8")
+    assert file.stat().st_size <= 5_000_000
+    ready = []
+    for _ in range(3):
+        page, complaints = opened(browser, file)
+        ready.append(int(page.evaluate("document.body.dataset.ready")))
+        assert complaints == []
+        assert "shown 5 000 of 20 000" in page.locator("#count").inner_text().replace("\u00a0", " ")
+        page.context.close()
+    assert min(ready) <= 3000
 
 
 def test_hostile_names_are_texts(browser: Any, content: Any, tmp_path: Path) -> None:
