@@ -59,18 +59,17 @@ class Answer:
                 document = document | {"warnings": masked(document["warnings"])}
             sys.stdout.write(document_text(document) + "\n")
             return
-        from rich.console import Console
+        from stiffcal.cli.console import answer_console
 
-        # Without a terminal there is no width to keep to: a file or a pipe takes whole lines.
-        width = None if sys.stdout.isatty() else 120
-        console = Console(highlight=False, emoji=False, markup=False, width=width)
+        console = answer_console()
         if getattr(result, "origin", None) == "foreign":
             console.print("not computed by you: the logs are missing, and the results came with the folder")
         show(console, escaped_document(result))
         for warning in masked(result.warnings):
             self.notify(f"warning: {warning}")
         if then:
-            console.print(f"\nnext: {mask(then)}", soft_wrap=True)
+            # Never wrapped: the line is there to be copied.
+            console.out(f"\nnext: {mask(then)}", highlight=False)
 
 
 @contextmanager

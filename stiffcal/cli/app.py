@@ -142,6 +142,7 @@ def _application(given: list[str]) -> Callable[[], object]:
         add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
         epilog="DIR is a campaign folder, `.` where left out. Start with: stiffcal demo",
     )
     if not named:

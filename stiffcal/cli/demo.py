@@ -31,5 +31,5 @@ def demo(
 
         result = run_demo(folder, RunContext(progress=answer.progress, notify=answer.notify))
         show = partial(show_run, page=command_line("view", folder))
-        answer.give(result, show, after_diagnosis(folder, result.diagnose, None, finished="history"))
+        answer.give(result, show, after_diagnosis(folder, result.diagnose, None, finished="view"))
     return OK if result.passed else NOT_HELD

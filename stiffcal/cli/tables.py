@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 
 def plain_table(*columns: str) -> Table:
-    """Return an empty table without frame; columns whose title ends in `>` are numbers and stand right."""
+    """Return an empty table without frame that splits no word; titles that end in `>` mark numbers, aligned right."""
     from rich import box
-    from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    from stiffcal.cli.narrow_table import NarrowTable
+
+    table = NarrowTable(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for column in columns:
-        right = column.endswith(">")
-        table.add_column(column.removesuffix(">"), justify="right" if right else "left", overflow="fold", no_wrap=right)
+        table.add_column(column.removesuffix(">"), justify="right" if column.endswith(">") else "left", overflow="fold")
     return table
 
 

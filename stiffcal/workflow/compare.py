@@ -11,6 +11,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
 from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.mechanics.chain import Chain
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store.origin import worst_of
 from stiffcal.validation.change import CHANCE, change_of
@@ -34,18 +35,17 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
 
     Raises
     ------
-    InputError : the campaigns are of robots with different joints, or their models share no parameter.
+    InputError : the campaigns are of different robots (joints, or how their axes lie to each other), or their models
+        share no parameter.
     """
     context = context or RunContext()
-    fits, joints, origins = [], [], []
+    fits, chains, origins = [], [], []
     for folder in (before, after):
         data = up_to_date_states(folder, context)
-        joints.append(data.campaign.chain.joint_names)
+        chains.append(data.campaign.chain)
         fits.append(up_to_date_fit(data, context))
         origins.append(data.store.origin_of(IDENTIFY))
-    if len(joints[0]) != len(joints[1]):
-        reason = f"its robot has {len(joints[1])} joints, that of {before} has {len(joints[0])}"
-        raise InputError.at(FaultCode.ROBOT_MISMATCH, str(after), "robot", reason, "name two campaigns of one robot")
+    require_one_robot(chains, before, after)
     first, second = ({parameter.name: parameter for parameter in fit.parameters} for fit in fits)
     shared = [name for name in first if name in second]
     if not shared:
@@ -67,6 +67,23 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         changed=[name for name, p_value in chances.items() if p_value * len(chances) < CHANCE],
         origin=cast(Origin, worst_of(origins)),
     )
+
+
+def require_one_robot(chains: list[Chain], before: Path, after: Path) -> None:
+    """Raise InputError where the joints of two chains differ in number, or their axes lie otherwise to each other."""
+    from stiffcal.mechanics.axis_distances import first_difference
+
+    first, second = chains
+    reason = ""
+    if first.n_joints != second.n_joints:
+        reason = f"its robot has {second.n_joints} joints, that of {before} has {first.n_joints}"
+    elif (joint := first_difference(first, second)) is not None:
+        reason = (
+            f"its robot ({second.name}) is not that of {before} ({first.name}): axes {joint} and {joint + 1} have "
+            "another distance or angle"
+        )
+    if reason:
+        raise InputError.at(FaultCode.ROBOT_MISMATCH, str(after), "robot", reason, "name two campaigns of one robot")
 
 
 def _together(fits: list[IdentifyResult]) -> float | None:

@@ -1,15 +1,28 @@
-"""What `compare` shows carries the name of what it is."""
+"""What `compare` shows carries the name of what it is; two different robots are not compared."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import StringIO
+from pathlib import Path
 
+import numpy as np
+import pytest
 from rich.console import Console
+from scipy.spatial.transform import Rotation
 
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.compare import show_comparison
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.before_after import EstimatedParameter, values_before_and_after
+from stiffcal.mechanics.axis_distances import first_difference
+from stiffcal.mechanics.chain import Chain
 from stiffcal.model.summary import Where
 from stiffcal.validation.compare_result import CompareResult
+from stiffcal.workflow.compare import require_one_robot
+
+CAMPAIGNS = Path(__file__).resolve().parents[2] / "campaigns"
 
 
 def test_a_stiffness_is_not_called_a_compliance() -> None:
@@ -32,3 +45,29 @@ def test_a_stiffness_is_not_called_a_compliance() -> None:
     assert "c" not in first.split()
     assert "(1.000 ± 0.020)·10⁶" in first
     assert "b" in second.split()
+
+
+def chain_of(campaign: str) -> Chain:
+    """Return the chain of a bundled campaign."""
+    return load_campaign(CAMPAIGNS / campaign, check_files=False).chain
+
+
+def test_another_robot_is_recognised_by_how_its_axes_lie() -> None:
+    chain = chain_of("irb4400")
+    assert first_difference(chain, chain) is None
+    assert first_difference(chain, chain_of("kr125")) is not None
+
+
+def test_a_calibrated_geometry_is_the_same_robot() -> None:
+    chain, random = chain_of("irb4400"), np.random.default_rng(3)
+    fixed = chain.fixed.copy()
+    fixed[:, :3, 3] += random.normal(0.0, 1e-3, (chain.n_joints, 3))
+    turn = Rotation.from_rotvec(random.normal(0.0, 2e-3, (chain.n_joints, 3))).as_matrix()
+    fixed[:, :3, :3] = fixed[:, :3, :3] @ turn
+    assert first_difference(chain, replace(chain, fixed=fixed)) is None
+
+
+def test_two_different_robots_are_refused() -> None:
+    with pytest.raises(InputError) as fault:
+        require_one_robot([chain_of("irb4400"), chain_of("kr125")], Path("a"), Path("b"))
+    assert fault.value.code is FaultCode.ROBOT_MISMATCH

@@ -42,4 +42,4 @@ def test_a_missing_effect_leads_to_improve_and_a_complete_model_to_the_report() 
     assert after_diagnosis(FOLDER, diagnosis(missing=["an effect"]), "kept") == "stiffcal improve campaign --store kept"
     assert after_diagnosis(FOLDER, diagnosis(superfluous=["an effect"]), None) == "stiffcal improve campaign"
     assert after_diagnosis(FOLDER, diagnosis(), None) == "stiffcal report campaign"
-    assert after_diagnosis(FOLDER, diagnosis(), None, finished="history") == "stiffcal history campaign"
+    assert after_diagnosis(FOLDER, diagnosis(), None, finished="view") == "stiffcal view campaign"

@@ -24,7 +24,14 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.diagnose is None:
         return LeftOut(_TITLE, content.not_diagnosed)
     if not content.evidence:
-        reason = "nothing is missing, and the model holds no effect of load states beyond the joints’ compliances"
+        reason = "the diagnosis kept no evidence of single effects"
+        if not content.diagnose.has_searched:
+            reason = "there are no load states in which effects could be judged"
+        elif not content.diagnose.missing:
+            reason = (
+                "no effect on load states is missing, and the model holds none beyond the joints’ compliances that is "
+                "judged alone"
+            )
         if content.diagnose.unexplained:
             reason = "no effect accounts for what is left, so none is shown"
         return LeftOut(_TITLE, reason)
