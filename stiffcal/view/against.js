@@ -76,8 +76,8 @@
       const used = data.states.used, shown = Float64Array.from(up.values, (value, i) => (used[i] ? value : NaN));
       const box = { x: 74, y: 26, w: width - 92, h: height - 70 };
       const yEnds = S.span(shown), xs = across.values;
-      const noise = data.noise && (S.scalar || up.unit === "µm" ? S.main(data.noise) : data.noise.rotation);
-      const sigma = noise ? (2e6 * noise) / (S.scalar ? 1 : S.state.y === "length" ? 2 : Math.sqrt(3)) : 0;
+      const noise = S.state.y === "length" ? S.main(data.noise) / 2 : up.unit === "µm" || S.scalar ? S.sigma() : data.noise && data.noise.rotation / Math.sqrt(3);
+      const sigma = noise > 0 ? 2e6 * noise : 0;
       if (sigma && S.state.y !== "length") { yEnds[0] = Math.min(yEnds[0], -1.2 * sigma); yEnds[1] = Math.max(yEnds[1], 1.2 * sigma); }
       const ends = across.levels.length ? [-0.5, across.levels.length - 0.5] : S.span(xs);
       const { toX, toY } = S.axes(g, box, { x: ends, y: yEnds, xLabel: across.unit ? `${across.label} [${across.unit}]` : across.label, yLabel: `${up.label} [${up.unit}]`, xNames: across.levels });

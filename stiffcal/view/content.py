@@ -166,6 +166,8 @@ class ViewContent:
     """Their names."""
     rotation: bool
     """True where rotations were measured."""
+    one_direction: bool
+    """True where each state was measured along one direction: components across it are zero and not measured."""
     measure: Literal["translation", "motor_angle", "length", "torque"]
     """What errors are compared in. Residuals of states are drawn of translations, and of the moved motor's angle:
     (n, 3) rad with zeros in the second and third column.

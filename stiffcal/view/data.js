@@ -62,8 +62,8 @@ const stiffcal = {};
 
   /** The error of a model in the measure of the campaign. @param {Object<string, number|null>|null} rms @returns {number|null} */
   S.main = (rms) => rms?.[S.data.measure] ?? null;
-  /** Rounded standard deviation of one component of the residual, SI. */
-  S.sigma = () => (S.main(S.data.noise) ?? NaN) / (S.scalar ? 1 : Math.sqrt(3));
+  /** Standard deviation of one component of the residual, SI. */
+  S.sigma = () => (S.main(S.data.noise) ?? NaN) / (S.scalar || S.data.one_direction ? 1 : Math.sqrt(3));
 
   /** Whether a model has something to draw. */
   S.isDrawable = (model) => Boolean(model.residual_fit || model.residual_heldout);
@@ -121,7 +121,10 @@ const stiffcal = {};
     const kind = shown.heldout ? "held-out residual" : "residual of the fit";
     if (axis >= 0) {
       const source = axis < 3 ? shown.move : shown.turn;
-      for (let i = 0; i < S.n; i++) values[i] = 1e6 * source[3 * i + (axis % 3)];
+      for (let i = 0; i < S.n; i++) {
+        const value = source[3 * i + (axis % 3)];
+        values[i] = S.data.one_direction && value === 0 ? NaN : 1e6 * value;
+      }
       if (S.scalar) return { values, label: `${kind} of the moved motor's angle`, unit: "µrad" };
       return { values, label: `${kind} ${axis < 3 ? "along" : "about"} ${"xyz"[axis % 3]}`, unit: axis < 3 ? "µm" : "µrad" };
     }

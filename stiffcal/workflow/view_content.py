@@ -10,13 +10,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import pyarrow as pa
 
-from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.manifest import Run
 from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.experiments import all_kinds
-from stiffcal.identification.observation import evaluate
-from stiffcal.identification.readings import Observations, observe
-from stiffcal.identification.rows import MOTOR, ROTATION, TRANSLATION
 from stiffcal.identification.state_loads import torques_about_joints
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
@@ -30,7 +27,6 @@ from stiffcal.results.validate_result import ValidateResult
 from stiffcal.store import values_of
 from stiffcal.view.content import (
     ViewContent,
-    ViewEffect,
     ViewModel,
     ViewRun,
     ViewStates,
@@ -40,6 +36,7 @@ from stiffcal.workflow.diagnose import current_diagnosis
 from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_content import report_states_of
 from stiffcal.workflow.steps import Ingested
+from stiffcal.workflow.view_effects import view_effects
 from stiffcal.workflow.view_models import view_models
 from stiffcal.workflow.view_motors import motor_states
 
@@ -84,6 +81,7 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
         n_states=len(data.states),
         joints=list(data.joint_names),
         rotation=False,
+        one_direction=False,
         measure=_measure(identified),
         runs=_runs(data, raw),
         states=None,
@@ -131,6 +129,7 @@ def _with_states(
     return replace(
         content,
         rotation=drawn.has_rotation,
+        one_direction=drawn.along is not None,
         states=ViewStates(
             run=states.run[pick],
             row=states.row[pick],
@@ -143,7 +142,7 @@ def _with_states(
         ),
         variables=[replace(variable, values=variable.values[pick]) for variable in variables],
         models=[_picked(model, pick) for model in models],
-        effects=_effects(robot, states, pick, measured.shape[1]),
+        effects=view_effects(robot, states, pick, measured.shape[1]),
         readings=_readings(data.table, pick) if raw else {},
         refits_missing="" if missing else reason or "the store holds no refits: run stiffcal diagnose again",
     )
@@ -257,47 +256,6 @@ def _shape(robot: CompliantRobot, states: LoadStates) -> tuple[Floats, Floats]:
     balance = solve_balance(robot, angles, np.nan_to_num(states.wrench), setup)
     target, _ = attached_poses(chain, angles, states.setup.targets[0])
     return balance.displacement[:, :, :3], target
-
-
-def _effects(robot: CompliantRobot, states: LoadStates, pick: Integers, width: int) -> list[ViewEffect]:
-    """Return each effect of the model with its part of the prediction, over the states that are drawn."""
-    data = observe(states, robot.chain)
-    kept: Booleans = np.isin(data.index, pick)
-    if not robot.has_memory:
-        data = data.subset(kept)
-    whole = _predicted(robot, data)
-    motors = data.kind == MOTOR
-    main = motors if motors.any() and not (data.kind == TRANSLATION).any() else data.kind == TRANSLATION
-    total = float(np.sum(np.where(data.measured_mask, whole, 0.0)[main] ** 2))
-    place = {int(state): number for number, state in enumerate(pick)}
-    effects = []
-    for number, placed in enumerate(robot.placed):
-        less = replace(robot, placed=robot.placed[:number] + robot.placed[number + 1 :])
-        added = np.where(data.measured_mask, whole - _predicted(less, data), 0.0)
-        part = np.zeros((len(pick), width))
-        rows = [
-            (row, int(c))
-            for row, c in enumerate(data.component)
-            if data.kind[row] in (TRANSLATION, ROTATION) and data.body[row] == 0
-        ]
-        chosen = [column for column, state in enumerate(data.index) if int(state) in place]
-        where = [place[int(data.index[column])] for column in chosen]
-        if main is motors:
-            part[where, 0] = added[motors].sum(axis=0)[chosen]
-        for row, component in rows:
-            if component < width:
-                part[where, component] = added[row, chosen]
-        share = float(np.sum((added * whole)[main])) / total if total > 0.0 else 0.0
-        joint, link = (placed.place.joints[0], False) if placed.place.kind == "joints" else (None, False)
-        if placed.place.kind == "links":
-            joint, link = robot.chain.beams[placed.place.link].joint, True
-        name = f"{placed.effect.name} {placed.place.label}"
-        effects.append(ViewEffect(name=name, joint=joint, link=link, share=share, part=part))
-    return effects
-
-
-def _predicted(robot: CompliantRobot, data: Observations) -> Floats:
-    return np.concatenate([block.predicted for block in evaluate(robot, data)], axis=1)
 
 
 _ORDINARY = re.compile(r".*_scatter_|n_readings|.*_sigma_")

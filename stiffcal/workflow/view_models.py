@@ -181,7 +181,12 @@ def _shares(variables: Sequence[ViewVariable], residual: Floats | None, used: Bo
         ViewShare(
             variable=variable.name,
             component=COMPONENTS[axis],
-            share=share_explained(np.where(used, variable.values, np.nan), residual[:, axis], bool(variable.levels)),
+            share=share_explained(
+                # a component is exactly zero where it was not measured: gauges read along one direction
+                np.where(used & (residual[:, axis] != 0.0), variable.values, np.nan),
+                residual[:, axis],
+                bool(variable.levels),
+            ),
         )
         for variable in variables
         for axis in range(residual.shape[1])
