@@ -10,8 +10,8 @@ import typer
 
 from stiffcal.cli.answers import Answer, answering, command_line
 from stiffcal.cli.before_after import show_moved
-from stiffcal.cli.diagnose import effect_words
 from stiffcal.cli.endings import OK
+from stiffcal.cli.improve_dialog import ImproveDialog
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
@@ -21,9 +21,6 @@ from stiffcal.cli.wording import NOT_KNOWN, deviation, places
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.diagnosis.results import ProposedEffect
-    from stiffcal.model.summary import EffectAt
-    from stiffcal.workflow.improve import Change
     from stiffcal.workflow.improve_results import ImproveResult, ImproveStep
 
 
@@ -37,7 +34,8 @@ def improve(
 ) -> int:
     """Add what is missing, step by step, then remove what is not needed.
 
-    Asks before each step where a person sits at the terminal and --yes is not given.
+    At a terminal and without --yes it shows the reason, the expected error and the look-alikes before each step, and
+    asks: yes, another effect, details, skip or quit.
 
     Example: stiffcal improve demo --yes
     """
@@ -48,13 +46,12 @@ def improve(
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         asks = sys.stdin.isatty() and not yes and not as_json
 
-        def ask(change: Change, effect: ProposedEffect | EffectAt) -> bool:
-            answer.progress.stop()
-            return typer.confirm(f"{change} {effect_words(effect)}?", default=True, err=True)
-
         notify_step = None if as_json else partial(print_step, answer)
-        result = improve_campaign(folder, context, ask if asks else always, dry_run, notify_step)
-        answer.give(result, show_ladder, command_line("report", folder, store=store))
+        result = improve_campaign(
+            folder, context, ImproveDialog(answer.notify) if asks else always, dry_run, notify_step
+        )
+        following = "improve" if result.missing else "report"
+        answer.give(result, show_ladder, command_line(following, folder, store=store))
     return OK
 
 

@@ -27,12 +27,27 @@ from stiffcal.workflow.validate import validate_campaign
 MOST_STEPS = 36
 
 Change = Literal["add", "remove"]
-Ask = Callable[[Change, ProposedEffect | EffectAt], bool]
+Decision = Literal["yes", "skip", "stop"] | EffectAt
+"""What to do with a proposal: make it, leave it and go on with the next, end, or add this effect in its place."""
 
 
-def always(change: Change, effect: ProposedEffect | EffectAt) -> bool:
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """A change of the model, before it is made."""
+
+    change: Change
+    effect: ProposedEffect | EffectAt
+    """What is to be added or removed, and where."""
+    diagnosed: DiagnoseResult
+    """The diagnosis that calls for it."""
+
+
+Ask = Callable[[Proposal], Decision]
+
+
+def always(proposal: Proposal) -> Decision:
     """Agree to every change of the model."""
-    return True
+    return "yes"
 
 
 def improve_campaign(
@@ -50,7 +65,7 @@ def improve_campaign(
     ----------
     folder : the campaign folder.
     context : store, progress and so on.
-    ask : asked before each step; the loop stops where it returns no.
+    ask : asked before each change; what it skips is not proposed again.
     dry_run : only report what would be added.
     notify_step : called with each step once it is validated.
 
@@ -154,31 +169,47 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
         The last diagnosis.
     """
     removed = False
+    skipped: list[tuple[Change, str, Where]] = []
     for _ in range(MOST_STEPS):
-        changes = _next_changes(diagnosed)
+        changes = _next_changes(diagnosed, skipped)
         if not changes or (removed and changes[0][0] == "remove"):
             return diagnosed
+        n_before = len(recorder.steps)
         for change, effect in changes:
-            if not ask(change, effect):
+            decision = ask(Proposal(change, effect, diagnosed))
+            if decision == "stop":
                 return diagnose_campaign(recorder.folder, recorder.context)
-            recorder.edit(change, effect)
+            if decision == "skip":
+                skipped.append((change, effect.effect, effect.where))
+                continue
+            recorder.edit(change, effect if decision == "yes" else decision)
             removed = change == "remove"
-        diagnosed = diagnose_campaign(recorder.folder, recorder.context)
+        if len(recorder.steps) > n_before:
+            diagnosed = diagnose_campaign(recorder.folder, recorder.context)
     text = f"stopped after {MOST_STEPS} steps: the model still changes; look at the history"
-    return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if _next_changes(diagnosed) else diagnosed
+    return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if _next_changes(diagnosed, skipped) else diagnosed
 
 
-def _next_changes(diagnosed: DiagnoseResult) -> list[tuple[Change, ProposedEffect | EffectAt]]:
+def _next_changes(
+    diagnosed: DiagnoseResult, skipped: list[tuple[Change, str, Where]]
+) -> list[tuple[Change, ProposedEffect | EffectAt]]:
     """Return the next changes of the model that a diagnosis calls for; none while it is undecided.
 
     Of each search that shares no parameter with the others the foremost effect is added, before all are made again.
+    What was skipped is left out.
     """
-    if diagnosed.missing:
+    missing = [effect for effect in diagnosed.missing if ("add", effect.effect, effect.where) not in skipped]
+    if missing:
         foremost: dict[str | None, ProposedEffect] = {}
-        for effect in diagnosed.missing:
+        for effect in missing:
             foremost.setdefault(effect.searched_in, effect)
         return [("add", effect) for effect in foremost.values()]
-    return [] if diagnosed.undecided else [("remove", effect) for effect in diagnosed.superfluous]
+    # With something still missing, an effect may only seem unnecessary.
+    if diagnosed.undecided or diagnosed.missing:
+        return []
+    return [
+        ("remove", effect) for effect in diagnosed.superfluous if ("remove", effect.effect, effect.where) not in skipped
+    ]
 
 
 def _would_add(effect: ProposedEffect) -> ImproveStep:

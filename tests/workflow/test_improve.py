@@ -9,7 +9,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.model.summary import EffectAt, Where
-from stiffcal.workflow.improve import Change, improve_campaign
+from stiffcal.workflow.improve import Decision, Proposal, improve_campaign
 from stiffcal.workflow.improve_results import ImproveStep
 from tests.laboratory.small_campaign import MODEL, STIFFNESS, write_small_campaign
 
@@ -75,9 +75,9 @@ def test_each_step_shows_what_it_did_to_the_stiffness(coupled: Path) -> None:
 def test_where_the_answer_is_no_nothing_changes(coupled: Path) -> None:
     asked: list[ProposedEffect | EffectAt] = []
 
-    def no(change: Change, effect: ProposedEffect | EffectAt) -> bool:
-        asked.append(effect)
-        return False
+    def no(proposal: Proposal) -> Decision:
+        asked.append(proposal.effect)
+        return "stop"
 
     result = improve_campaign(coupled, ask=no)
     assert [effect.effect for effect in asked] == ["axis-coupling"]
@@ -88,6 +88,27 @@ def test_where_the_answer_is_no_nothing_changes(coupled: Path) -> None:
     assert [(step.action, step.effect) for step in rungs] == [("start", None), ("would add", "axis-coupling")]
     assert len(asked) == 1
     assert (coupled / "model.toml").read_text(encoding="utf-8") == MODEL
+
+
+def test_what_is_skipped_is_not_proposed_again(coupled: Path) -> None:
+    asked: list[str] = []
+
+    def skip(proposal: Proposal) -> Decision:
+        asked.append(proposal.effect.effect)
+        return "skip"
+
+    result = improve_campaign(coupled, ask=skip)
+    assert asked == ["axis-coupling"]
+    assert result.missing
+    assert (coupled / "model.toml").read_text(encoding="utf-8") == MODEL
+
+
+def test_another_effect_can_be_chosen(coupled: Path) -> None:
+    other = EffectAt(effect="bearing-tilt", where=Where(joints=[5]))
+    decisions: list[Decision] = [other, "stop"]
+    result = improve_campaign(coupled, ask=lambda proposal: decisions.pop(0))
+    assert [(step.action, step.effect, step.where) for step in result.steps][1] == ("add", other.effect, other.where)
+    assert "bearing-tilt" in effects_of(coupled)
 
 
 def test_what_the_model_does_not_need_is_removed_once_nothing_is_missing(tmp_path: Path) -> None:

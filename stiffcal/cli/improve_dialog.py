@@ -1,0 +1,129 @@
+"""What `improve` asks before a step: the reason, the expected error, the look-alikes; another effect, details, skip."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import typer
+
+from stiffcal.cli.console import wrapped
+from stiffcal.cli.wording import deviation, places, share
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stiffcal.diagnosis.results import Finding, ProposedEffect
+    from stiffcal.model.summary import EffectAt
+    from stiffcal.workflow.improve import Decision, Proposal
+
+QUESTION = "yes, other, details, skip, quit"
+WIDTH = 79
+
+
+class ImproveDialog:
+    """Asks about each change of the model.
+
+    Attributes
+    ----------
+    write : takes a line for the terminal. ask : takes a question and its default, returns what was typed.
+    """
+
+    def __init__(self, write: Callable[[str], None], ask: Callable[[str, str], str] | None = None) -> None:
+        self.write = write
+        self.ask = ask or _prompt
+
+    def __call__(self, proposal: Proposal) -> Decision:
+        """Show a proposal and return what the user decides."""
+        self._lines(_proposal_lines(proposal))
+        while True:
+            typed = self.ask(QUESTION, "yes").strip().lower()
+            if typed and "yes".startswith(typed):
+                return "yes"
+            if typed and "skip".startswith(typed):
+                return "skip"
+            if typed in ("n", "no") or (typed and "quit".startswith(typed)):
+                return "stop"
+            if typed and "details".startswith(typed):
+                self._lines(_detail_lines(proposal))
+            elif typed and "other".startswith(typed):
+                chosen = self._other(proposal)
+                if chosen is not None:
+                    return chosen
+            else:
+                self.write("type one of the words, or its first letter")
+
+    def _other(self, proposal: Proposal) -> EffectAt | None:
+        """Let the user choose another effect; None to go back."""
+        others = other_effects(proposal)
+        if not others:
+            self.write("no other effect lowers the error in held-out poses")
+            return None
+        for number, effect in enumerate(others, 1):
+            finding = proposal.diagnosed.finding_of(effect)
+            after = f": held-out rms {deviation(finding.heldout_rms_after)}" if finding is not None else ""
+            self.write(f"  {number}  {_named(effect)}{after}")
+        typed = self.ask("number of the effect, 0 to go back", "0").strip()
+        number = int(typed) if typed.isdecimal() else 0
+        return others[number - 1] if 0 < number <= len(others) else None
+
+    def _lines(self, lines: list[str]) -> None:
+        for line in lines:
+            for piece in wrapped(line, WIDTH).split("\n"):
+                self.write(piece)
+
+
+def other_effects(proposal: Proposal) -> list[EffectAt]:
+    """Return what could be added in place of a proposal: its look-alikes first, then what else lowers the error."""
+    from stiffcal.model.summary import EffectAt
+
+    if proposal.change == "remove":
+        return []
+    alternatives = getattr(proposal.effect, "alternatives", [])
+    ranked = [item for item in proposal.diagnosed.findings if item.verdict != "rejected"]
+    names, others = {(proposal.effect.effect, str(proposal.effect.where))}, []
+    for item in (*alternatives, *ranked):
+        if (item.effect, str(item.where)) not in names:
+            names.add((item.effect, str(item.where)))
+            others.append(EffectAt(effect=item.effect, where=item.where))
+    return others
+
+
+def _proposal_lines(proposal: Proposal) -> list[str]:
+    name = _named(proposal.effect)
+    if proposal.change == "remove":
+        return ["", f"remove {name}?", "  reason: without it the error in held-out poses is no larger"]
+    lines = ["", f"add {name}?"]
+    finding = proposal.diagnosed.finding_of(proposal.effect)
+    if finding is not None:
+        reason = (finding.evidence.seen if finding.evidence is not None else "") or finding.why
+        lines += [f"  reason: {reason}"] if reason else []
+        before, after = deviation(finding.heldout_rms_before), deviation(finding.heldout_rms_after)
+        lines.append(f"  expected error in held-out poses: {before} now, {after} with it{_explained(finding)}")
+    alike = [_named(effect) for effect in getattr(proposal.effect, "alternatives", [])]
+    lines.append(f"  looks the same in these poses and loads: {', '.join(alike) or 'no other effect'}")
+    return lines
+
+
+def _explained(finding: Finding) -> str:
+    return f" ({share(finding.explains)} of the avoidable error)" if finding.explains is not None else ""
+
+
+def _detail_lines(proposal: Proposal) -> list[str]:
+    finding = proposal.diagnosed.finding_of(proposal.effect)
+    if proposal.change == "remove" or finding is None:
+        return ["  no more is known"]
+    lines = [f"  {finding.why}"] if finding.why and finding.evidence is None else []
+    if finding.evidence is not None:
+        parts = (finding.evidence.means, finding.evidence.alike, finding.evidence.check)
+        lines += [f"  {text}" for text in parts if text]
+    if finding.confidence is not None:
+        lines.append(f"  first in {share(finding.confidence)} of the resamplings of poses")
+    return lines or ["  no more is known"]
+
+
+def _named(effect: EffectAt | ProposedEffect) -> str:
+    return f"{effect.effect} ({places(effect.where)})"
+
+
+def _prompt(question: str, default: str) -> str:
+    return str(typer.prompt(question, default=default, err=True))

@@ -1,0 +1,91 @@
+"""What `improve` asks at a terminal: reason, expected error and look-alikes; each answer does what it says."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from stiffcal.cli.improve_dialog import ImproveDialog
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import EffectAt, Where
+
+JOINT = Where(joints=[4])
+TILT, BEAM = EffectAt(effect="bearing-tilt", where=JOINT), EffectAt(effect="link-beam", where=Where(links=["swing"]))
+
+
+def finding(effect: str, where: Where, after: float, verdict: str = "possible") -> Any:
+    """Return a finding with an error after it."""
+    evidence = SimpleNamespace(seen="REASON", means="MEANS", alike="", check="CHECK")
+    return SimpleNamespace(
+        effect=effect, where=where, verdict=verdict, explains=0.98, why="WHY", evidence=evidence, confidence=1.0,
+        heldout_rms_before=Rms(1.33e-4, None), heldout_rms_after=Rms(after, None),
+    )  # fmt: skip
+
+
+def proposal(change: str = "add") -> Any:
+    """Return the proposal of backlash at joint 4, which looks like a bearing's tilt."""
+    findings = [
+        finding("backlash", JOINT, 3.1e-5, "supported"),
+        finding("link-beam", BEAM.where, 5.2e-5),
+        finding("creep", JOINT, 1.33e-4, "rejected"),
+    ]
+
+    def finding_of(effect: Any) -> Any:
+        return next((item for item in findings if (item.effect, item.where) == (effect.effect, effect.where)), None)
+
+    effect = SimpleNamespace(effect="backlash", where=JOINT, alternatives=[TILT])
+    return SimpleNamespace(
+        change=change, effect=effect, diagnosed=SimpleNamespace(findings=findings, finding_of=finding_of)
+    )
+
+
+def decide(*typed: str, change: str = "add") -> tuple[Any, str]:
+    """Return the decision of a user who types these words, and all that was shown."""
+    answers, lines = list(typed), list[str]()
+    decision = ImproveDialog(lines.append, lambda question, default: answers.pop(0) or default)(proposal(change))
+    assert not answers
+    return decision, "\n".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("typed", "decision"),
+    [("", "yes"), ("y", "yes"), ("Yes", "yes"), ("s", "skip"), ("q", "stop"), ("n", "stop"), ("no", "stop")],
+)
+def test_a_word_or_its_first_letter_decides(typed: str, decision: str) -> None:
+    assert decide(typed)[0] == decision
+
+
+def test_the_reason_the_expected_error_and_the_look_alikes_come_first() -> None:
+    _, text = decide("y")
+    for shown in ("backlash (joint 4)", "REASON", "0.133 mm", "31.0 µm", "98.0 %", "bearing-tilt (joint 4)"):
+        assert shown in text
+    assert "MEANS" not in text
+
+
+def test_details_then_the_same_question() -> None:
+    decision, text = decide("d", "s")
+    assert decision == "skip"
+    assert "WHY" not in text
+    assert "MEANS" in text
+    assert "CHECK" in text
+
+
+def test_another_effect_look_alikes_first_and_nothing_rejected() -> None:
+    assert decide("o", "1")[0] == TILT
+    decision, text = decide("o", "2")
+    assert decision == BEAM
+    assert "creep" not in text
+    for back in ("0", "3", "x", "-1"):
+        assert decide("o", back, "y")[0] == "yes"
+
+
+def test_a_removal_has_no_look_alikes() -> None:
+    decision, text = decide("o", "y", change="remove")
+    assert decision == "yes"
+    assert "look" not in text
+
+
+def test_any_other_word_asks_again() -> None:
+    assert decide("perhaps", "y")[0] == "yes"
