@@ -20,7 +20,7 @@ from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
 from stiffcal.workflow.view_content import view_content
 from tests.laboratory.small_campaign import write_small_campaign
-from tests.view.many_states import with_many_states
+from tests.laboratory.view_of_many_states import with_many_states
 
 pytestmark = pytest.mark.browser
 
