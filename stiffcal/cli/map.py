@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -58,7 +59,7 @@ def map(  # noqa: A001  (the command's name)
 ) -> int:
     """Map deflection or stiffness over the workspace.
 
-    A plane or several, with reach and joint limits; -o writes the picture (*.svg, *.png, *.pdf).
+    A plane or several, with reach and joint limits. The picture goes to DIR/map.svg, or to -o (*.svg, *.png, *.pdf).
 
     Example: stiffcal map demo --load 0,0,-500 --plane xz --at 0 --stiffness z -o map.svg --table map.csv
     """
@@ -68,13 +69,13 @@ def map(  # noqa: A001  (the command's name)
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         request = MapRequest(load, mass, stiffness, plane, at, slices, points, pose, target)
-        result = map_campaign(folder, request, context, picture=output, table=table)
+        result = map_campaign(folder, request, context, picture=output or folder / "map.svg", table=table)
         answer.give(result, show_map, command_line("compensate", folder, "--path", "path.csv", store=store))
     return OK
 
 
 def show_map(console: Console, result: MapResult) -> None:
-    """Name how much was reached, and the ranges of what was mapped."""
+    """Name how much was reached, the ranges of what was mapped, and where the worst point is."""
     levels = ", ".join(f"{level:.3g}" for level in result.levels)
     console.print(
         f"{result.target} in the {result.plane} plane at {levels} m: {result.reached} of {len(result.points)} points "
@@ -90,6 +91,13 @@ def show_map(console: Console, result: MapResult) -> None:
         if ends is not None and ends[1] > 0.0:
             table.add_row(name, heading(ends[0]), heading(ends[1]))
     console.print(table)
+    worst = result.worst
+    if worst is not None:
+        place = ", ".join(f"{1e3 * value:.0f}" for value in worst.position)
+        angles = [] if worst.joints is None else [round(math.degrees(turn), 1) + 0.0 for turn in worst.joints]
+        joints = f", joints ({', '.join(f'{value:.1f}' for value in angles)})°" if angles else ""
+        name = "largest position error" if any(result.wrench) else "softest point"
+        console.print(f"{name} at ({place}) mm in base axes{joints}", soft_wrap=True)
     for file in (result.file, result.picture):
         if file is not None:
             console.print(f"wrote {file}", soft_wrap=True)

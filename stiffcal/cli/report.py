@@ -31,7 +31,7 @@ def report(
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = report_campaign(folder, context, output=output)
-        answer.give(result, show_report, command_line("history", folder, store=store))
+        answer.give(result, show_report, command_line("view", folder, store=store))
     return OK
 
 

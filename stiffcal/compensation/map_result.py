@@ -110,6 +110,13 @@ class MapResult(CommandResult):
     found: Annotated[WorkspaceMap, NOT_IN_DOCUMENT]
     """The points as arrays."""
 
+    @property
+    def worst(self) -> MapPoint | None:
+        """The reached point with the largest position error, without a load the softest; None where none is reached."""
+        values = self.found.position_error if np.any(self.wrench) else -self.found.stiffness
+        reached = np.array([point.status == "reached" for point in self.points]) & np.isfinite(values)
+        return self.points[int(np.argmax(np.where(reached, values, -np.inf)))] if reached.any() else None
+
 
 def map_points(workspace: WorkspaceMap) -> list[MapPoint]:
     """Return each point of a map by itself."""

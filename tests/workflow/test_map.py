@@ -34,6 +34,12 @@ def test_every_point_holds_what_predict_says_there(campaign: Path) -> None:
     result = map_campaign(campaign, request, table=table)
     slices, rows, columns = result.shape
     assert (slices, max(rows, columns)) == (1, 6)
+    worst = result.worst
+    assert worst is not None
+    assert worst.status == "reached"
+    assert worst.deflection is not None
+    largest = max(np.linalg.norm(p.deflection[:3]) for p in result.points if p.deflection is not None)
+    assert np.linalg.norm(worst.deflection[:3]) == pytest.approx(largest, rel=1e-12)
     reached = [point for point in result.points if point.status == "reached"]
     assert len(reached) == result.reached > 5
     robot = fitted_robot(load_campaign(campaign, check_files=False), RunContext())
