@@ -66,15 +66,16 @@
         if (entry.value === null) return "not identified";
         const low = entry.low !== null ? entry.value - entry.low : NaN, high = entry.high !== null ? entry.high - entry.value : NaN;
         const half = Number.isFinite(low + high) ? Math.max(low, high) : NaN;
-        return S.digits(entry.value) + (Number.isFinite(half) ? ` ± ${S.digits(half)}` : "");
+        return S.withHalf(entry.value, half);
       };
       const rows = names.map((name) => {
         const a = old.get(name), b = now.get(name);
         const change = a && b && a.value && b.value !== null ? S.percent(b.value / a.value - 1) : "–";
-        return [name, words(a), words(b), (b || a).unit, change];
+        return earlier ? [name, words(a), words(b), (b || a).unit, change] : [name, words(b), b.unit];
       });
       const missing = model.values.length ? "" : " The store holds no values of this model.";
-      S.fill(values, ["parameter", earlier ? `before: ${earlier.label}` : "before", `after: ${model.label}`, "unit", "change"], rows,
+      const head = earlier ? ["parameter", `before: ${earlier.label}`, `after: ${model.label}`, "unit", "change"] : ["parameter", model.label, "unit"];
+      S.fill(values, head, rows,
         `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " Candidates are linear refits; intervals come with stiffcal add and identify." : ""}${missing}`);
     }
 

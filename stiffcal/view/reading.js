@@ -39,8 +39,9 @@
         return ["[[exclude]]", `source = ${S.tomlText(source)}`, ...(run ? [`run = ${S.tomlText(run)}`] : []), `rows = [${rows.sort((a, b) => a - b).join(", ")}]`, 'why = "…"'].join("\n");
       }).join("\n\n");
     }
-    let listed = "";
-    S.onChange(() => {
+    let listed = "", visible = true;
+    const list = () => {
+      if (!visible && !S.drawsAll) return;
       const key = `${S.state.at}/${S.version}`;
       if (key === listed) return;
       listed = key;
@@ -53,6 +54,8 @@
       lines.textContent = exclusion();
       const cells = names.map((name) => [name, ...neighbours.map((j) => (j === undefined ? "–" : String(Number(data.readings[name][j].toPrecision(8)))))]);
       S.fill(table, ["quantity", "previous", "chosen", "next"], [["row", ...neighbours.map((j) => (j === undefined ? "–" : String(states.row[j])))], ...cells], data.raw ? "Averages over the state" : "Readings are left out of this page (--no-raw).");
-    });
+    };
+    S.onChange(list);
+    new IntersectionObserver((entries) => { visible = entries[entries.length - 1].isIntersecting; if (visible) list(); }).observe(table);
   };
 })(stiffcal);

@@ -6,10 +6,21 @@
     const size = Math.abs(value);
     if (size >= 1e5 || size < 1e-3) {
       const power = Math.floor(Math.log10(size));
-      const raised = [...String(power)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");
-      return `${(value / 10 ** power).toPrecision(3).replace("-", "−")}·10${raised}`;
+      return `${(value / 10 ** power).toPrecision(3).replace("-", "−")}·10${raisedTo(power)}`;
     }
     return String(Number(value.toPrecision(3))).replace("-", "−");
+  };
+  const raisedTo = (power) => [...String(power)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");
+  /**
+   * A value with half its 95 % interval, which has two digits; the value ends where it ends.
+   * @param {number} value @param {number} half @returns {string} "(2.7000 ± 0.0060)·10⁶"
+   */
+  S.withHalf = function (value, half) {
+    if (!(half > 0) || !Number.isFinite(value)) return S.digits(value);
+    const size = Math.max(Math.abs(value), half), power = size >= 1e5 || size < 1e-3 ? Math.floor(Math.log10(size)) : 0;
+    const scale = 10 ** power, decimals = Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(half / scale))));
+    const text = `${(value / scale).toFixed(decimals).replace("-", "−")} ± ${(half / scale).toFixed(decimals)}`;
+    return power ? `(${text})·10${raisedTo(power)}` : text;
   };
   /** A count, in groups of three digits. @param {number} n */
   S.count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, "\u00a0");
