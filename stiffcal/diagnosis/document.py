@@ -261,12 +261,15 @@ def _pattern_sentence(pattern: CompliancePattern | None) -> str:
     return "" if pattern is None else f" Where to look: {pattern_in_words(pattern)}."
 
 
-def _share_in_words(search: Search) -> str:
+def share_in_words(search: Search) -> str:
     """Return which share of the error goes with what is missing, with its 95 % interval."""
     explained = search.explained
     avoidable = "avoidable error" if search.after is not None else "squared error"
-    interval = f"95 %: {100.0 * explained.low:.0f} to {100.0 * explained.high:.0f} %"
-    return f"explains {100.0 * explained.share:.0f} % ({interval}) of the {avoidable}"
+    low, share, high = (f"{100.0 * value:.0f}" for value in (explained.low, explained.share, explained.high))
+    # An interval whose ends are printed alike would only look exact.
+    interval = "95 %: within 1 %" if low == share == high else f"95 %: {low} to {high} %"
+    verb = "explain" if len(search.found or search.tried) > 1 else "explains"
+    return f"{verb} {share} % ({interval}) of the {avoidable}"
 
 
 def summary(search: Search, before: Rms, noise: Rms | None) -> str:
@@ -294,7 +297,7 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
         if not any(rival.deciding for rival in search.undecided):
             reason = "these and more look alike in these poses and loads"
         return f"Undecided between {between}: {reason} ({against})."
-    share = _share_in_words(search)
+    share = share_in_words(search)
     if search.found and search.before is None and not search.unexplained:
         doubt = "without a known noise it cannot be judged whether that is all"
         return f"Missing: {names}, which {share} ({against}); {doubt}."
