@@ -9,7 +9,7 @@ from stiffcal.measurements.load_states import Attachment, LoadStates, Measuremen
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     BASE_NODE,
     RX,
@@ -39,6 +39,7 @@ from stiffcal.model.effect import (
     tool_node,
 )
 from stiffcal.model.held_frame import HeldFrame
+from stiffcal.model.scalar_laws import BalancingSpring, LawForm, ScalarLaw
 
 __all__ = [
     "BASE_NODE",
@@ -49,6 +50,7 @@ __all__ = [
     "TY",
     "TZ",
     "Attachment",
+    "BalancingSpring",
     "Chain",
     "Covariate",
     "DocumentedEffect",
@@ -59,6 +61,7 @@ __all__ = [
     "HeldFrame",
     "Inputs",
     "Kind",
+    "LawForm",
     "LoadStates",
     "MeasurementSetup",
     "NodeLoads",
@@ -67,10 +70,12 @@ __all__ = [
     "ParameterSpec",
     "Place",
     "PlaceKind",
+    "ScalarLaw",
     "StateOrder",
     "Term",
     "TorqueAngle",
     "Values",
+    "drive_law",
     "drive_terms",
     "drive_torque",
     "joint_node",

@@ -21,28 +21,74 @@ def export(
     folder: Folder = HERE,
     output: Annotated[
         Path,
-        typer.Option("-o", "--output", metavar="FILE", help="*.csv, *.parquet: states; *.json, *.urdf: the model."),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="*.csv, *.parquet: states; *.json, *.urdf: the model; *.c: code for a controller.",
+        ),
     ] = Path("states.csv"),
     raw_text: Annotated[
         bool, typer.Option("--raw-text", help="CSV: no ' before texts that a spreadsheet takes for formulas.")
     ] = False,
+    cycle_ms: Annotated[float, typer.Option("--cycle-ms", metavar="MS", help="Code: time between two calls.")] = 4.0,
+    filter_hz: Annotated[
+        float | None,
+        typer.Option("--filter", metavar="HZ", help="Code: low-pass of the reading.", show_default=False),
+    ] = None,
+    tool: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KG,X,Y,Z",
+            help="Code: take the weight of the tool beyond the sensor out: mass, centre in the flange frame (m).",
+            show_default=False,
+        ),
+    ] = None,
+    zeroed_at: Annotated[
+        str | None,
+        typer.Option(
+            "--zeroed-at",
+            metavar="A1,A2,…",
+            help="Code: joints in degrees where the sensor was zeroed with the tool on; else never.",
+            show_default=False,
+        ),
+    ] = None,
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Code: frame of the reading, axes and origin; else the campaign's.", show_default=False
+        ),
+    ] = None,
+    target: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Code: frame that is kept in place; else the measured one.", show_default=False
+        ),
+    ] = None,
+    leave_out: Annotated[
+        list[str] | None,
+        typer.Option("--leave-out", metavar="EFFECT", help="Code: leave an effect out.", show_default=False),
+    ] = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
 ) -> int:
-    """Write the states or the model for other programs.
+    """Write the states or the model for other programs, or as code for a controller.
 
-    States with measured, predicted and residual as CSV or Parquet; the model as JSON or URDF. In CSV a text that a
+    States with measured, predicted and residual as CSV or Parquet; the model as JSON or URDF; its compensation, from a
+    sample to joint offsets, as C99 with a header. In CSV a text that a
     spreadsheet would take for a formula (= + - @ first) gets a ' before it, which stiffcal takes off again.
 
     Example: stiffcal export demo -o states.parquet
     """
     with answering(as_json) as answer:
+        from stiffcal.workflow.controller_export import ControllerOptions
         from stiffcal.workflow.export import export_campaign
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
-        result = export_campaign(folder, context, output, raw_text=raw_text)
+        options = ControllerOptions(cycle_ms, filter_hz, tool, zeroed_at, sensor, target, tuple(leave_out or ()))
+        result = export_campaign(folder, context, output, raw_text=raw_text, loop=options)
         answer.give(result, show_export, command_line("plot", folder, store=store))
     return OK
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.compensation.linear_nodes import LinearNodes, NodeChain
+from stiffcal.compensation.scalar_responses import ScalarResponses
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import cross_matrix
 
@@ -177,6 +178,9 @@ class ChainPair:
         self._small = np.zeros((2, SIX_AND_ONE * count))
         self._small_rows = self._small.reshape(2 * count, SIX_AND_ONE)
         self._small_loaded, self._small_unloaded = self._small
+        self._small_nodes = self._small.reshape(2, count, SIX_AND_ONE)
+        self._carried_wrench = self._carried[:, :-1]
+        self._laws = ScalarResponses(nodes, count)
 
     def _place_target(self, chain: NodeChain, nodes: LinearNodes, motion: Floats, damping: float) -> None:
         count, size, n_logged = len(chain.nodes), SIX_AND_ONE * len(chain.nodes), motion.shape[1]
@@ -203,9 +207,16 @@ class ChainPair:
     def straighten(self) -> None:
         """Forget the nodes' displacements: the next shapes are the rigid chain's."""
         self._move[:] = np.eye(4)
+        self._small[:] = 0.0
+        self._laws.forget()
+
+    def remember(self) -> None:
+        """Keep what laws with a memory remember of this call's load."""
+        self._laws.remember()
 
     def stand(self, angles: Floats) -> None:
         """Put both shapes to model angles (J,), rad, the nodes displaced as they last were."""
+        self._laws.stand(angles)
         np.cos(angles, self._cosine)
         np.sin(angles, self._sine)
         np.dot(self._features, self._turning, self._local_flat)
@@ -230,7 +241,11 @@ class ChainPair:
         np.dot(self._load, self._to_wrench, self._per_lever_flat)
         np.matmul(self._levers, self._per_lever, self._wrench)
         np.matmul(self._wrench_parts, self._from_base, self._carried_parts)
+        if self._laws.present:
+            self._laws.load(self._carried_wrench, self._small_nodes)
         np.dot(self._carried, self._give, self._small)
+        if self._laws.present:
+            self._laws.respond(self._carried_wrench, self._small_nodes)
         np.dot(self._small_rows, self._to_move, self._move_flat)
 
     def deflect(self, deflection: Floats) -> None:

@@ -1,7 +1,8 @@
-"""What of a model can be held as constant numbers: the compliance matrix of all nodes, and the chain between them.
+"""A model as numbers: the compliance matrix of all nodes, the laws that are in no matrix, and the chain between nodes.
 
-Every law is asked what it answers to unit wrenches, and whether it keeps to that: at other angles, twice the load, and
-against it. What does not (play, hysteresis, a curve, a law that follows the joint's angle) is no constant matrix.
+Every law is evaluated at unit wrenches, and then at other angles, twice the load and the opposite load. What is not
+proportional (play, hysteresis, a curve, a law that follows the joint's angle) is no constant matrix: a controller's
+loop takes it as a law of one load (`stiffcal.model.scalar_laws`), and the batch form not at all.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Inputs, Kind, NodeLoads, joint_node, link_node, tool_node
 from stiffcal.model.equilibrium import law_terms, node_displacements
+from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 
 # A law counts as linear where it keeps to its compliance within this share, over these loads.
 _LINEAR = 1e-9
@@ -38,7 +40,11 @@ class LinearNodes:
     deformed: bool
     """False for the papers' first-order form."""
     left_out: tuple[str, ...]
-    """Names of the effects that stand in no matrix."""
+    """Names of the effects that are in no matrix and no law."""
+    laws: tuple[ScalarLaw, ...] = ()
+    """Laws that are not proportional to their load, where they were asked for."""
+    springs: tuple[BalancingSpring, ...] = ()
+    """Springs that put a torque on a drive, where they were asked for."""
 
 
 @dataclass(frozen=True)
@@ -66,26 +72,41 @@ class NodeChain:
         return index, np.ascontiguousarray(node_from_body @ attachment.transform)
 
 
-def linear_nodes(robot: CompliantRobot, setup: MeasurementSetup, leave_out: Sequence[str] = ()) -> LinearNodes:
+def linear_nodes(
+    robot: CompliantRobot, setup: MeasurementSetup, leave_out: Sequence[str] = (), with_laws: bool = False
+) -> LinearNodes:
     """Return the linear part of a robot with values.
 
     Parameters
     ----------
     robot : chain and effects, every parameter with a value.
     setup : where the instruments sit.
-    leave_out : names of effects that may be left out.
+    leave_out : names of effects that are left out where they are not linear.
+    with_laws : also return laws and springs that effects describe as data (`Effect.scalar_laws`).
 
     Raises
     ------
-    ValueError : an effect is not linear, and ``leave_out`` does not name it.
+    ValueError : an effect is not linear, is described by no law, and ``leave_out`` does not name it.
     """
     size = 6 * (tool_node(robot.chain) + 1)
     total, left_out = np.zeros((size, size)), []
+    laws: list[ScalarLaw] = []
+    springs: list[BalancingSpring] = []
     for placed_effect in robot.placed:
         if placed_effect.effect.kind is Kind.OBSERVATION:
             continue  # a change of the readings alone: the robot does not bend by it
         matrix = _matrix_of(robot, placed_effect)
-        if matrix is None or _acts_next_to(robot, placed_effect):
+        acts_next_to = _acts_next_to(robot, placed_effect)
+        if with_laws and placed_effect.effect.name not in leave_out:
+            spring = _spring_of(robot, placed_effect)
+            if spring is not None:
+                springs.append(spring)
+                acts_next_to = False
+            if matrix is None:
+                of_effect = _laws_of(robot, placed_effect)
+                laws += of_effect
+                matrix = np.zeros((size, size)) if of_effect else None
+        if matrix is None or acts_next_to:
             left_out.append(f"{placed_effect.effect.name}.{placed_effect.place.label}")
             if placed_effect.effect.name not in leave_out:
                 raise ValueError(
@@ -95,7 +116,8 @@ def linear_nodes(robot: CompliantRobot, setup: MeasurementSetup, leave_out: Sequ
             continue
         total += matrix
     gives = np.flatnonzero(np.abs(total).reshape(size // 6, 6, size).max(axis=(1, 2)) > 0.0)
-    nodes = sorted({*gives.tolist(), *(joint_node(k) for k in range(1, robot.chain.n_joints + 1))})
+    of_laws = {node for law in laws for node, _, _ in law.weights}
+    nodes = sorted({*gives.tolist(), *of_laws, *(joint_node(k) for k in range(1, robot.chain.n_joints + 1))})
     picked = np.concatenate([6 * node + np.arange(6) for node in nodes])
     return LinearNodes(
         nodes=tuple(int(node) for node in nodes),
@@ -103,6 +125,8 @@ def linear_nodes(robot: CompliantRobot, setup: MeasurementSetup, leave_out: Sequ
         setup=_corrected_setup(robot, setup),
         deformed=robot.deformed,
         left_out=tuple(left_out),
+        laws=tuple(laws),
+        springs=tuple(springs),
     )
 
 
@@ -179,6 +203,28 @@ def _matrix_of(robot: CompliantRobot, placed_effect: PlacedEffect) -> Floats | N
 
 def _answers(robot: CompliantRobot, wrench: Floats, angles: Floats) -> Floats:
     return node_displacements(robot, law_terms(robot, NodeLoads(wrench, angles)), wrench.shape[2])
+
+
+def _laws_of(robot: CompliantRobot, placed_effect: PlacedEffect) -> Sequence[ScalarLaw]:
+    """Return an effect's laws as data; none where it gives none, or where they answer otherwise than its terms."""
+    laws = placed_effect.effect.scalar_laws(placed_effect.place, robot.chain, placed_effect.amplitudes())
+    alone = CompliantRobot(robot.chain, (placed_effect,), robot.deformed)
+    rng = np.random.default_rng(0)
+    size = np.where(np.arange(6) < 3, _TRIED_FORCE, _TRIED_MOMENT)[:, None]
+    tried = rng.standard_normal((tool_node(robot.chain) + 1, 6, _TRIALS)) * size
+    angles = rng.uniform(-np.pi, np.pi, (robot.chain.n_joints, _TRIALS))
+    by_terms, by_laws = _answers(alone, tried, angles), np.zeros_like(tried)
+    for law in laws:
+        load = sum((factor * tried[node, component] for node, component, factor in law.weights), np.zeros(_TRIALS))
+        moved = law.respond(load, angles[law.joint - 1] if law.joint else load)
+        for node, component, factor in law.weights:
+            by_laws[node, component] += factor * moved
+    agree = np.abs(by_terms - by_laws).max() <= _LINEAR * np.abs(by_terms).max(initial=1e-30)
+    return laws if agree else ()
+
+
+def _spring_of(robot: CompliantRobot, placed_effect: PlacedEffect) -> BalancingSpring | None:
+    return placed_effect.effect.balancing_spring(placed_effect.place, robot.chain, placed_effect.values)
 
 
 def _acts_next_to(robot: CompliantRobot, placed_effect: PlacedEffect) -> bool:

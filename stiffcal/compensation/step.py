@@ -5,7 +5,8 @@ and without the load, are carried side by side; their difference is the deflecti
 Jacobian makes the joint offsets from it. A sweep takes the wrenches on the shapes that the sweep before has found, the
 first ever on the rigid chain, which alone would be the papers' linear form (002, eq. 8). In a loop a load changes
 little from one cycle to the next, so that one sweep a call holds the change of the levers too, weight included: within
-some 10⁻⁴ of the balance that `targets.correct_joints` solves, and for one cycle within a per cent after a blow.
+some 10⁻⁴ of the balance that `targets.correct_joints` solves, and for one cycle within a per cent after a blow. Laws
+with a memory (hysteresis) advance once a call; before the first call weight alone has acted.
 """
 
 from __future__ import annotations
@@ -19,10 +20,8 @@ from scipy.linalg import lapack
 from stiffcal.arrays import Floats
 from stiffcal.compensation.chain_pair import ChainPair
 from stiffcal.compensation.linear_nodes import linear_nodes, node_chain
-from stiffcal.compensation.tool_weight import tool_arm, weight_matrix
-from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.mechanics.low_pass import LowPass
+from stiffcal.compensation.tool_weight import reading_filter, tool_in_reading
+from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 
 FIRST_SWEEPS = 3
@@ -49,7 +48,7 @@ class StepSettings:
     largest_correction: float = float(np.radians(2.0))
     """rad, what a joint's offset is cut off at."""
     leave_out: tuple[str, ...] = ()
-    """Names of effects that the loop may leave out, because it cannot hold them."""
+    """Names of effects that the loop leaves out where they are not proportional to their load."""
 
 
 class CompensationStep:
@@ -71,14 +70,14 @@ class CompensationStep:
 
     Raises
     ------
-    ValueError : the model holds an effect that the loop cannot hold, and ``leave_out`` does not name it.
+    ValueError : the model holds an effect that is neither linear nor a `ScalarLaw`, and ``leave_out`` does not name it.
     """
 
     def __init__(self, robot: CompliantRobot, setup: MeasurementSetup, settings: StepSettings | None = None) -> None:
         self.settings = settings or StepSettings()
-        laws = linear_nodes(robot, setup, self.settings.leave_out)
+        laws = linear_nodes(robot, setup, self.settings.leave_out, with_laws=True)
         self.left_out = laws.left_out
-        chain = robot.chain
+        chain = robot.adjusted_chain
         n_logged = chain.coupling.shape[1]
         self.deflection, self.wrench = np.zeros(6), np.zeros(6)
         self._parts = self.wrench.reshape(2, 3)
@@ -113,11 +112,13 @@ class CompensationStep:
             shapes.place()
             shapes.respond(self._parts)
         self._started = True
+        shapes.remember()
         shapes.deflect(self.deflection)
         self.solved = self._solver.solve(self.deflection)
-        if not self.solved:
-            self.reset()  # what is no number must not stay in the filter and in the shapes
-        self._keep_within(joints)
+        if self.solved:
+            self._keep_within(joints)
+        else:
+            self.reset()  # what is no number must not stay in the filter, in the shapes and in the laws' memory
         return self.offsets
 
     def _keep_within(self, joints: Floats) -> None:
@@ -150,10 +151,7 @@ class _ProcessWrench:
     """
 
     def __init__(self, robot: CompliantRobot, setup: MeasurementSetup, settings: StepSettings) -> None:
-        b, a = np.array([1.0, 0.0, 0.0]), np.zeros(2)
-        if settings.cutoff_hz is not None:
-            smooth = LowPass(settings.cutoff_hz, 1.0 / settings.cycle_s)
-            b, a = smooth.b, smooth.a
+        b, a = reading_filter(settings.cutoff_hz, settings.cycle_s)
         signs = np.array([1.0, -1.0, 1.0])  # reading − weight + weight when zeroed
         row = np.concatenate([[1.0, 0.0], b[0] * signs])
         first = np.concatenate([[0.0, 1.0], b[1] * signs]) - a[0] * row
@@ -166,15 +164,9 @@ class _ProcessWrench:
         self._there = settings.tool_mass > 0.0
         if not self._there:
             return
-        chain, sensor = robot.chain, setup.wrench_axes
-        if not np.allclose(sensor.transform, setup.wrench_point.transform):
-            raise ValueError("a tool's weight is taken out of a reading whose axes and point are one frame, the sensor")
-        arm = tool_arm(chain, sensor, np.array(settings.tool_com))
-        self._weight = weight_matrix(arm, settings.tool_mass)
-        if settings.zeroed_at is not None:
-            angles = chain.model_angles(np.atleast_2d(settings.zeroed_at))
-            _, rotation = attached_poses(chain, angles, Attachment(sensor.body, sensor.transform))
-            even[4] = odd[4] = self._weight @ rotation[0].T @ chain.gravity
+        com = np.array(settings.tool_com)
+        self._weight, zeroed = tool_in_reading(robot.adjusted_chain, setup, settings.tool_mass, com, settings.zeroed_at)
+        even[4] = odd[4] = zeroed
 
     def take(self, reading: Floats, axes: Floats, wrench: Floats, started: bool) -> None:
         """Write the process wrench (6,) of a reading (6,); axes (3, 4): the sensor's, row by row."""

@@ -11,6 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.low_pass import LowPass
 from stiffcal.mechanics.rotations import cross_matrix, inverse_transform
 
 
@@ -70,3 +71,38 @@ def without_tool(
 def weight_matrix(arm: Floats, mass: float) -> Floats:
     """Return (6, 3): a mass's wrench from the direction and size of gravity in sensor axes, m/s²."""
     return np.concatenate([mass * np.eye(3), mass * cross_matrix(arm)])
+
+
+def tool_in_reading(
+    chain: Chain, setup: MeasurementSetup, mass: float, com: Floats, zeroed_at: Floats | None
+) -> tuple[Floats, Floats]:
+    """Return (6, 3) a tool's weight in a reading over gravity in the reading's axes, and (6,) what of it was zeroed.
+
+    Parameters
+    ----------
+    setup : its wrench axes and point are one frame, the sensor, where there is a tool.
+    mass : kg; 0: no tool. com : (3,) its centre in the flange frame, m.
+    zeroed_at : (L,) logged angles, rad, at which the sensor read zero with the tool on; None: it was never zeroed.
+
+    Raises
+    ------
+    ValueError : axes and point of the reading are different frames, or the sensor is not on the flange or last link.
+    """
+    if mass <= 0.0:
+        return np.zeros((6, 3)), np.zeros(6)
+    sensor = setup.wrench_axes
+    if not np.allclose(sensor.transform, setup.wrench_point.transform):
+        raise ValueError("a tool's weight is taken out of a reading whose axes and point are one frame, the sensor")
+    per_gravity = weight_matrix(tool_arm(chain, sensor, com), mass)
+    if zeroed_at is None:
+        return per_gravity, np.zeros(6)
+    _, rotation = attached_poses(chain, chain.model_angles(np.atleast_2d(zeroed_at)), sensor)
+    return per_gravity, per_gravity @ rotation[0].T @ chain.gravity
+
+
+def reading_filter(cutoff_hz: float | None, cycle_s: float) -> tuple[Floats, Floats]:
+    """Return b (3,) and a (2,) of the low-pass of a loop; 1, 0, 0 and 0, 0 without one."""
+    if cutoff_hz is None:
+        return np.array([1.0, 0.0, 0.0]), np.zeros(2)
+    smooth = LowPass(cutoff_hz, 1.0 / cycle_s)
+    return smooth.b, smooth.a

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -18,6 +18,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 
 class AsymmetricStiffness(DocumentedEffect):
@@ -59,6 +60,10 @@ class AsymmetricStiffness(DocumentedEffect):
         """δ_Rz = c max(τ, 0)."""
         joint = place.joints[0]
         return drive_terms(chain, joint, "c", np.maximum(drive_torque(chain, loads.wrench, joint), 0.0))
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """C max(τ, 0)."""
+        return drive_law(chain, place.joints[0], LawForm.POSITIVE, values["c"])
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""

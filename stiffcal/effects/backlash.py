@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -21,6 +21,7 @@ from stiffcal.model.effect import (
     TorqueAngle,
     Values,
 )
+from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 # Bands tried, as shares of the largest torque: from a crossing between two load steps to one over a good part of
 # the load.
@@ -70,6 +71,10 @@ class Backlash(DocumentedEffect):
         joint = place.joints[0]
         torque = drive_torque(chain, loads.wrench, joint)
         return drive_terms(chain, joint, "width", 0.5 * np.tanh(torque / shape["band"]))
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """(width/2) tanh(τ/band)."""
+        return drive_law(chain, place.joints[0], LawForm.CROSSING, 0.5 * values["width"], values["band"])
 
     def shape_slopes(self, place: Place, chain: Chain, loads: NodeLoads, values: Values) -> Sequence[Term]:
         """∂δ/∂band = −width τ/(2 band²) sech²(τ/band)."""

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.curved import curve_specs, curve_symbols, curved_terms
+from stiffcal.model.curved import curve_specs, curve_symbols, curved_laws, curved_terms
 from stiffcal.model.effect import (
     RX,
     RY,
@@ -23,6 +23,7 @@ from stiffcal.model.effect import (
     Values,
     joint_node,
 )
+from stiffcal.model.scalar_laws import ScalarLaw
 
 _SOURCE = "KUKA KR240, after Rösch: 1/1.5e7 (joint 2) to 1/3.7e6 (joint 6)"
 _AXES = {"x": RX, "y": RY}
@@ -94,6 +95,10 @@ class _Curved(BearingTilt):
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ = c M + c2 M² + c3 M³ about both axes."""
         return curved_terms(place, loads, _AXES)
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """The same polynomials."""
+        return curved_laws(place, values, _AXES)
 
 
 _CURVED = _Curved()

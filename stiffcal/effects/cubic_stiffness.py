@@ -11,7 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.cubic_curve import LEAST_SLOPE, angle_of_torque, monotonic_range
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -25,6 +25,7 @@ from stiffcal.model.effect import (
     TorqueAngle,
     Values,
 )
+from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 _SOURCE = (
     "Lehmann et al. 2013, Table 2, joint 2 of a KUKA KR125 (−42.5 φ³ − 5.30 φ² + 6.35 φ, 10³ N·m over degrees), "
@@ -71,6 +72,10 @@ class CubicStiffness(DocumentedEffect):
         joint = place.joints[0]
         torque = drive_torque(chain, loads.wrench, joint)
         return (*drive_terms(chain, joint, "c2", torque**2), *drive_terms(chain, joint, "c3", torque**3))
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """c2 τ² + c3 τ³."""
+        return drive_law(chain, place.joints[0], LawForm.POLYNOMIAL, 0.0, values["c2"], values["c3"])
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
@@ -129,6 +134,10 @@ class _TorqueOverAngle(CubicStiffness):
         joint = place.joints[0]
         torque = drive_torque(chain, loads.wrench, joint)
         return drive_terms(chain, joint, "", angle_of_torque(torque, (shape["p1"], shape["p2"], shape["p3"])))
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """The cubic p1 φ + p2 φ² + p3 φ³ = τ."""
+        return drive_law(chain, place.joints[0], LawForm.CUBIC_TORQUE, values["p1"], values["p2"], values["p3"])
 
     def shape_slopes(self, place: Place, chain: Chain, loads: NodeLoads, values: Values) -> Sequence[Term]:
         """∂φ/∂p_k = −φᵏ/(p1 + 2 p2 φ + 3 p3 φ²)."""

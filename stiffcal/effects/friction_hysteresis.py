@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -22,6 +22,7 @@ from stiffcal.model.effect import (
     Values,
 )
 from stiffcal.model.memory import play_operator, play_operator_from_rest
+from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 # Slips tried, as shares of the largest swing of torque within one run: a slip beyond half the swing never lets go.
 _SLIPS = np.geomspace(0.02, 0.45, 7)
@@ -80,6 +81,10 @@ class FrictionHysteresis(DocumentedEffect):
             return drive_terms(chain, joint, "c", play_operator_from_rest(torque, slip))
         start = None if loads.weight is None else drive_torque(chain, loads.weight, joint)
         return drive_terms(chain, joint, "c", play_operator(torque, slip, loads.order.run, start))
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """C P_r[τ]."""
+        return drive_law(chain, place.joints[0], LawForm.PLAY, values["c"], values["slip"])
 
     def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Slips as shares of the largest swing of torque within one run."""

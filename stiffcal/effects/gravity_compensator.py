@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from stiffcal.arrays import Floats
@@ -17,6 +19,7 @@ from stiffcal.model.effect import (
     Place,
     Values,
 )
+from stiffcal.model.scalar_laws import BalancingSpring
 
 _NO_GEOMETRY = "the compensator's geometry: [gravity_compensator] in robot.toml"
 
@@ -66,16 +69,23 @@ class GravityCompensator(DocumentedEffect):
 
     def joint_torque(self, place: Place, chain: Chain, angles: Floats, values: Values) -> Floats | None:
         """Return τ_s = −k (l − l0) ∂l/∂q at the joint's angle, its give included."""
+        spring = self.balancing_spring(place, chain, values)
+        return None if spring is None else spring.torque(angles[spring.joint - 1])
+
+    def balancing_spring(self, place: Place, chain: Chain, values: Values) -> BalancingSpring | None:
+        """Return the spring with its free length, from the nominal rate and the preload at the joint's zero."""
         rate = values.get("rate", 0.0)
         if rate == 0.0 or chain.compensator is None:
             return None
         joint = place.joints[0]
-        length, slope = _length(chain, angles[joint - 1])
-        (at_zero,), _ = _length(chain, chain.offset[joint - 1 : joint])
+        fixed, arm = chain.fixed[joint - 1], _point(chain, "arm_m")
+        # In the joint's frame before it turns, whose z is the joint's axis.
+        anchor = fixed[:3, :3].T @ (_point(chain, "anchor_m") - fixed[:3, 3])
         nominal = chain.compensator.get("rate_N_m")
         preload = chain.compensator.get("preload_N") or 0.0
         stretched = 0.0 if nominal is None else float(str(preload)) / float(str(nominal))
-        return np.asarray(-rate * (length - (at_zero - stretched)) * slope)
+        untensed = BalancingSpring(joint, _three(anchor), _three(arm), rate, 0.0)
+        return replace(untensed, free_length=float(untensed.length(chain.offset[joint - 1])) - stretched)
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The joint's angle."""
@@ -91,13 +101,5 @@ def _point(chain: Chain, key: str) -> Floats:
     return np.asarray((chain.compensator or {})[key], dtype=np.float64)
 
 
-def _length(chain: Chain, angle: Floats) -> tuple[Floats, Floats]:
-    """Return the spring's length, m, and its derivative by the joint's angle, m/rad."""
-    fixed = chain.fixed[_joint(chain) - 1]
-    # In the joint's frame before it turns, whose z is the joint's axis.
-    anchor = fixed[:3, :3].T @ (_point(chain, "anchor_m") - fixed[:3, 3])
-    arm = _point(chain, "arm_m")
-    cosine, sine = np.cos(angle), np.sin(angle)
-    x, y = cosine * arm[0] - sine * arm[1], sine * arm[0] + cosine * arm[1]
-    length = np.sqrt((x - anchor[0]) ** 2 + (y - anchor[1]) ** 2 + (arm[2] - anchor[2]) ** 2)
-    return length, (y * anchor[0] - x * anchor[1]) / length
+def _three(vector: Floats) -> tuple[float, float, float]:
+    return float(vector[0]), float(vector[1]), float(vector[2])

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.curved import curve_specs, curve_symbols, curved_terms
+from stiffcal.model.curved import curve_specs, curve_symbols, curved_laws, curved_terms
 from stiffcal.model.effect import (
     TX,
     TY,
@@ -23,6 +23,7 @@ from stiffcal.model.effect import (
     Values,
     joint_node,
 )
+from stiffcal.model.scalar_laws import ScalarLaw
 
 _SOURCE = "Schneider et al. 2014, section III.C: within the noise of ±90 µm at loads up to 2.5 kN, so below 4e-8"
 _AXES = {"tx": (TX, "along the joint frame's x axis"), "ty": (TY, "along its y axis"), "tz": (TZ, "along the axis")}
@@ -86,6 +87,10 @@ class _Curved(JointTranslation):
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ = c F + c2 F² + c3 F³ along all three axes."""
         return curved_terms(place, loads, _COMPONENTS)
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """The same polynomials."""
+        return curved_laws(place, values, _COMPONENTS)
 
 
 _CURVED = _Curved()

@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -21,6 +21,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 _ORDERS = (1, 2, 3, 4)
 _SOURCE = "some ten per cent of a drive's compliance of 2e-6 (Wang, Zhang and Fuhlbrigge 2009, section III.C)"
@@ -74,6 +75,12 @@ class PeriodicStiffness(DocumentedEffect):
             *drive_terms(chain, joint, "a", np.cos(phase) * torque),
             *drive_terms(chain, joint, "b", np.sin(phase) * torque),
         )
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """(a cos mq + b sin mq) τ."""
+        joint = place.joints[0]
+        numbers = values["a"], values["b"], values["order"], float(chain.offset[joint - 1])
+        return drive_law(chain, joint, LawForm.PERIODIC, *numbers)
 
     def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Orders 1 to 4 and the joint's gear orders."""

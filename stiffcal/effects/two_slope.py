@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -20,6 +20,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 _SOURCE = (
     "strain-wave gear catalogues: slope K1 below a torque T1 of tens of N·m for mid sizes, with K1 some 0.6 of K2 of "
@@ -64,6 +65,10 @@ class TwoSlope(DocumentedEffect):
         """δ_Rz = c clip(τ, ±knee)."""
         joint, knee = place.joints[0], shape["knee"]
         return drive_terms(chain, joint, "c", np.clip(drive_torque(chain, loads.wrench, joint), -knee, knee))
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """C clip(τ, ±knee)."""
+        return drive_law(chain, place.joints[0], LawForm.CLIPPED, values["c"], values["knee"])
 
     def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Knees at even shares of the torques applied; none where no torque lies inside the smallest."""

@@ -45,6 +45,11 @@ class PlacedEffect:
             if spec.role is ParameterRole.NONLINEAR
         }
 
+    def amplitudes(self) -> dict[str, float]:
+        """Symbol to what the law computes with: amplitudes, and values of the shape parameters."""
+        straight = self.specs(ParameterRole.AMPLITUDE)
+        return {spec.symbol: self.amplitude(spec.symbol) for spec in straight} | self.shape()
+
     def specs(self, role: ParameterRole) -> tuple[ParameterSpec, ...]:
         """The effect's parameters of one sort."""
         return tuple(spec for spec in self.effect.parameters if spec.role is role)

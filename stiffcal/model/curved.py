@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from stiffcal.model.effect import NodeLoads, ParameterSpec, Place, Term, joint_node
+from stiffcal.model.effect import NodeLoads, ParameterSpec, Place, Term, Values, joint_node
+from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 POWERS = (2, 3)
 _SOURCE = (
@@ -64,3 +65,16 @@ def curved_terms(place: Place, loads: NodeLoads, axes: Mapping[str, int]) -> Seq
         terms.append(Term(node, axis, symbol, load))
         terms += [Term(node, axis, f"{symbol}{power}", load**power) for power in POWERS]
     return terms
+
+
+def curved_laws(place: Place, values: Values, axes: Mapping[str, int]) -> Sequence[ScalarLaw]:
+    """Return the laws of `curved_terms` as data; ``values`` are amplitudes by symbol."""
+    node = joint_node(place.joints[0])
+    return tuple(
+        ScalarLaw(
+            LawForm.POLYNOMIAL,
+            tuple(values[f"{symbol}{power}"] for power in ("", *POWERS)),
+            ((node, axis, 1.0),),
+        )
+        for symbol, axis in axes.items()
+    )

@@ -11,6 +11,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import RZ, Term, joint_node
+from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 
 def turned_joints(chain: Chain, joint: int) -> list[tuple[int, float]]:
@@ -53,3 +54,9 @@ def drive_terms(chain: Chain, joint: int, symbol: str, value: Floats) -> tuple[T
         Term(joint_node(k), RZ, symbol, value if factor == 1.0 else factor * value)
         for k, factor in turned_joints(chain, joint)
     )
+
+
+def drive_law(chain: Chain, joint: int, form: LawForm, *numbers: float) -> tuple[ScalarLaw]:
+    """Return the law by which the drive of ``joint`` (from 1) turns under its torque, as data."""
+    weights = tuple((joint_node(k), RZ, factor) for k, factor in turned_joints(chain, joint))
+    return (ScalarLaw(form, numbers, weights, joint),)

@@ -32,6 +32,8 @@ from stiffcal.model.parameters import ParameterRole as ParameterRole
 from stiffcal.model.parameters import ParameterSpec as ParameterSpec
 from stiffcal.model.parameters import Values as Values
 from stiffcal.model.parameters import usual_grid
+from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
+from stiffcal.model.torque_angle import TorqueAngle as TorqueAngle
 
 PlaceKind = Literal["joints", "links", "pairs", "frames", "setup"]
 
@@ -181,20 +183,6 @@ class Covariate:
     """(n,) its values."""
 
 
-@dataclass(frozen=True)
-class TorqueAngle:
-    """What a clamped joint's torque over angle gives, each a value with its standard uncertainty, SI."""
-
-    curve: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
-    """p1, p2, p3 of τ = p1 φ + p2 φ² + p3 φ³, counted from the flank."""
-    compliance: tuple[float, float]
-    """rad/(N·m), from the flanks to the ends of what was reached."""
-    width: tuple[float, float]
-    """rad, lost motion; (0, std) where none was found."""
-    band: tuple[float, float] | None
-    """N·m within which it is crossed; None without play."""
-
-
 @with_old_methods
 class Effect(ABC):
     """A physical effect. Subclasses hold constants and pure functions; instances carry no state."""
@@ -285,6 +273,20 @@ class Effect(ABC):
         shape : values of the shape parameters by symbol.
         """
         return ()
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """Return the law as data, for controllers' code; only laws that are not proportional to their load need it.
+
+        Parameters
+        ----------
+        place : where. chain : the robot.
+        values : of amplitudes (`ParameterSpec.amplitude_of`) and shape parameters, by symbol.
+        """
+        return ()
+
+    def balancing_spring(self, place: Place, chain: Chain, values: Values) -> BalancingSpring | None:
+        """Return the spring that makes `joint_torque`, as data, for controllers' code, or None."""
+        return None
 
     def adjusted_chain(self, place: Place, chain: Chain, values: Values) -> Chain:
         """Return the chain as its geometry or its masses are at these values; neutral values change nothing."""

@@ -16,6 +16,7 @@ from stiffcal.campaign.name_checks import odd_character
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.effect import Covariate, Effect, Inputs, Kind, ParameterRole, ParameterSpec, Place, PlaceKind, Term
+from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 
 MEND = "mend the file"
 _SYMBOL = re.compile(r"[^\W\d]\w{0,99}")
@@ -255,6 +256,16 @@ def _from_torque_angle(effect: Effect, answer: Any, *arguments: Any, **named: An
     return "" if right else f"no mapping of the parameters' symbols to (value, uncertainty): {_shown(answer)}"
 
 
+def _scalar_laws(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
+    right = isinstance(answer, tuple | list) and all(isinstance(law, ScalarLaw) for law in answer)
+    return "" if right else f"no list of ScalarLaw: {_shown(answer)}"
+
+
+def _balancing_spring(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
+    right = answer is None or isinstance(answer, BalancingSpring)
+    return "" if right else f"neither a BalancingSpring nor None: {_shown(answer)}"
+
+
 def _text(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     return "" if _is_text(answer) else f"no text: {_shown(answer)}"
 
@@ -284,6 +295,8 @@ def _spec(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
 _ANSWERS: dict[str, Callable[..., str]] = {
     "terms": _terms,
     "joint_torque": _joint_torque,
+    "scalar_laws": _scalar_laws,
+    "balancing_spring": _balancing_spring,
     "torque_columns": _torque_columns,
     "motion_columns": _motion_columns,
     "motion_grid": _motion_grid,

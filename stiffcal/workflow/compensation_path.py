@@ -351,7 +351,7 @@ def _logged(
         raise InputError.at(FaultCode.PATH_INVALID, log.file, "t", reason, "log the whole path, on the path's clock")
     readings = log.block(AXES)
     if forces.tool is not None:
-        mass, com = _tool(forces.tool)
+        mass, com = tool_of_words(forces.tool)
         if setup.wrench_axes.body < fitted.campaign.chain.n_joints:
             mend = "name the sensor's frame with --frame"
             raise InputError.at(
@@ -376,7 +376,8 @@ def _logged(
     return np.stack([np.interp(at, moments, readings[:, k]) for k in range(6)], axis=1)
 
 
-def _tool(text: str) -> tuple[float, Floats]:
+def tool_of_words(text: str) -> tuple[float, Floats]:
+    """Return mass, kg, and centre (3,), m, from "kg,x,y,z" of ``--tool``; raises `InputError`."""
     numbers = numbers_of_words(text, "--tool")
     if len(numbers) != 4 or numbers[0] <= 0.0:
         mend = "write kg,x,y,z: mass, and centre in the flange frame in m"

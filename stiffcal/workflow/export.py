@@ -20,11 +20,18 @@ from stiffcal.workflow.validate import up_to_date_validation
 if TYPE_CHECKING:
     import pyarrow as pa
 
-TABLES, MODELS = (".csv", ".parquet"), (".json", ".urdf")
+    from stiffcal.workflow.controller_export import ControllerOptions
+
+TABLES, MODELS, CODE = (".csv", ".parquet"), (".json", ".urdf"), (".c",)
 
 
 def export_campaign(
-    folder: Path, context: RunContext | None = None, output: Path = Path("states.csv"), *, raw_text: bool = False
+    folder: Path,
+    context: RunContext | None = None,
+    output: Path = Path("states.csv"),
+    *,
+    raw_text: bool = False,
+    loop: ControllerOptions | None = None,
 ) -> ExportResult:
     """Write a campaign's states or model to a file, whose ending decides which.
 
@@ -33,8 +40,10 @@ def export_campaign(
     folder : the campaign folder.
     context : store, progress and so on.
     output : ``*.csv`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit with its
-        model; ``*.urdf``: the robot, with the stiffness of its joints in an element of its own.
+        model; ``*.urdf``: the robot, with the stiffness of its joints in an element of its own; ``*.c``: the
+        compensation of a controller's loop as C99, with its header.
     raw_text : leave texts in a CSV file as they are, also those that a spreadsheet takes for formulas.
+    loop : how the loop runs, for code; None: as `ControllerOptions` is.
 
     Returns
     -------
@@ -47,8 +56,8 @@ def export_campaign(
     """
     context = context or RunContext()
     ending = output.suffix.lower()
-    if ending not in (*TABLES, *MODELS):
-        mend = f"end the name in one of {', '.join((*TABLES, *MODELS))}"
+    if ending not in (*TABLES, *MODELS, *CODE):
+        mend = f"end the name in one of {', '.join((*TABLES, *MODELS, *CODE))}"
         raise InputError.at(
             FaultCode.FORMAT_UNKNOWN,
             str(output),
@@ -56,6 +65,11 @@ def export_campaign(
             f"no export is known for {ending or 'a name without an ending'}",
             mend,
         )
+    if ending in CODE:
+        from stiffcal.workflow.controller_export import write_controller_code
+
+        written = write_controller_code(folder, context, output, loop)
+        return ExportResult(warnings=written.warnings, file=str(output), holds=written.holds)
     data = up_to_date_states(folder, context)
     identified = up_to_date_fit(data, context)
     if ending in TABLES:

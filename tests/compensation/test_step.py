@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import tracemalloc
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.compensation.step import CompensationStep, StepSettings
 from stiffcal.compensation.targets import correct_joints
 from stiffcal.compensation.tool_weight import weight_on_sensor
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-from stiffcal.mechanics.chain import BeamFrame
+from stiffcal.mechanics.chain import BeamFrame, Chain
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Place
+from stiffcal.model.effect import Place, StateOrder, Values
 from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.scalar_laws import ScalarLaw
 from tests.compensation.test_targets import drives, regular
 from tests.laboratory.robots import (
     SEVEN_STIFFNESS,
@@ -70,6 +72,35 @@ def everything_linear() -> CompliantRobot:
     )
     robot = drives(chain, SIX_STIFFNESS)
     return replace(robot, placed=(*robot.placed, *more))
+
+
+def every_law() -> CompliantRobot:
+    """Return 36 springs and every law that is not proportional to its load, and a balancing spring."""
+    robot = springs_36()
+    spring = {"joint": 2, "anchor_m": [0.2, 0.1, 0.5], "arm_m": [0.15, 0.3, 0.0], "rate_N_m": 4e4, "preload_N": 3000.0}
+    laws = {
+        "backlash": (4, {"width": 4e-4, "band": 12.0}),
+        "two-slope": (3, {"c": 4e-7, "knee": 150.0}),
+        "friction-hysteresis": (2, {"c": 6e-7, "slip": 120.0}),
+        "asymmetric-stiffness": (1, {"c": 3e-7}),
+        "periodic-stiffness": (5, {"a": 1e-6, "b": -2e-6, "order": 3.0}),
+        "cubic-stiffness": (6, {"c2": 1e-8, "c3": -3e-11}),
+        "gravity-compensator": (2, {"rate": 3.5e4}),
+    }
+    more = [placed(name, Place("joints", (joint,)), values) for name, (joint, values) in laws.items()]
+    more.append(placed("friction-hysteresis", Place("joints", (5,)), {"c": 5e-6, "slip": 9.0}))
+    curved = EFFECTS["bearing-tilt"].form(("x2",))
+    more.append(PlacedEffect(curved, Place("joints", (3,)), {"x": 1e-7, "x2": 2e-11, "x3": 1e-14, "y": 1e-7}))
+    over_angle = EFFECTS["cubic-stiffness"].form(("p1",))
+    torque = {"p1": 8e5, "p2": -4e7, "p3": 9e9}
+    more.append(PlacedEffect(over_angle, Place("joints", (2,)), torque))
+    return replace(robot, chain=replace(robot.chain, compensator=spring), placed=(*robot.placed, *more))
+
+
+def runs(run: Integers) -> StateOrder:
+    """Return the order of states (n,) without times: before a run's first state weight alone has acted."""
+    unknown = np.full(len(run), np.nan)
+    return StateOrder(run, unknown, unknown, np.zeros((6, len(run))), unknown, unknown)
 
 
 def samples(robot: CompliantRobot, setup: MeasurementSetup, n: int = 30) -> tuple[Floats, Floats]:
@@ -246,17 +277,61 @@ def test_offsets_stay_within_limits_and_in_proportion() -> None:
     assert abs(held[1]) == pytest.approx(0.5 * abs(free[1]))
 
 
-def test_what_the_loop_cannot_hold_is_named() -> None:
+def test_a_law_that_is_no_data_is_named() -> None:
+    """A user's own effect, nonlinear and without `scalar_laws`."""
     robot = springs_36()
-    play = placed("backlash", Place("joints", (4,)), {"width": 1e-3, "band": 5.0})
+
+    class OwnGap(type(EFFECTS["backlash"])):  # type: ignore[misc]
+        def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+            return ()
+
+    gap = PlacedEffect(OwnGap(), Place("joints", (4,)), {"width": 1e-3, "band": 5.0})
     setup = force_sensor_setup(robot.chain)
-    with_play = replace(robot, placed=(*robot.placed, play))
-    with pytest.raises(ValueError, match="backlash at j4 does not answer in proportion"):
-        CompensationStep(with_play, setup)
-    step = CompensationStep(with_play, setup, StepSettings(leave_out=("backlash",)))
+    with_gap = replace(robot, placed=(*robot.placed, gap))
+    with pytest.raises(ValueError, match="backlash at j4"):
+        CompensationStep(with_gap, setup)
+    step = CompensationStep(with_gap, setup, StepSettings(leave_out=("backlash",)))
     assert step.left_out == ("backlash.j4",)
     joints, wrench = samples(robot, setup, 1)
     assert np.allclose(step(joints[0], wrench[0]), CompensationStep(robot, setup)(joints[0], wrench[0]), atol=1e-15)
+
+
+def test_laws_by_the_exact_balance() -> None:
+    """Each state by itself: play, knee, curves, periodic stiffness and a balancing spring, weight included."""
+    robot, setup = every_law(), force_sensor_setup(six_axes(), 10.0, (0.0, 0.01, 0.1))
+    joints, wrench = samples(robot, setup)
+    order = runs(np.arange(len(joints)))
+    exact = solve_balance(robot, robot.chain.model_angles(joints), wrench, setup, order).displacement[:, 0]
+    linear = solve_balance(springs_36(), robot.chain.model_angles(joints), wrench, setup).displacement[:, 0]
+    step = CompensationStep(robot, setup, StepSettings(sweeps=12))
+    for q, w, moved in zip(joints, wrench, exact, strict=True):
+        step.reset()
+        for _ in range(2):  # three sweeps, and twelve more with the same load
+            step(q, w)
+        assert np.linalg.norm(step.deflection - moved) < 5e-4 * np.linalg.norm(moved)
+    assert np.all(np.linalg.norm(linear - exact, axis=1) > 0.05 * np.linalg.norm(exact, axis=1))
+
+
+def test_memory_along_a_path_by_the_exact_balance() -> None:
+    """The play operator advances once a call, from where weight alone has left it."""
+    robot, setup = every_law(), force_sensor_setup(six_axes(), 10.0, (0.0, 0.01, 0.1))
+    joints, wrench = samples(robot, setup, 3)
+    n = 120
+    share = np.linspace(0.0, 1.0, n)[:, None]
+    path = joints[0] + 0.3 * share * (joints[1] - joints[0])
+    loads = np.sin(9.0 * share) * wrench[0] + np.cos(14.0 * share) * wrench[1]
+    order = runs(np.zeros(n, dtype=np.int64))
+    exact = solve_balance(robot, robot.chain.model_angles(path), loads, setup, order).displacement[:, 0]
+    alone = solve_balance(robot, robot.chain.model_angles(path), loads, setup).displacement[:, 0]
+    step = CompensationStep(robot, setup, StepSettings(sweeps=12))
+    found = []
+    for q, w in zip(path, loads, strict=True):
+        step(q, w)
+        found.append(step.deflection.copy())
+    size = np.linalg.norm(exact, axis=1).max()
+    # as without laws: rotations of the second order are left out
+    assert np.abs(np.array(found) - exact).max() < 5e-4 * size
+    assert np.abs(alone - exact).max() > 0.005 * size
 
 
 def test_readings_in_base_axes() -> None:

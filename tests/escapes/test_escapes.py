@@ -89,6 +89,27 @@ def judge_xml_text(name: str, escaped: str) -> None:
     assert list(root.attrib) == ["b", "c"]
 
 
+def judge_code_comment(name: str, escaped: str) -> None:
+    """A C preprocessor and an XML parser find one comment; no pair ends or begins one of Structured Text."""
+    escaped.encode("ascii")
+    assert_printable(escaped)
+    assert "*)" not in escaped
+    assert "(*" not in escaped
+    assert not {"\\", "\n"} & set(escaped)
+    page = f"<a><!-- {escaped} --></a>"
+    assert len(ElementTree.fromstring(page)) == 0
+    if (gcc := shutil.which("gcc")) is not None:
+        text = f"/* {escaped} */ 1\n"
+        done = subprocess.run(
+            [gcc, "-E", "-P", "-std=c99", "-Wall", "-Werror", "-"],
+            input=text,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert done.stdout.split() == ["1"]
+
+
 class _Collector(html.parser.HTMLParser):
     def __init__(self) -> None:
         super().__init__(convert_charrefs=True)

@@ -1,0 +1,206 @@
+"""The fitted model as code: C99 and Structured Text for a controller's loop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal import __version__
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.files import write_whole
+from stiffcal.wording import place
+from stiffcal.workflow.compensation_path import pose_of_words, tool_of_words
+from stiffcal.workflow.diagnose import current_diagnosis
+from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+
+if TYPE_CHECKING:
+    from stiffcal.compensation.controller_model import ControllerModel
+    from stiffcal.compensation.step import StepSettings
+    from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+
+
+@dataclass(frozen=True)
+class ControllerOptions:
+    """How the loop in the controller runs."""
+
+    cycle_ms: float = 4.0
+    """Time between two calls, ms."""
+    filter_hz: float | None = None
+    """Low-pass of the reading; None: none."""
+    tool: str | None = None
+    """"kg,x,y,z": what hangs beyond the sensor, mass and centre in the flange frame, m; None: nothing is taken out."""
+    zeroed_at: str | None = None
+    """"A1,A2,…" in degrees, where the sensor was zeroed with the tool on; None: never."""
+    sensor: str | None = None
+    """The frame whose axes and origin the reading has; None: axes and point of the campaign's forces."""
+    target: str | None = None
+    """The frame that is kept in place; None: the first measured one."""
+    leave_out: tuple[str, ...] = ()
+    """Effects that the code leaves out where they are not proportional to their load."""
+
+
+@dataclass(frozen=True)
+class WrittenCode:
+    """What was written."""
+
+    holds: str
+    """In words."""
+    warnings: list[str]
+    """What a user of the code must know."""
+
+
+def write_controller_code(
+    folder: Path, context: RunContext, output: Path, options: ControllerOptions | None = None
+) -> WrittenCode:
+    """Write a campaign's compensation as code; the file's ending is ``.c``.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    output : ``*.c``, with its header next to it.
+
+    Raises
+    ------
+    InputError : an effect of the model has no form in code and `ControllerOptions.leave_out` does not name it; an
+        option is wrong; the model has no values.
+    """
+    from stiffcal.compensation.c_code import c_source, header_name
+
+    options = options or ControllerOptions()
+    fitted = fitted_robot(load_campaign(folder, check_files=False), context)
+    setup, target = reading_setup(fitted, options)
+    model = _model(fitted, setup, _settings(fitted, options), options)
+    verdict = model_verdict(folder, context, fitted)
+    head = list(head_lines(fitted, setup, target, model, verdict))
+    source, header = c_source(model, head, output.stem)
+    write_whole(output, source)
+    write_whole(output.with_name(header_name(output.stem)), header)
+    holds = (
+        f"the compensation of {fitted.source} as C99, with {header_name(output.stem)} "
+        f"({len(model.joint_names)} joints, cycle {options.cycle_ms:g} ms, model hash {model.hash[:16]}…)"
+    )
+    return WrittenCode(holds, [*fitted.warnings, *([] if verdict.complete else [verdict.text])])
+
+
+def reading_setup(fitted: FittedRobot, options: ControllerOptions) -> tuple[MeasurementSetup, str]:
+    """Return the set-up that the loop's readings refer to, and the target's name.
+
+    Moments always count: where the process has none, or they are not measured, the controller hands over zeros.
+    """
+    setup, target = fitted.aimed_at(options.target)
+    setup = replace(setup, moments_measured=True)
+    if options.sensor is not None:
+        sensor = fitted.frame(options.sensor, "--sensor")
+        setup = replace(setup, wrench_axes=sensor, wrench_point=sensor)
+    return setup, target
+
+
+@dataclass(frozen=True)
+class ModelVerdict:
+    """What the last diagnosis says of the model."""
+
+    complete: bool
+    """False where something is missing, and where nobody has looked."""
+    text: str
+    """In words."""
+
+
+def model_verdict(folder: Path, context: RunContext, fitted: FittedRobot) -> ModelVerdict:
+    """Return whether the present fit is complete by its last diagnosis."""
+    from stiffcal.ingest.sources import manifest_data_files
+
+    if not all((folder / file).exists() for file in manifest_data_files(fitted.campaign)):
+        return ModelVerdict(False, "NOT VERIFIED: the values are those of model.toml, and no measurement is here")
+    data = up_to_date_states(folder, context)
+    diagnosis, reason = current_diagnosis(data, up_to_date_fit(data, context))
+    if diagnosis is None:
+        return ModelVerdict(False, f"NOT VERIFIED: {reason}")
+    missing = ", ".join(f"{proposed.effect} {place(proposed.where)}".strip() for proposed in diagnosis.missing)
+    if missing:
+        return ModelVerdict(False, f"INCOMPLETE: by “stiffcal diagnose” the model lacks {missing}")
+    if diagnosis.adequate:
+        return ModelVerdict(True, "by “stiffcal diagnose” the model is complete: what is left is noise")
+    if diagnosis.adequate is None:
+        return ModelVerdict(
+            False, "NOT VERIFIED: the noise is not known, so “stiffcal diagnose” cannot judge the model"
+        )
+    return ModelVerdict(False, "INCOMPLETE: by “stiffcal diagnose” an error is left that no effect explains")
+
+
+def head_lines(
+    fitted: FittedRobot, setup: MeasurementSetup, target: str, model: ControllerModel, verdict: ModelVerdict
+) -> Iterator[str]:
+    """Yield the lines of the comment at the head of the code, not escaped."""
+    chain = fitted.campaign.chain
+    yield f"Deflection compensation of {chain.name or 'a robot'}, campaign {fitted.campaign.name}, {fitted.source}"
+    yield f"written by stiffcal {__version__}; model hash {model.hash}"
+    yield verdict.text
+    for warning in fitted.warnings:
+        yield f"caution: {warning}"
+    yield ""
+    yield "Units: m, rad, N, N m, s. Base axes: frame 0 of the robot file."
+    yield f"Joints: {', '.join(model.joint_names)}, as the controller shows them, in rad."
+    yield "Reading: what the surroundings do to the robot; change its sign where the sensor shows what the robot does."
+    yield f"  axes: {_frame(fitted, setup.wrench_axes)}"
+    yield f"  about the point: {_frame(fitted, setup.wrench_point)}"
+    yield f"Target, which is kept in place: {target}, {_frame(fitted, setup.targets[0])}"
+    yield f"Offsets: to be added to the commanded joints, once each {1e3 * model.cycle_s:g} ms."
+    yield "Effects: " + ", ".join(f"{placed.effect.name} {placed.place.label}" for placed in fitted.robot.acting)
+    for name in model.left_out:
+        yield f"LEFT OUT, has no form in this code: {name}"
+    for placed in fitted.robot.acting:
+        at = f"{placed.effect.name}.{placed.place.label}"
+        if placed.effect.has_memory and not placed.effect.scalar_laws(placed.place, chain, placed.amplitudes()):
+            yield f"without its memory, as after a long time under the same load: {at}"
+
+
+def _frame(fitted: FittedRobot, attachment: Attachment) -> str:
+    chain = fitted.campaign.chain
+    bodies = ("the base", *(f"link {name}" for name in chain.link_names), "the flange")
+    rows = "; ".join(" ".join(f"{value + 0.0:.6g}" for value in row) for row in attachment.transform[:3])
+    return f"fixed to {bodies[attachment.body]}, rows of [rotation | origin m]: {rows}"
+
+
+def _settings(fitted: FittedRobot, options: ControllerOptions) -> StepSettings:
+    from stiffcal.compensation.step import StepSettings
+
+    if not (np.isfinite(options.cycle_ms) and 0.0 < options.cycle_ms <= 1000.0):
+        raise _wrong("--cycle-ms", f"{options.cycle_ms:g} ms is no cycle", "give 0.1 to 1000")
+    rate = 1e3 / options.cycle_ms
+    if options.filter_hz is not None and not 0.0 < options.filter_hz < 0.5 * rate:
+        reason = f"{options.filter_hz:g} Hz does not lie below half of {rate:g} samples per second"
+        raise _wrong("--filter", reason, "lower it, or shorten the cycle")
+    settings = StepSettings(
+        cycle_s=1e-3 * options.cycle_ms, cutoff_hz=options.filter_hz, leave_out=tuple(options.leave_out)
+    )
+    if options.tool is not None:
+        mass, com = tool_of_words(options.tool)
+        settings = replace(settings, tool_mass=mass, tool_com=(float(com[0]), float(com[1]), float(com[2])))
+    if options.zeroed_at is not None:
+        names = fitted.campaign.chain.joint_names
+        settings = replace(settings, zeroed_at=pose_of_words(options.zeroed_at, names, "--zeroed-at"))
+    return settings
+
+
+def _model(
+    fitted: FittedRobot, setup: MeasurementSetup, settings: StepSettings, options: ControllerOptions
+) -> ControllerModel:
+    from stiffcal.compensation.controller_model import controller_model
+
+    try:
+        return controller_model(fitted.robot, setup, settings)
+    except ValueError as error:
+        mend = "leave the effect out by name (--leave-out), or change the option that does not fit"
+        raise InputError.at(FaultCode.MODEL_UNSUITABLE, "model.toml", "effects", str(error), mend) from error
+
+
+def _wrong(option: str, reason: str, mend: str) -> InputError:
+    return InputError.at(FaultCode.OPTION_INVALID, "command line", option, reason, mend)
