@@ -48,7 +48,7 @@ COMMANDS = {
     "view": "Write one HTML file for a browser (DIR/view.html).",
     "run": "Check, ingest, identify, validate, diagnose, report and view in one go.",
     "batch": "Run many campaigns in parallel and check them against thresholds.",
-    "export": "Write the states or the model for other programs.",
+    "export": "Write the states or the model for other programs, or as code for a controller.",
     "predict": "Predict deflection and stiffness under given loads.",
     "map": "Map deflection or stiffness over the workspace.",
     "compensate": "Correct the joint targets of a path with known forces.",

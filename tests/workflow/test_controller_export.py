@@ -55,7 +55,7 @@ def readings_of(fitted: FittedRobot, path: CompensationPath) -> Floats:
     chain, frame = fitted.campaign.chain, fitted.frame("load_point", "--sensor")
     _, rotation = attached_poses(chain, chain.model_angles(path.joints), frame)
     parts = path.wrench.reshape(-1, 2, 3)
-    return np.einsum("nji,nkj->nki", rotation, parts).reshape(-1, 6)
+    return np.asarray(np.einsum("nji,nkj->nki", rotation, parts).reshape(-1, 6))
 
 
 @pytest.mark.parametrize(("bearings", "left"), [(True, 0.03), (False, 0.15)])
