@@ -118,6 +118,11 @@ class Observations:
             wrench, rows = wrench - self.correction.wrench, rows - self.correction.rows
         return replace(self, wrench=wrench, measured=rows, correction=correction)
 
+    @property
+    def as_read(self) -> Floats:
+        """The rows (m, n) without the correction of clamped states' wrenches, which depends on the model."""
+        return self.measured if self.correction is None else self.measured - self.correction.rows
+
     def place_of(self, state: int) -> str:
         """Return in words where a state was measured, for messages."""
         run = int(self.run[state])

@@ -109,7 +109,7 @@ def along_sweep(values: Floats, data: Observations, states: Booleans) -> Floats:
     motors, result = data.rows_of(MOTOR), values.copy()
     for run in np.unique(data.run[states]):
         in_run = np.flatnonzero(states & (data.run == run))
-        angles = data.measured[np.ix_(motors, in_run)]
+        angles = data.as_read[np.ix_(motors, in_run)]
         order = in_run[np.argsort(angles[np.argmax(np.ptp(angles, axis=1))])]
         weights = np.ones(min(NEIGHBOURS, order.size))
         summed = np.convolve(values[order], weights, mode="same")

@@ -29,7 +29,8 @@ def with_clamped_folds(data: Observations, fold: Integers) -> Integers:
         return fold
     result, following = fold.copy(), int(fold.max(initial=-1)) + 1
     runs = [members for members in members_of(data.run) if clamped[members].any()]
-    angles = [data.measured[np.ix_(motors, members)] for members in runs]
+    # not as corrected for a model: models are compared over the same folds
+    angles = [data.as_read[np.ix_(motors, members)] for members in runs]
     joints = [int(np.argmax(np.ptp(angle, axis=1))) for angle in angles]
     for members, angle, joint in zip(runs, angles, joints, strict=True):
         cycle = np.zeros(len(members), dtype=np.int64)

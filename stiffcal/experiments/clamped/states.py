@@ -12,23 +12,28 @@ from itertools import pairwise
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped.faults import ONE_WAY, RunQuality
 from stiffcal.experiments.clamped.readings import ClampedReadings
+from stiffcal.experiments.clamped.state_noise import SeriesNoise, fast_noise, residual_noise, white
 from stiffcal.experiments.clamped.sweeps import loop_corners
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.raw_states import RawStates
 
 # Of fewer readings in a run nothing is known of their noise: no states are made.
 LEAST_READINGS = 96
-# Stretches of a half sweep to begin with, and at most: those over which angle or torque bend are split.
-PIECES, MOST_PIECES = 32, 96
+# Stretches of a half sweep to begin with: those over which angle or torque bend are split, until they are three times
+# as many. Where the noise is correlated over more than a sixth of them, they are longer.
+PIECES = (32, 16, 8)
+CORRELATED_SHARE = 1.0 / 6.0
+# Half sweeps whose numbers of readings differ by no more than this share repeat each other.
+SAME_LENGTH = 0.02
+# Stretches with more than this multiple of the median sum of squares bend, and show no noise.
+BENT = 4.0
 # A stretch with fewer readings is averaged, and is not split any further than to the second number.
 ENOUGH, FEWEST = 6, 2
 # Standard deviations of its sum of squares by which a stretch misses its parabola before it is split.
 BENDS = 3.5
-# Readings up to this distance count for the correlation of the noise.
-LAGS = 8
 # An angle that takes fewer than this share of distinct values is read in steps.
 STEPPED = 0.5
 
@@ -77,20 +82,28 @@ def clamped_states(
     # the turning point itself still belongs to the half sweep that it ends
     edges = sorted({0, *(corner + 1 for corner in corners if corner > 0), n})
     both = np.stack([angle, load], axis=1)
-    noise = np.maximum(_white_noise(both), [encoder_noise(angle), 1e-12 * max(float(np.ptp(load)), 1e-300)])
+    windows = _windows(readings.time, both, edges)
+    # what an encoder's steps make repeats with the cycle: differences of cycles do not hold it
+    stepped = encoder_noise(angle)
+    noise = [
+        windows.noise(angle, of_cycles=stepped == 0.0).at_least(stepped),
+        windows.noise(load).at_least(1e-12 * max(float(np.ptp(load)), 1e-300)),
+    ]
     stretches: list[_Stretch] = []
     for start, end in pairwise(edges):
-        stretches += _split(readings.time, both, noise, start, end)
+        stretches += _split(readings.time, both, noise, windows.pieces, start, end)
     weights = [_weights(readings.time, stretch) for stretch in stretches]
-    spread = np.array([float(np.sqrt(np.sum(weight**2))) for weight in weights])
-    inflation = np.sqrt([_correlation(readings.time, both[:, k], stretches) for k in range(2)])
-    noise, wrench_noise = (
-        np.maximum(own, _scatter(readings.time, values, stretches))
-        for own, values in ((noise, both), (_white_noise(wrench), wrench))
-    )
-    rounding = encoder_noise(angle) / np.sqrt([len(weight) for weight in weights])
-    motor_sigma = np.hypot(inflation[0] * spread * noise[0], rounding)
-    wrench_sigma = inflation[1] * spread[:, None] * wrench_noise
+    bases = [_basis(readings.time[stretch.start : stretch.end]) for stretch in stretches]
+
+    def sigma(values: Floats, of_cycles: bool = True) -> Floats:
+        # noise of a slower log that was brought to the times of a faster one does not show in fast differences
+        series = windows.noise(values) if windows.repeated and of_cycles else _residual_noise(values, stretches, bases)
+        series = series.at_least(fast_noise(values))
+        return np.array([series.of_weighted(weight) for weight in weights])
+
+    rounding = stepped / np.sqrt([len(weight) for weight in weights])
+    motor_sigma = np.hypot(sigma(angle, of_cycles=stepped == 0.0), rounding)
+    wrench_sigma = np.stack([sigma(component) for component in wrench.T], axis=1)
     name = readings.runs[int(readings.run[0])].name
 
     def read(values: Floats) -> Floats:
@@ -152,28 +165,88 @@ def encoder_noise(angle: Floats) -> float:
     return float(np.percentile(np.diff(values), 10) / np.sqrt(12.0))
 
 
-def _white_noise(values: Floats) -> Floats:
-    """Return (c,) standard deviation of fast noise in values (n, c): from fourth differences, whose variance is 70."""
-    if len(values) < 5:
-        return np.zeros(values.shape[1])
-    return np.asarray(np.median(np.abs(np.diff(values, 4, axis=0)), axis=0) / (0.6745 * np.sqrt(70.0)))
+@dataclass(frozen=True)
+class _Windows:
+    """Equal stretches of half sweeps, from which the noise is known before it is known what bends."""
+
+    pieces: int
+    """How many of them make a half sweep."""
+    pairs: list[tuple[int, int, int]]
+    """First reading of a window, of the same window a cycle later (or the same again where no cycle is repeated), and
+    how many readings both have."""
+    bases: list[Floats]
+    """Of each pair (n, 3) orthonormal columns of parabolas."""
+    repeated: bool
+    """True where cycles are repeated: their difference holds noise and nothing that repeats, however it bends."""
+
+    def noise(self, values: Floats, of_cycles: bool = True) -> SeriesNoise:
+        """Return the noise of values (n,) about the parabolas of those windows that do not bend.
+
+        From differences of cycles where these repeat, unless ``of_cycles`` is False.
+        """
+        if self.repeated and of_cycles:
+            own = [(values[b : b + n] - values[a : a + n]) / np.sqrt(2.0) for a, b, n in self.pairs]
+        else:
+            own = [values[a : a + n] for a, _, n in self.pairs]
+        remaining = [read - basis @ (basis.T @ read) for read, basis in zip(own, self.bases, strict=True)]
+        squares = np.array([np.mean(rest**2) for rest in remaining])
+        straight = np.flatnonzero(squares <= BENT * np.median(squares)) if squares.size else np.zeros(0, dtype=np.int64)
+        series = residual_noise([remaining[k] for k in straight], [self.bases[k] for k in straight])
+        return series if series is not None and not series.is_white else white(fast_noise(values))
 
 
-def _split(time: Floats, both: Floats, noise: Floats, start: int, end: int) -> list[_Stretch]:
+def _windows(time: Floats, both: Floats, edges: list[int]) -> _Windows:
+    """Return windows long enough for the correlation of angle and load (n, 2)."""
+    for pieces in PIECES:
+        windows = _windows_of(time, edges, pieces)
+        lengths = [n for _, _, n in windows.pairs]
+        inflation = max(windows.noise(values).inflation for values in both.T)
+        # without repeats a longer window only holds more of what bends
+        if not windows.repeated or inflation <= CORRELATED_SHARE * float(np.median(lengths)):
+            break
+    return windows
+
+
+def _windows_of(time: Floats, edges: list[int], pieces: int) -> _Windows:
+    """Return the windows of a given number of equal pieces of each half sweep."""
+    sweeps = [np.linspace(start, end, pieces + 1).round().astype(np.int64) for start, end in pairwise(edges)]
+    lasts = np.diff(edges)
+    again = [
+        (own, other)
+        for own, other, first, second in zip(sweeps, sweeps[2:], lasts, lasts[2:], strict=False)
+        if abs(int(second) - int(first)) <= SAME_LENGTH * int(first)
+    ]
+    repeated = bool(again)
+    pairs = [
+        (int(a), int(b), int(min(a_end - a, b_end - b)))
+        for own, other in (again if repeated else zip(sweeps, sweeps, strict=True))
+        for (a, a_end), (b, b_end) in zip(pairwise(own), pairwise(other), strict=True)
+    ]
+    pairs = [pair for pair in pairs if pair[2] >= ENOUGH]
+    return _Windows(pieces, pairs, [_basis(time[a : a + n]) for a, _, n in pairs], repeated)
+
+
+def _residual_noise(values: Floats, stretches: list[_Stretch], bases: list[Floats]) -> SeriesNoise:
+    """Return the noise of values (n,) about the parabolas of all stretches."""
+    own = [values[stretch.start : stretch.end] for stretch in stretches]
+    remaining = [read - basis @ (basis.T @ read) for read, basis in zip(own, bases, strict=True)]
+    return residual_noise(remaining, bases) or white(fast_noise(values))
+
+
+def _split(time: Floats, both: Floats, noise: list[SeriesNoise], pieces: int, start: int, end: int) -> list[_Stretch]:
     """Return the stretches of a half sweep: equal ones, of which those that bend most are halved."""
-    edges = np.unique(np.linspace(start, end, PIECES + 1).round().astype(np.int64))
+    edges = np.unique(np.linspace(start, end, pieces + 1).round().astype(np.int64))
     queue = [(-_bend(time, both, noise, int(a), int(b)), int(a), int(b)) for a, b in pairwise(edges)]
     heapq.heapify(queue)
-    while queue and queue[0][0] < -BENDS and len(queue) < MOST_PIECES:
+    while queue and queue[0][0] < -BENDS and len(queue) < 3 * pieces:
         _, a, b = heapq.heappop(queue)
         middle = (a + b) // 2
         for first, last in ((a, middle), (middle, b)):
             heapq.heappush(queue, (-_bend(time, both, noise, first, last), first, last))
-    pieces = sorted((a, b) for _, a, b in queue if b > a)
-    return [_Stretch(a, b, at_end=b == end) for a, b in pieces]
+    return [_Stretch(a, b, at_end=b == end) for a, b in sorted((a, b) for _, a, b in queue if b > a)]
 
 
-def _bend(time: Floats, both: Floats, noise: Floats, start: int, end: int) -> float:
+def _bend(time: Floats, both: Floats, noise: list[SeriesNoise], start: int, end: int) -> float:
     """Return by how many standard deviations a stretch misses its parabola more than noise does."""
     count = end - start
     if count < 2 * FEWEST:
@@ -181,14 +254,14 @@ def _bend(time: Floats, both: Floats, noise: Floats, start: int, end: int) -> fl
     values = both[start:end]
     if count < ENOUGH:
         # of a few readings only a jump shows
-        reach = np.ptp(values, axis=0) / np.maximum(noise, 1e-300)
-        ramp = np.ptp(both[max(start - count, 0) : start + 1], axis=0) / np.maximum(noise, 1e-300)
+        single = np.maximum([series.sigma for series in noise], 1e-300)
+        reach = np.ptp(values, axis=0) / single
+        ramp = np.ptp(both[max(start - count, 0) : start + 1], axis=0) / single
         return float(np.max(reach - 2.0 * ramp)) - 6.0
     basis = _basis(time[start:end])
-    remaining = values - basis @ (basis.T @ values)
-    dof = count - basis.shape[1]
-    excess = np.sum(remaining**2, axis=0) / np.maximum(noise, 1e-300) ** 2 - dof
-    return float(np.max(excess) / np.sqrt(2.0 * dof))
+    squares = np.sum((values - basis @ (basis.T @ values)) ** 2, axis=0)
+    expected = np.maximum([series.expected_residual(basis) for series in noise], 1e-300)
+    return float(np.max((squares - expected[:, 0]) / expected[:, 1]))
 
 
 def _basis(time: Floats) -> Floats:
@@ -210,45 +283,3 @@ def _weights(time: Floats, stretch: _Stretch) -> Floats:
     q, r = np.linalg.qr((centred / scale)[:, None] ** np.arange(3))
     # the value at the point is the first coefficient: e₀ᵀ R⁻¹ Qᵀ
     return np.asarray(q @ np.linalg.solve(r.T, [1.0, 0.0, 0.0]))
-
-
-def _scatter(time: Floats, values: Floats, stretches: list[_Stretch]) -> Floats:
-    """Return (c,) standard deviation of values (n, c) about the parabolas of all long stretches; zero without one.
-
-    Fast noise alone is too small where a slower log was brought to the times of a faster one.
-    """
-    squares, dof = np.zeros(values.shape[1]), 0.0
-    for stretch in stretches:
-        if stretch.end - stretch.start < 2 * LAGS:
-            continue
-        basis = _basis(time[stretch.start : stretch.end])
-        own = values[stretch.start : stretch.end]
-        squares += np.sum((own - basis @ (basis.T @ own)) ** 2, axis=0)
-        dof += stretch.end - stretch.start - 3.0
-    return np.sqrt(squares / dof) if dof else squares
-
-
-def _correlation(time: Floats, values: Floats, stretches: list[_Stretch]) -> float:
-    """Return by what factor the correlation of neighbours raises the variance of a mean; at least 1."""
-    products, squares, lost = np.zeros(LAGS), 0.0, 0.0
-    pairs: Integers = np.zeros(LAGS, dtype=np.int64)
-    for stretch in stretches:
-        if stretch.end - stretch.start < 2 * LAGS:
-            continue
-        basis = _basis(time[stretch.start : stretch.end])
-        own = values[stretch.start : stretch.end]
-        remaining = own - basis @ (basis.T @ own)
-        squares += float(remaining @ remaining)
-        lost += 3.0
-        for lag in range(1, LAGS + 1):
-            products[lag - 1] += float(remaining[lag:] @ remaining[:-lag])
-            pairs[lag - 1] += len(remaining) - lag
-    count = float(pairs[0]) if pairs[0] else 0.0
-    if squares <= 0.0 or count < 100.0:
-        return 1.0
-    correlation = products / squares
-    # what the parabolas take away makes neighbours look opposed, by the share of the freedom that they use
-    correlation += lost / max(count, 1.0)
-    significant = correlation > 3.0 / np.sqrt(count)
-    reach = LAGS if significant.all() else int(np.argmin(significant))
-    return float(1.0 + 2.0 * np.sum(correlation[:reach]))

@@ -85,6 +85,11 @@ class TorqueAngleLaw:
 
     def grid(self) -> tuple[Floats, Floats]:
         """Return angle (k,) and torque (k,) of the law without friction, both rising, over what was reached."""
+        _, angle, torque = self._spring_grid()
+        return angle, torque
+
+    def _spring_grid(self) -> tuple[Floats, Floats, Floats]:
+        """Return (k,) the spring's angle from the flank, and what `grid` returns."""
         low, high = self.reach
         steps = np.linspace(-1.0, 1.0, _LAW_POINTS)
         crowded = np.sinh(_CROWDING * steps) / np.sinh(_CROWDING)
@@ -94,7 +99,7 @@ class TorqueAngleLaw:
         half = len(x) // 2
         torque[half:] = np.maximum.accumulate(torque[half:])
         torque[half::-1] = np.minimum.accumulate(torque[half::-1])
-        return self.middle + x + 0.5 * self.width * np.tanh(torque / self.band), self.zero + torque
+        return x, self.middle + x + 0.5 * self.width * np.tanh(torque / self.band), self.zero + torque
 
     def torque_at(self, angle: Floats, up: NDArray[np.bool_]) -> Floats:
         """Return (m,) the torque on the branches, N·m."""
@@ -103,18 +108,36 @@ class TorqueAngleLaw:
         even = np.interp(angle - sign * self.lag, grid, torque)
         return np.asarray(even + sign * (self.friction + self.drag * np.abs(even - self.zero)))
 
+    def slopes(self, angle: Floats, up: NDArray[np.bool_]) -> Floats:
+        """Return (m, 10) derivatives of `torque_at` by middle, width, log band, zero, friction, lag, drag, p1, p2, p3.
+
+        The angle α = c + x + ½ w tanh(P/b) is kept: with k = ½ w sech²(P/b)/b and dP = P′ dx + x dp1 + x² dp2 + x³ dp3,
+        dP (1 + k P′) = x dp1 + x² dp2 + x³ dp3 − P′ (s dlag + dc + ½ tanh dw − k P d ln b).
+        """
+        spring, grid, torque = self._spring_grid()
+        sign = np.where(up, 1.0, -1.0)
+        at = angle - sign * self.lag
+        x, even = np.interp(at, grid, spring), np.interp(at, grid, torque) - self.zero
+        shape = np.tanh(even / self.band)
+        k = 0.5 * self.width * (1.0 - shape**2) / self.band
+        # past its turn a printed cubic goes on level, as in `grid`
+        tangent = np.maximum(self.tangent(x), 0.0)
+        of_angle, of_curve = -tangent / (1.0 + k * tangent), 1.0 / (1.0 + k * tangent)
+        direct = 1.0 + sign * self.drag * np.sign(even)
+        by_spring = np.stack(
+            [of_angle, 0.5 * shape * of_angle, -k * even * of_angle, sign * of_angle, x * of_curve, x**2 * of_curve,
+             x**3 * of_curve]
+        )  # fmt: skip
+        middle, width, band, lag, *curve = by_spring * direct
+        columns = [middle, width, band, np.ones_like(x), sign, lag, sign * np.abs(even), *curve]
+        return np.stack(columns, axis=1)
+
     def width_correction(self, data: Branches) -> float:
         """Return by how much a few branches would have the play wider: one Gauss-Newton step, middle and zero free."""
-        step = 1e-3 * max(self.width, 1e-9)
-        force = 1e-3 * max(self.band, 1e-9)
+        slopes = self.slopes(data.angle, data.up)
+        # width, middle, zero, friction
+        columns = slopes[:, [1, 0, 3, 4]]
         base = self.torque_at(data.angle, data.up)
-        varied = [
-            (replace(self, width=self.width + step), step),
-            (replace(self, middle=self.middle + step), step),
-            (replace(self, zero=self.zero + force), force),
-            (replace(self, friction=self.friction + force), force),
-        ]
-        columns = np.stack([(law.torque_at(data.angle, data.up) - base) / size for law, size in varied], axis=1)
         sizes = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         answer, *_ = np.linalg.lstsq(columns / sizes, data.torque - base, rcond=1e-8)
         return float(answer[0] / sizes[0])
@@ -223,11 +246,26 @@ def _fit(
     def misfit(v: Floats) -> Floats:
         return np.asarray(_law_of(scaled, v).torque_at(scaled.angle, data.up) - scaled.torque)
 
+    def slopes(v: Floats) -> Floats:
+        law = _law_of(scaled, v)
+        by_law, curve = law.slopes(scaled.angle, data.up), np.array(law.curve)
+        # middle, width and the three slopes set the curve: of three numbers differences cost nothing
+        by_value = np.zeros((3, 10))
+        for number in (0, 1, 7, 8, 9):
+            step = np.zeros(10)
+            step[number] = 1e-7 * max(abs(float(v[number])), 1e-2)
+            by_value[:, number] = (np.array(_law_of(scaled, v + step).curve) - curve) / step[number]
+        columns = by_law[:, 7:] @ by_value
+        columns[:, :7] += by_law[:, :7]
+        return np.asarray(columns)
+
     shares = _STARTS if with_play else _STARTS[:1]
     starts = [np.clip(_start(scaled, share), lower + 1e-9, upper - 1e-9) for share in shares]
     starts.sort(key=lambda v: float(np.sum(misfit(v) ** 2)))
     solutions = [
-        least_squares(misfit, v, bounds=(lower, upper), x_scale=np.maximum(np.abs(v), 0.05), max_nfev=evaluations)
+        least_squares(
+            misfit, v, jac=slopes, bounds=(lower, upper), x_scale=np.maximum(np.abs(v), 0.05), max_nfev=evaluations
+        )
         for v in starts[:MOST_STARTS]
     ]
     best = min(solutions, key=lambda solution: float(solution.cost))
@@ -291,25 +329,15 @@ def _law_of(scaled: _Scaled, v: Floats) -> TorqueAngleLaw:
 def _to_si(scaled: _Scaled, law: TorqueAngleLaw, centre: float) -> SeriesFit:
     """Return the fit in rad and N·m, with the covariance of its parameters at that place."""
     a, t = scaled.angle_unit, scaled.torque_unit
-    values = np.array([law.middle, law.width, law.band, law.zero, law.friction, law.drag, *law.curve])
     play, with_friction = scaled.with_play, scaled.with_friction
     free = np.array([True, play, play, play, with_friction, with_friction, True, True, True])
     up = scaled.data.up
 
-    def at(v: Floats, lag: float) -> Floats:
-        varied = TorqueAngleLaw(v[0], v[1], v[2], v[3], v[4], lag, (v[6], v[7], v[8]), law.reach, v[5])
-        return varied.torque_at(scaled.angle, up)
-
-    residual = at(values, law.lag) - scaled.torque
-    steps = np.maximum(1e-4 * np.abs(values), 1e-5)
-    columns = []
-    for k in np.flatnonzero(free):
-        shift = np.zeros(9)
-        shift[k] = steps[k]
-        columns.append((at(values + shift, law.lag) - at(values - shift, law.lag)) / (2.0 * steps[k]))
-    if scaled.with_lag:
-        columns.append((at(values, law.lag + 1e-4) - at(values, law.lag - 1e-4)) / 2e-4)
-    jacobian = np.stack(columns, axis=1)
+    residual = law.torque_at(scaled.angle, up) - scaled.torque
+    slopes = law.slopes(scaled.angle, up)
+    slopes[:, 2] /= law.band
+    lag = slopes[:, [5]] if scaled.with_lag else slopes[:, :0]
+    jacobian = np.concatenate([np.delete(slopes, 5, axis=1)[:, free], lag], axis=1)
     dof = max(len(residual) - jacobian.shape[1], 1)
     size = np.linalg.norm(jacobian, axis=0)
     size = np.where(size > 0.0, size, 1.0)
