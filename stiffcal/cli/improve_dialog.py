@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from stiffcal.diagnosis.results import Finding, ProposedEffect
     from stiffcal.model.summary import EffectAt
-    from stiffcal.workflow.improve import Decision, Proposal
+    from stiffcal.workflow.improve import Decision, EffectProposal
 
 QUESTION = "yes, other, details, skip, quit"
 WIDTH = 79
@@ -32,7 +32,7 @@ class ImproveDialog:
         self.write = write
         self.ask = ask or _prompt
 
-    def __call__(self, proposal: Proposal) -> Decision:
+    def __call__(self, proposal: EffectProposal) -> Decision:
         """Show a proposal and return what the user decides."""
         self._lines(_proposal_lines(proposal))
         while True:
@@ -52,7 +52,7 @@ class ImproveDialog:
             else:
                 self.write("type one of the words, or its first letter")
 
-    def _other(self, proposal: Proposal) -> EffectAt | None:
+    def _other(self, proposal: EffectProposal) -> EffectAt | None:
         """Let the user choose another effect; None to go back."""
         others = other_effects(proposal)
         if not others:
@@ -72,7 +72,7 @@ class ImproveDialog:
                 self.write(piece)
 
 
-def other_effects(proposal: Proposal) -> list[EffectAt]:
+def other_effects(proposal: EffectProposal) -> list[EffectAt]:
     """Return what could be added in place of a proposal: its look-alikes first, then what else lowers the error."""
     from stiffcal.model.summary import EffectAt
 
@@ -88,7 +88,7 @@ def other_effects(proposal: Proposal) -> list[EffectAt]:
     return others
 
 
-def _proposal_lines(proposal: Proposal) -> list[str]:
+def _proposal_lines(proposal: EffectProposal) -> list[str]:
     name = _named(proposal.effect)
     if proposal.change == "remove":
         return ["", f"remove {name}?", "  reason: without it the error in held-out poses is no larger"]
@@ -108,7 +108,7 @@ def _explained(finding: Finding) -> str:
     return f" ({share(finding.explains)} of the avoidable error)" if finding.explains is not None else ""
 
 
-def _detail_lines(proposal: Proposal) -> list[str]:
+def _detail_lines(proposal: EffectProposal) -> list[str]:
     finding = proposal.diagnosed.finding_of(proposal.effect)
     if proposal.change == "remove" or finding is None:
         return ["  no more is known"]

@@ -121,7 +121,7 @@ class Observations:
     @property
     def as_read(self) -> Floats:
         """The rows (m, n) without the correction of clamped states' wrenches, which depends on the model."""
-        return self.measured if self.correction is None else self.measured - self.correction.rows
+        return self.measured - self.added
 
     def place_of(self, state: int) -> str:
         """Return in words where a state was measured, for messages."""

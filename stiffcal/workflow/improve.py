@@ -32,7 +32,7 @@ Decision = Literal["yes", "skip", "stop"] | EffectAt
 
 
 @dataclass(frozen=True, slots=True)
-class Proposal:
+class EffectProposal:
     """A change of the model, before it is made."""
 
     change: Change
@@ -42,10 +42,10 @@ class Proposal:
     """The diagnosis that calls for it."""
 
 
-Ask = Callable[[Proposal], Decision]
+Ask = Callable[[EffectProposal], Decision]
 
 
-def always(proposal: Proposal) -> Decision:
+def always(proposal: EffectProposal) -> Decision:
     """Agree to every change of the model."""
     return "yes"
 
@@ -176,7 +176,7 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
             return diagnosed
         n_before = len(recorder.steps)
         for change, effect in changes:
-            decision = ask(Proposal(change, effect, diagnosed))
+            decision = ask(EffectProposal(change, effect, diagnosed))
             if decision == "stop":
                 return diagnose_campaign(recorder.folder, recorder.context)
             if decision == "skip":

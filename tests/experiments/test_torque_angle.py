@@ -11,7 +11,7 @@ from stiffcal.errors import InputError
 from stiffcal.experiments.clamped import torque_angle
 from stiffcal.experiments.clamped.analysis import encoder_step
 from stiffcal.experiments.clamped.branches import Branches, average_branches, reversal_error
-from stiffcal.experiments.clamped.torque_angle import fit_series, play_segment
+from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw, fit_series, play_segment
 from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, TABLE_2, branches, clamped_law, sweep
 
 
@@ -32,6 +32,36 @@ def test_table_2_comes_back(joint: int) -> None:
     spread = np.hypot(spread, 0.1 * ENCODER * np.abs(law.tangent(x)) + 2e-3 * np.abs(law.spring(x)))
     assert np.all(np.abs(fit.law.spring(x) - law.spring(x)) < 3.5 * spread)
     assert np.all(fit.law.tangent(np.linspace(*fit.law.reach, 101)) > -1e-6 * law.curve[0])
+
+
+def moved_law(law: TorqueAngleLaw, number: int, step: float) -> TorqueAngleLaw:
+    """Return the law with one of the ten numbers of `TorqueAngleLaw.slopes` changed by a step."""
+    fields = ("middle", "width", "band", "zero", "friction", "lag", "drag")
+    if number >= len(fields):
+        curve = list(law.curve)
+        curve[number - len(fields)] += step
+        return replace(law, curve=(curve[0], curve[1], curve[2]))
+    name, value = fields[number], getattr(law, fields[number])
+    return replace(law, **{name: value * np.exp(step) if name == "band" else value + step})
+
+
+@pytest.mark.parametrize("number", range(10))
+@pytest.mark.parametrize("joint", TABLE_2)
+def test_slopes_are_those_of_the_torque(joint: int, number: int) -> None:
+    """Against central differences; both branches, friction that grows with the load, a lag and a zero."""
+    law = clamped_law(joint)[0]
+    top = float(np.abs(law.spring(np.array(law.reach))).max())
+    law = replace(law, zero=0.01 * top, friction=0.05 * top, lag=0.01 * law.width, drag=0.04, band=0.05 * top)
+    half = 0.5 * law.width
+    angle = np.linspace(law.middle - half + 0.9 * law.reach[0], law.middle + half + 0.9 * law.reach[1], 201)
+    up = np.arange(angle.size) % 2 == 0
+    slopes = law.slopes(angle, up)[:, number]
+    sizes = [law.width, law.width, 1.0, top, top, law.width, 1.0, *np.abs(law.curve)]
+    step = 1e-4 * sizes[number]
+    after, before = (moved_law(law, number, s).torque_at(angle, up) for s in (step, -step))
+    # the torque is interpolated straight between 201 spring angles, so its slope is off by half a piece's bend
+    error = (after - before) / (2.0 * step) - slopes
+    assert np.sqrt(np.mean(error**2)) < 0.02 * float(np.abs(slopes).max())
 
 
 def test_friction_without_play_is_no_play() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from stiffcal.arrays import Booleans
 from stiffcal.identification.observation import Observations, observe
+from stiffcal.identification.readings import WrenchCorrection
 from stiffcal.identification.rows import MOTOR
 from stiffcal.measurements.load_states import members_of
 from stiffcal.validation.clamped_folds import LEAST_POSITIONS, cycles, with_clamped_folds
@@ -76,6 +77,17 @@ def test_load_runs_keep_their_folds() -> None:
     fold = with_clamped_folds(as_loads, by_pose)
     assert set(fold[first]) == {0}
     assert sorted(set(fold.tolist())) == [0, 1, 2, 3]
+
+
+def test_correcting_wrenches_for_a_model_leaves_the_folds() -> None:
+    """Models are compared over the same folds, so a correction that moves a turn must not move a cycle's end."""
+    data = observed(LEAST_POSITIONS - 1, (2,))
+    rng = np.random.default_rng(3)
+    rows = np.where(motor_rows(data), 0.5 * np.ptp(data.measured) * rng.standard_normal(data.measured.shape), 0.0)
+    none = np.zeros(data.n_states)
+    corrected = data.corrected(WrenchCorrection(np.zeros_like(data.wrench), rows, none, none))
+    assert not np.array_equal(corrected.measured, data.measured)
+    assert pose_folds(corrected).tolist() == pose_folds(data).tolist()
 
 
 def test_without_clamped_runs_folds_are_as_given() -> None:

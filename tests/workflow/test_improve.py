@@ -9,7 +9,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.model.summary import EffectAt, Where
-from stiffcal.workflow.improve import Decision, Proposal, improve_campaign
+from stiffcal.workflow.improve import Decision, EffectProposal, improve_campaign
 from stiffcal.workflow.improve_results import ImproveStep
 from tests.laboratory.small_campaign import MODEL, STIFFNESS, write_small_campaign
 
@@ -75,7 +75,7 @@ def test_each_step_shows_what_it_did_to_the_stiffness(coupled: Path) -> None:
 def test_where_the_answer_is_no_nothing_changes(coupled: Path) -> None:
     asked: list[ProposedEffect | EffectAt] = []
 
-    def no(proposal: Proposal) -> Decision:
+    def no(proposal: EffectProposal) -> Decision:
         asked.append(proposal.effect)
         return "stop"
 
@@ -93,7 +93,7 @@ def test_where_the_answer_is_no_nothing_changes(coupled: Path) -> None:
 def test_what_is_skipped_is_not_proposed_again(coupled: Path) -> None:
     asked: list[str] = []
 
-    def skip(proposal: Proposal) -> Decision:
+    def skip(proposal: EffectProposal) -> Decision:
         asked.append(proposal.effect.effect)
         return "skip"
 
