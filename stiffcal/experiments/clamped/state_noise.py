@@ -188,7 +188,7 @@ def _lowest_order(products: Floats, pairs: Floats, expected: Floats) -> SeriesNo
         starts = [np.append(best, last) for last in (-0.3, 0.3)]
         fits = [least_squares(missed, start, bounds=(-MOST_REFLECTION, MOST_REFLECTION)) for start in starts]
         fit = min(fits, key=lambda result: float(result.cost))
-        if left @ left - fit.fun @ fit.fun <= CLEAR**2:
+        if not fit.success or left @ left - fit.fun @ fit.fun <= CLEAR**2:
             break
         best, left = np.asarray(fit.x), np.asarray(fit.fun)
     shape = _autocovariance(best)

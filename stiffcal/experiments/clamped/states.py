@@ -201,8 +201,8 @@ def _windows(time: Floats, both: Floats, edges: list[int]) -> _Windows:
         windows = _windows_of(time, edges, pieces)
         lengths = [n for _, _, n in windows.pairs]
         inflation = max(windows.noise(values).inflation for values in both.T)
-        # without repeats a longer window only holds more of what bends
-        if not windows.repeated or inflation <= CORRELATED_SHARE * float(np.median(lengths)):
+        # without repeats a longer window only holds more of what bends; without windows the log is too short for them
+        if not lengths or not windows.repeated or inflation <= CORRELATED_SHARE * float(np.median(lengths)):
             break
     return windows
 
