@@ -30,7 +30,7 @@ from stiffcal.identification.observation import (
     rests,
 )
 from stiffcal.identification.reported import reported_parameters, student_95
-from stiffcal.identification.starting import starting_runs
+from stiffcal.identification.starting import starting_states
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.kinematics import attached_poses
@@ -113,7 +113,7 @@ def geometry_effect(
     columns : the p amplitudes.
     whitening : weights of the fit.
     """
-    chosen = starting_runs(data.run)
+    chosen = starting_states(data)
     if chosen is not None:
         data, whitening = data.subset(chosen), whitening.subset(chosen)
     nuisance = geometry_columns(robot, data)

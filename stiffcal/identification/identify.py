@@ -33,7 +33,7 @@ from stiffcal.identification.observation import (
     observe,
 )
 from stiffcal.identification.reported import amplitudes, bounds_of, reported_parameters, student_95
-from stiffcal.identification.starting import starting_runs
+from stiffcal.identification.starting import starting_runs, starting_states
 from stiffcal.identification.weights import (
     Weights,
     estimate_weights,
@@ -179,7 +179,7 @@ def _without_noise_dominated(
     """Return the settings with what only the wrench's noise turns, as far as that noise is known."""
     if noise is None:
         return settings
-    names = noise_dominated_parameters(_some_runs(problem).data, robot, settings.fixed, noise)
+    names = noise_dominated_parameters(_starting_problem(problem).data, robot, settings.fixed, noise)
     return replace(settings, noise_dominated=settings.noise_dominated | names)
 
 
@@ -187,23 +187,33 @@ def fit_observations(
     problem: Problem, robot: CompliantRobot, settings: Settings, progress: Progress = no_progress
 ) -> Fit:
     """Identify from prepared observations; see `identify_parameters`."""
-    first_runs = _some_runs(problem)
+    first = _starting_problem(problem)
     settings = replace(
         settings,
-        redundant=redundant_gains(robot, first_runs.data, settings.fixed),
-        same_motion=redundant_geometry(robot, first_runs.data, settings.fixed),
+        redundant=redundant_gains(robot, first.data, settings.fixed),
+        same_motion=redundant_geometry(robot, first.data, settings.fixed),
     )
     progress("first-order pass", 0.1)
-    settled = _gauss_newton(first_runs, _initial_estimate(first_runs, robot, settings), settings, None, progress)
-    if first_runs is not problem:
+    # of thinned sweeps only what begins the fit is wanted, not where their own wrenches are corrected to
+    near = first is not problem and first.data.clamped is not None
+    settled = _gauss_newton(first, _initial_estimate(first, robot, settings), settings, None, progress, near)
+    if first is not problem:
         settled = _gauss_newton(problem, settled.robot, settings, settled.weights, progress)
     return _summarise(problem, settled, settings)
 
 
 def _gauss_newton(
-    problem: Problem, robot: CompliantRobot, settings: Settings, stated: Weights | None, progress: Progress
+    problem: Problem,
+    robot: CompliantRobot,
+    settings: Settings,
+    stated: Weights | None,
+    progress: Progress,
+    near: bool = False,
 ) -> _Settled:
-    """Take steps until one is invisible, at most `MAX_STEPS`; without ``stated`` weights the noise is estimated too."""
+    """Take steps until one is invisible, at most `MAX_STEPS`; without ``stated`` weights the noise is estimated too.
+
+    With ``near`` they end where the next one is expected below `NEAR`.
+    """
     data = problem.data
     columns = free_columns(robot, settings.fixed)
     amplitude = amplitudes(robot, columns)
@@ -243,16 +253,17 @@ def _gauss_newton(
         # Far from the solution a residual is the model's, not the wrench's.
         corrected, moved = corrected_wrenches(robot, data, reduced, weights) if next_step < NEAR else (data, 0.0)
         settled = moved < SMALL_CORRECTION and (change < small or (next_step < small and not robust))
+        settled = settled or (near and next_step < NEAR)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             last_step = change if (robot.deformed or robust) and not settled else None
             return _Settled(robot, weights, columns, reduced, checked, iterations, data, last_step)
         last, data = change, corrected
 
 
-def _some_runs(problem: Problem) -> Problem:
-    """Return the problem of some runs, enough to start from and to determine the noise; a small problem as it is."""
+def _starting_problem(problem: Problem) -> Problem:
+    """Return the problem of some runs or states, enough to start from; a small problem as it is."""
     data = problem.data
-    chosen = starting_runs(data.run)
+    chosen = starting_states(data)
     if chosen is None:
         return problem
     place = np.cumsum(chosen) - 1

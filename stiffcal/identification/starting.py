@@ -1,4 +1,4 @@
-"""Large campaigns start on some of their runs."""
+"""Large campaigns start on some of their runs, long clamped runs on some of their states."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans
+from stiffcal.identification.readings import Observations
 
 # From there the whole needs two steps, and five thousand states give the
 # noise to a per cent.
 START_STATES, START_RUNS = 5000, 40
+# Neighbouring states of a sweep differ by little: so many show all of its curve.
+START_SWEPT = 1500
 
 
 def starting_runs(run: NDArray[np.int64]) -> Booleans | None:
@@ -18,3 +21,12 @@ def starting_runs(run: NDArray[np.int64]) -> Booleans | None:
     n_runs = max(START_RUNS, len(runs) * START_STATES // max(len(run), 1))
     stride = len(runs) // n_runs
     return None if stride < 2 or len(run) < 2 * START_STATES else np.isin(run, runs[::stride])
+
+
+def starting_states(data: Observations) -> Booleans | None:
+    """Return (n,) True for the states on which a fit starts; None where these are all."""
+    chosen = starting_runs(data.run)
+    stride = data.n_states // START_SWEPT
+    if chosen is not None or data.clamped is None or stride < 2:
+        return chosen
+    return np.asarray(np.arange(data.n_states) % stride == 0)
