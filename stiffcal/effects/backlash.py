@@ -49,7 +49,7 @@ class Backlash(DocumentedEffect):
     summary = "lost motion when the total torque, weight included, changes sign"
     parameters = (
         ParameterSpec(
-            "width", "rad", "lost motion between the flanks", 0.0, 0.05, 2e-3,
+            "width", "rad", "lost motion between the flanks", 0.0, 0.1, 2e-3,
             "Lehmann et al. 2013, Table 2 (KUKA KR125, clamped): 0.10° to 0.16°; new precision gears: 1 arc minute",
         ),
         ParameterSpec(

@@ -300,4 +300,5 @@ def _order(states: LoadStates, chain: Chain, reference: Integers, keep: Integers
         since_reference=since[keep],
         number=keep + 1,
         swept=np.array([run.swept for run in states.runs], dtype=np.bool_)[states.run[keep]],
+        motor_torque=np.array([run.motor_torque for run in states.runs], dtype=np.bool_)[states.run[keep]],
     )

@@ -129,6 +129,10 @@ class RunInfo:
     """The load went up and down without being held; states are moments of that motion."""
     fixture: tuple[tuple[float, ...], ...] | None = None
     """Of a clamped run, 6 × 6 compliance of the fixture, m/N and rad/(N·m), base axes; None: rigid."""
+    motor_torque: bool = field(default=False, kw_only=True)
+    """Of a clamped run: True where the load is the motor's torque, the friction of the drive in it; False where a force
+    sensor measures it.
+    """
 
 
 @dataclass(frozen=True)

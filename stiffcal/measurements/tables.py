@@ -104,6 +104,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
             run.get("compensated", False),
             _fixture(run),
             of=run.get("of", ""),
+            motor_torque=run.get("motor_torque", False),
         )
         for run in document["runs"]
     )
@@ -218,6 +219,7 @@ def _setup_document(states: LoadStates) -> Document:
             | ({"compensated": True} if run.compensated else {})
             | ({"swept": True} if run.swept else {})
             | ({"of": run.of} if run.of else {})
+            | ({"motor_torque": True} if run.motor_torque else {})
             | ({"fixture": [list(row) for row in run.fixture]} if run.fixture is not None else {})
             for run in states.runs
         ],

@@ -20,9 +20,8 @@ from enum import Enum
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.deprecated_names import old_names, take_old_methods, with_old_methods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
@@ -33,6 +32,7 @@ from stiffcal.model.parameters import ParameterSpec as ParameterSpec
 from stiffcal.model.parameters import Values as Values
 from stiffcal.model.parameters import usual_grid
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
+from stiffcal.model.state_order import StateOrder as StateOrder
 from stiffcal.model.torque_angle import TorqueAngle as TorqueAngle
 
 PlaceKind = Literal["joints", "links", "pairs", "frames", "setup"]
@@ -85,41 +85,6 @@ class Term:
     """The amplitude's symbol; "" for a term without a free parameter."""
     value: Floats
     """(n,) what the amplitude is multiplied with, per state."""
-
-
-@dataclass(frozen=True)
-class StateOrder:
-    """Order and time of states, for laws with a memory."""
-
-    run: NDArray[np.int64]
-    """(n,) run number; states of a run are contiguous and in order."""
-    time: Floats
-    """(n,) s, NaN where not logged."""
-    hold: Floats
-    """(n,) s since the load was reached, NaN where not known."""
-    motor: Floats
-    """(J, n) model-joint motion of the motors since the run's reference, rad; zero where not logged."""
-    temperature: Floats
-    """(n,) first temperature channel minus its value at the run's reference; NaN where not logged."""
-    since_reference: Floats
-    """(n,) s since the run's reference state."""
-    number: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    """(n,) the state's number in the campaign, from 1; empty where the states stand in no campaign."""
-    swept: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    """(n,) True for moments of a load that moves; empty where all loads are held."""
-
-    def block(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> StateOrder:
-        """Return some of the states."""
-        return StateOrder(
-            self.run[rows],
-            self.time[rows],
-            self.hold[rows],
-            self.motor[:, rows],
-            self.temperature[rows],
-            self.since_reference[rows],
-            self.number[rows] if self.number.size else self.number,
-            self.swept[rows] if self.swept.size else self.swept,
-        )
 
 
 @dataclass(frozen=True)
@@ -323,6 +288,22 @@ class Effect(ABC):
 
     def joint_torque(self, place: Place, chain: Chain, angles: Floats, values: Values) -> Floats | None:
         """Return (n,) torque that acts in parallel with the drive of the place's joint, N·m, or None."""
+        return None
+
+    def spring_torque(
+        self, place: Place, torque: Floats, run: Integers, weight: Floats | None, values: Values
+    ) -> Floats | None:
+        """Return (n,) torque that reaches the drive's springs from its motor, N·m, or None where all of it does.
+
+        Asked where clamped runs measure the motor's torque; the laws of the drive then act on what this returns.
+
+        Parameters
+        ----------
+        torque : (n,) the motor's torque on the drive of the place's joint, N·m, in the order in which it acted.
+        run : (n,) run number; states of a run contiguous.
+        weight : (n,) torque of the weight alone, N·m, which acts before a run begins; None: none.
+        values : of all parameters, by symbol.
+        """
         return None
 
     def from_torque_angle(

@@ -24,6 +24,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame, stacked_bodies, turn_between
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.deformed_chain import DeformedChain, deformed_chain, node_wrenches
+from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import RZ, Inputs, NodeLoads, StateOrder, Term, tool_node
 from stiffcal.model.no_balance import NoBalanceError as NoBalanceError
 from stiffcal.model.no_balance import no_balance
@@ -99,6 +100,26 @@ def _add_side_torques(robot: CompliantRobot, angles: Floats, wrench: Floats) -> 
             wrench[2 * placed_effect.place.joints[0] - 1, RZ] += torque
 
 
+def _take_off_friction(robot: CompliantRobot, wrench: Floats, order: StateOrder | None, weight: Floats | None) -> None:
+    """Leave on joints whose motor's torque was measured what reaches their springs through the drive's friction."""
+    if order is None or not order.motor_torque.any():
+        return
+    for placed_effect in robot.acting:
+        if placed_effect.place.kind != "joints":
+            continue
+        joint = placed_effect.place.joints[0]
+        torque = drive_torque(robot.chain, wrench, joint)
+        start = None if weight is None else drive_torque(robot.chain, weight, joint)
+        effect, values = placed_effect.effect, placed_effect.values
+        remaining = effect.spring_torque(placed_effect.place, torque, order.run, start, values)
+        if remaining is None:
+            continue
+        loss = np.where(order.motor_torque, remaining - torque, 0.0)
+        # τ_drive = Mᵀ τ_model: a change of one drive's torque is one of all model joints that it turns
+        share = np.linalg.inv(robot.chain.drive_axes)[joint - 1]
+        wrench[1 : 2 * robot.chain.n_joints : 2, RZ] += share[:, None] * loss
+
+
 # What overflows on the way to no balance is found by its result, and needs no warnings of numpy.
 @np.errstate(over="ignore", invalid="ignore")
 def find_rest(
@@ -136,6 +157,7 @@ def find_rest(
         wrench = node_wrenches(chain, shape, inputs)
         joint_turn = inputs.angles if small is None else inputs.angles + small[1 : 2 * chain.n_joints : 2, RZ]
         _add_side_torques(robot, joint_turn, wrench)
+        _take_off_friction(robot, wrench, order, weight)
         terms = law_terms(robot, NodeLoads(wrench, inputs.angles, order, weight))
         updated = node_displacements(robot, terms, n)
         step = np.abs(updated if small is None else updated - small)

@@ -45,13 +45,33 @@ def play_operator(torque: Floats, slip: float, run: Integers, start: Floats | No
     >>> play_operator(np.array([0.0, 3.0, 5.0, 3.0, 0.0, -2.0]), 1.0, np.zeros(6, dtype=np.int64)).tolist()
     [0.0, 2.0, 4.0, 4.0, 1.0, -1.0]
     """
-    lower, upper = torque - slip, torque + slip
     first = first_of_run(run)
     before = np.zeros(int(first.sum())) if start is None else play_operator_from_rest(start[first], slip)
+    return clamped_between(torque - slip, torque + slip, run, before)
+
+
+def clamped_between(lower: Floats, upper: Floats, run: Integers, before: Floats) -> Floats:
+    """Return x_i = min(max(x_{i-1}, lower_i), upper_i): the generalised play operator of Visintin 1994, section III.2.
+
+    Parameters
+    ----------
+    lower, upper : (n,) bounds, lower ≤ upper; states of a run contiguous.
+    run : (n,) run number.
+    before : (R,) value before each of the R runs' first state.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> one_run = np.zeros(3, dtype=np.int64)
+    >>> clamped_between(np.array([1.0, 0.0, -3.0]), np.array([2.0, 4.0, -1.0]), one_run, np.zeros(1)).tolist()
+    [1.0, 1.0, -1.0]
+    """
+    lower, upper = lower.copy(), upper.copy()
+    first = first_of_run(run)
     lower[first] = upper[first] = np.clip(before, lower[first], upper[first])
     step = 1
     # A run's first clamp is a constant: chaining beyond it changes nothing, and so the runs stay apart by themselves.
-    while step < len(torque) and (lower != upper).any():
+    while step < len(lower) and (lower != upper).any():
         lower[step:], upper[step:] = (
             np.clip(lower[:-step], lower[step:], upper[step:]),
             np.clip(upper[:-step], lower[step:], upper[step:]),

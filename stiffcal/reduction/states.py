@@ -189,7 +189,7 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
     set_aside = _with_not_measured(raw_states.set_aside, measured, run)
     codes, texts = set_aside_columns(set_aside)
     states = LoadStates(
-        runs=tuple(_run_info(name, manifest_runs.get(name)) for name in names),
+        runs=tuple(_run_info(name, manifest_runs.get(name), manifest) for name in names),
         run=run,
         time=raw_states.time,
         hold=raw_states.hold,
@@ -259,10 +259,19 @@ def _with_not_measured(set_aside: Sequence[SetAside], measured: Booleans, run: I
     return [reason if missing[k] and not entry.code else entry for k, entry in enumerate(set_aside)]
 
 
-def _run_info(name: str, run: Run | None) -> RunInfo:
+def _run_info(name: str, run: Run | None, manifest: Manifest) -> RunInfo:
     if run is None:
         return RunInfo(name)
-    return RunInfo(name, run.experiment, run.holdout, run.tags, run.compensation == "on", run.fixture_compliance)
+    sensor = any(manifest.sources[source].wrench is not None for source in run.files)
+    return RunInfo(
+        name,
+        run.experiment,
+        run.holdout,
+        run.tags,
+        run.compensation == "on",
+        run.fixture_compliance,
+        motor_torque=run.experiment == "clamped" and not sensor,
+    )
 
 
 def _joint_angles(raw_states: RawStates, chain: Chain, manifest_runs: Mapping[str, Run]) -> Floats:

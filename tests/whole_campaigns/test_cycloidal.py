@@ -11,6 +11,7 @@ import pytest
 
 from stiffcal.documents import document_of
 from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.improve import improve_campaign
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data" / "cycloidal-joint"
@@ -25,11 +26,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
         pytest.skip("the real measurements (../shared/data) are not here")
     found = {}
     for name in PUBLISHED:
-        folder = tmp_path_factory.mktemp("cycloidal") / name
-        shutil.copytree(ROOT / "campaigns" / "cycloidal-joint" / name, folder, ignore=shutil.ignore_patterns("store"))
-        (folder / "raw").mkdir(exist_ok=True)
-        for file in DATA.glob(f"*_{name}_*.csv"):
-            shutil.copyfile(file, folder / "raw" / file.name)
+        folder = copied(name, tmp_path_factory.mktemp("cycloidal") / name)
         found[name] = document_of(identify_campaign(folder))
     return found
 
@@ -83,3 +80,57 @@ def test_base_with_friction_in_the_torque_is_as_published(told: dict[str, dict[s
     ends = [one["friction"] + (1.0 + run["law"]["drag"]) * abs(torque) for torque in one["curve"]["torque"]]
     seen = np.rad2deg(run["motion"] - one["play"]) / sum(ends)
     assert seen == pytest.approx(PUBLISHED["base"][0], rel=0.1)
+
+
+# Friction between motor and spring, and lost motion, in one fit: rms with compliance alone, and with both, mrad.
+LADDER = {"base": (15.9, 6.5), "conic": (13.1, 4.2), "split": (11.6, 3.0)}
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_friction_before_the_spring_is_the_published_coulomb_friction(name: str, tmp_path: Path) -> None:
+    if not DATA.is_dir():
+        pytest.skip("the real measurements (../shared/data) are not here")
+    folder = copied(name, tmp_path / name)
+    head = 'schema = "stiffcal/model/1"\n[[effects]]\ntype = "joint-compliance"\njoints = [1]\n'
+    (folder / "model.toml").write_text(head, "utf-8")
+    alone, with_both = LADDER[name]
+    assert rms_mrad(folder) == pytest.approx(alone, rel=0.05)
+    friction = (
+        '[[effects]]\ntype = "friction-hysteresis"\njoints = [1]\n[effects.parameters]\n'
+        '"friction-hysteresis.j1.coulomb" = { value = 5.0 }\n"friction-hysteresis.j1.per_Nm" = { value = 0.0 }\n'
+    )
+    (folder / "model.toml").write_text(head + friction + '[[effects]]\ntype = "backlash"\njoints = [1]\n', "utf-8")
+    assert rms_mrad(folder) < with_both
+    values = {entry["name"]: entry["value"] for entry in document_of(identify_campaign(folder))["parameters"]}
+    # published are means over three output positions, of which the file here holds the first
+    assert values["friction-hysteresis.j1.coulomb"] == pytest.approx(PUBLISHED[name][1], rel=0.15)
+
+
+def test_improve_takes_the_friction_before_the_spring_and_goes_on(tmp_path: Path) -> None:
+    """Friction and lost motion are named together; once friction is in, lost motion alone is too small to be named."""
+    if not DATA.is_dir():
+        pytest.skip("the real measurements (../shared/data) are not here")
+    folder = copied("conic", tmp_path / "conic")
+    (folder / "model.toml").write_text(
+        'schema = "stiffcal/model/1"\n[[effects]]\ntype = "joint-compliance"\njoints = [1]\n', "utf-8"
+    )
+    improved = improve_campaign(folder)
+    assert [step.effect for step in improved.steps] == [None, "friction-hysteresis", "backlash"]
+    errors = [step.heldout_rms.motor_angle for step in improved.steps if step.heldout_rms is not None]
+    assert errors[0] > 2.0 * errors[1]
+    assert errors[1] > 1.2 * errors[2]
+
+
+def copied(name: str, folder: Path) -> Path:
+    """Copy the campaign of a reducer, with its log."""
+    shutil.copytree(ROOT / "campaigns" / "cycloidal-joint" / name, folder, ignore=shutil.ignore_patterns("store"))
+    (folder / "raw").mkdir(exist_ok=True)
+    for file in DATA.glob(f"*_{name}_*.csv"):
+        shutil.copyfile(file, folder / "raw" / file.name)
+    return folder
+
+
+def rms_mrad(folder: Path) -> float:
+    """Return the fit's rms of the motor's angle."""
+    rms = document_of(identify_campaign(folder))["rms"]
+    return 1e3 * float(rms["motor_angle"])

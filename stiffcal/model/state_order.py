@@ -1,0 +1,48 @@
+"""Order and time of states, for laws with a memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.arrays import Floats
+
+
+@dataclass(frozen=True)
+class StateOrder:
+    """Order and time of states, for laws with a memory."""
+
+    run: NDArray[np.int64]
+    """(n,) run number; states of a run are contiguous and in order."""
+    time: Floats
+    """(n,) s, NaN where not logged."""
+    hold: Floats
+    """(n,) s since the load was reached, NaN where not known."""
+    motor: Floats
+    """(J, n) model-joint motion of the motors since the run's reference, rad; zero where not logged."""
+    temperature: Floats
+    """(n,) first temperature channel minus its value at the run's reference; NaN where not logged."""
+    since_reference: Floats
+    """(n,) s since the run's reference state."""
+    number: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(n,) the state's number in the campaign, from 1; empty where the states stand in no campaign."""
+    swept: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    """(n,) True for moments of a load that moves; empty where all loads are held."""
+    motor_torque: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    """(n,) True where the load is the torque of a clamped robot's motor; empty where a sensor measures all loads."""
+
+    def block(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> StateOrder:
+        """Return some of the states."""
+        return StateOrder(
+            self.run[rows],
+            self.time[rows],
+            self.hold[rows],
+            self.motor[:, rows],
+            self.temperature[rows],
+            self.since_reference[rows],
+            self.number[rows] if self.number.size else self.number,
+            self.swept[rows] if self.swept.size else self.swept,
+            self.motor_torque[rows] if self.motor_torque.size else self.motor_torque,
+        )
