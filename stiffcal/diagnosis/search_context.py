@@ -10,6 +10,7 @@ from typing import Generic
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.held_to_places import ReferencePlaces, held_to_places
@@ -28,6 +29,9 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole
 from stiffcal.model.no_balance import NoBalanceError
+
+# Standard errors over poses by which another form must err less than the one that is expected.
+EXPECTED_ERRORS = 2.0
 
 
 class NoBalanceWithError(Exception):
@@ -201,7 +205,10 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
             except (NoBalanceError, ArithmeticError):
                 # a curve that turns over within the loads is no curve of a spring
                 continue
-            if float(np.sum(look.base.heldout)) < float(np.sum(best.base.heldout)):
+            change = look.base.heldout - best.base.heldout
+            # chance over poses is allowed for where the load itself says which form acts
+            allowed = EXPECTED_ERRORS * _standard_error(change) if placed.effect.whole_form_expected else 0.0
+            if float(np.sum(change)) < allowed:
                 best = look
         return best
 
@@ -253,6 +260,11 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
         if not before or not after:
             return own
         return replace(own, ratio=own.ratio * before / after)
+
+
+def _standard_error(change: Floats) -> float:
+    """Return the standard error of the sum of changes (F,) over poses; 0 of a single one."""
+    return float(np.sqrt(len(change)) * np.std(change, ddof=1)) if len(change) > 1 else 0.0
 
 
 def _label_of(placed: PlacedEffect) -> str:

@@ -62,6 +62,8 @@ class FrictionHysteresis(DocumentedEffect):
     in_drive = True
     summary = "loading and unloading run on different curves"
     has_memory = True
+    # the friction of a drive lies in the torque of its motor
+    whole_form_expected = True
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
         ParameterSpec(
             "c", "rad/(N·m)", "compliance of what slips", 0.0, 1e-1, 1e-6,

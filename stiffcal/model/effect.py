@@ -166,6 +166,8 @@ class Effect(ABC):
     how_to_check: ClassVar[str] = ""
     fingerprint: ClassVar[str] = ""
     has_memory: ClassVar[bool] = False
+    whole_form_expected: ClassVar[bool] = False
+    """True where `whole_form` is how the law acts in the states that have it, whatever a part of them shows."""
     moves_frames: ClassVar[bool] = False
     """True where the set-up parameters move nothing but the frames that places are measured in or at."""
     in_motion: ClassVar[bool] = False
@@ -210,7 +212,8 @@ class Effect(ABC):
     def whole_form(self, states: LoadStates) -> Effect | None:
         """Return the form that replaces other laws of its place (`includes`) with as many parameters; None without one.
 
-        It is no addition, so that a search fits it once the law is in the model, and keeps whichever errs less.
+        It is no addition, so that a search fits it once the law is in the model, and keeps whichever errs less; with
+        `whole_form_expected` it keeps this form unless the other errs less by two standard errors over poses.
         """
         return None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -170,8 +170,12 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
     """
     removed = False
     skipped: list[tuple[Change, str, Where]] = []
+    waiting: list[ProposedEffect] = []
     for _ in range(MOST_STEPS):
         changes = _next_changes(diagnosed, skipped)
+        waiting = diagnosed.missing or waiting
+        if not changes and diagnosed.unexplained:
+            changes = [("add", effect) for effect in _still_supported(waiting, diagnosed, skipped)[:1]]
         if not changes or (removed and changes[0][0] == "remove"):
             return diagnosed
         n_before = len(recorder.steps)
@@ -184,10 +188,31 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
                 continue
             recorder.edit(change, effect if decision == "yes" else decision)
             removed = change == "remove"
+            waiting = [other for other in waiting if other != effect]
         if len(recorder.steps) > n_before:
             diagnosed = diagnose_campaign(recorder.folder, recorder.context)
     text = f"stopped after {MOST_STEPS} steps: the model still changes; look at the history"
     return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if _next_changes(diagnosed, skipped) else diagnosed
+
+
+def _still_supported(
+    waiting: Sequence[ProposedEffect], diagnosed: DiagnoseResult, skipped: list[tuple[Change, str, Where]]
+) -> list[ProposedEffect]:
+    """Return those effects named together with the ones that were added which the present diagnosis still supports.
+
+    Together they explained enough to be named. What remains once the first is in the model may be less their doing than
+    that of something outside the catalogue, so that none is named again.
+    """
+    supported = []
+    for effect in waiting:
+        finding = diagnosed.finding_of(effect)
+        if (
+            finding is not None
+            and finding.verdict == "supported"
+            and ("add", effect.effect, effect.where) not in skipped
+        ):
+            supported.append(effect)
+    return supported
 
 
 def _next_changes(
