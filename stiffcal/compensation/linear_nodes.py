@@ -140,7 +140,6 @@ def node_chain(chain: Chain, nodes: LinearNodes) -> NodeChain:
         joint.append(-1)
         last = 0
     bodies.append((last, np.eye(4)))
-    carriers = []
     ends = {beam.joint: beam.end for beam in chain.beams.values()}
     for k in range(1, chain.n_joints + 1):
         lift = np.eye(4)
@@ -155,8 +154,6 @@ def node_chain(chain: Chain, nodes: LinearNodes) -> NodeChain:
             joint.append(-1)
             last += 1
             carried = inverse_transform(ends[k])
-        # A link's own weight bends its beam, as in the balance: it rides on the beam's end.
-        carriers.append((last, carried))
     carried = carried @ chain.flange
     if tool_node(chain) in nodes.nodes:
         fixed.append(carried)
@@ -164,8 +161,8 @@ def node_chain(chain: Chain, nodes: LinearNodes) -> NodeChain:
         last += 1
         carried = np.eye(4)
     bodies.append((last, carried))
-    carriers.append(bodies[-1])
-    mass, moment = _masses(chain, nodes.setup, carriers, len(fixed))
+    # as in the balance, a link's own weight acts inboard of the end at which it bends
+    mass, moment = _masses(chain, nodes.setup, bodies[1:], len(fixed))
     return NodeChain(
         nodes.nodes, np.stack(fixed), np.array(joint, dtype=np.int64), mass, moment, chain.gravity, tuple(bodies)
     )

@@ -37,9 +37,9 @@ class LinkBeam(DocumentedEffect):
     u3 = F3 L³/(3 EI2) − M2 L²/(2 EI2) and θ2 = −F3 L²/(2 EI2) + M2 L/EI2 (Gross, Hauger, Schröder and Wall,
     Engineering Mechanics 2, table 4.3; signs as in paper 000, eq. 2 and 3: φ3 = u2′, φ2 = −u3′).
 
-    Assumes a straight, even, slender link of linear material: no shear, free warping, weight of the link itself as if
-    it hung at its end. EI2 is bending about x2 (deflection along x3), EI3 bending about x3, which lies along the
-    inboard joint's axis.
+    Assumes a straight, even, slender link of linear material: no shear, free warping. What is outboard of the link
+    bends it; its own weight, which acts between its ends, does not. EI2 is bending about x2 (deflection along x3),
+    EI3 bending about x3, which lies along the inboard joint's axis.
 
     Limits: bending about x3 of a link between two parallel joints looks much like the give of these joints; twist looks
     like a bearing's tilt. Tension is as a rule far below what can be measured. Links shorter than 50 mm are no place.

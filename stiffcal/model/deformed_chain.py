@@ -148,23 +148,28 @@ def node_wrenches(chain: Chain, shape: DeformedChain, inputs: Inputs, forces: Fl
     n_joints = chain.n_joints
     result = np.zeros((2 * n_joints + 2, 6, reading.shape[1]))
     total_force, total_moment = np.zeros_like(force), np.zeros_like(force)
+
+    def carry(node: int) -> None:
+        if node >= 0 and _is_node(chain, node):
+            frame = shape.nodes[node]
+            result[node, :3] = to_frame(frame.rotation, total_force)
+            result[node, 3:] = to_frame(frame.rotation, total_moment - cross(shape.origins[node], total_force))
+
     for body in range(n_joints + 1, -1, -1):
         # The load may act on an inner body; nodes outboard of it do not feel it.
         if body == setup.wrench_point.body:
             total_force, total_moment = total_force + force, total_moment + moment
+        if 0 < body <= n_joints:
+            # A link's own weight pulls inboard of its outboard end, which does not carry it: as a force and a moment
+            # at that end it would bend a link whose weight sits near its inboard joint upwards.
+            carry(2 * body)
         if forces is None:
             mass, centre = _mass_of(chain, setup, body)
             if mass != 0.0:
                 place = shape.bodies[body].point(centre)
                 weight = np.broadcast_to((mass * chain.gravity)[:, None], place.shape)
                 total_force, total_moment = total_force + weight, total_moment + cross(place, weight)
-        # What a body carries goes through the node at its outboard end and through its joint's.
-        for node in (2 * n_joints + 1,) if body == n_joints + 1 else (2 * body, 2 * body - 1):
-            if node < 0 or not _is_node(chain, node):
-                continue
-            frame = shape.nodes[node]
-            result[node, :3] = to_frame(frame.rotation, total_force)
-            result[node, 3:] = to_frame(frame.rotation, total_moment - cross(shape.origins[node], total_force))
+        carry(2 * n_joints + 1 if body == n_joints + 1 else 2 * body - 1 if body > 0 else 0)
     return result
 
 
