@@ -71,6 +71,8 @@ def show_validation(console: Console, result: ValidateResult) -> None:
     console.print(table)
     if result.distance is not None:
         _show_distances(console, result.distance, result.ladder or [])
+    if result.elasticity is not None:
+        console.print(f"elasticity: {result.elasticity.why}")
     slices = {
         "body": result.by_body,
         "run": result.by_run,

@@ -12,6 +12,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
 from stiffcal.reduction.registration import RegistrationSummary
 from stiffcal.validation.distances import Distances, LadderStep
+from stiffcal.validation.elasticity import Elasticity
 from stiffcal.validation.results import ErrorSlice, ThresholdCheck, Verdict, WorstState
 
 
@@ -53,6 +54,8 @@ class ValidateResult(CommandResult):
     """How far predicted and measured places are apart; None where no run is absolute."""
     ladder: OrAbsent[list[LadderStep]] = None
     """From the nominal robot to the present model; None where no run is absolute."""
+    elasticity: OrAbsent[Elasticity] = None
+    """Whether places show that the joints give; None where no run is absolute."""
     worst: list[WorstState]
     """The states with the largest residuals, worst first."""
     by_joint: OrAbsent[list[ErrorSlice]] = None

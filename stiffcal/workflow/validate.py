@@ -124,6 +124,7 @@ def validate_now(
     from stiffcal.identification.state_tables import observed_table
     from stiffcal.results.validate_answer import validate_result
     from stiffcal.validation.distances import distances_of
+    from stiffcal.validation.elasticity import elasticity_of
     from stiffcal.validation.validate import validate_fit
     from stiffcal.workflow.experiments import (
         merge_experiment_validations,
@@ -144,7 +145,12 @@ def validate_now(
         distance = distances_of(fit)
         if distance is not None:
             context.progress("fitting the ladder", None)
-            result = replace(result, distance=distance, ladder=ladder_of(data.states, fit, distance))
+            result = replace(
+                result,
+                distance=distance,
+                ladder=ladder_of(data.states, fit, distance),
+                elasticity=elasticity_of(data.states, fit),
+            )
         heldout = validation.heldout
         predicted = heldout.displacement - heldout.data.added - heldout.residual
         carried = load_columns(data.states, fit.robot)

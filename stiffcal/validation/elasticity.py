@@ -1,0 +1,219 @@
+"""Whether absolute places show that the joints give: what weight turns looks much like an error of the joint's angle.
+
+Under its own weight an upright arm turns a joint by c τ(q), and τ contains cos(q + φ): an encoder that runs out by one
+wave a turn gives the same places wherever the other joints stand alike. A compliance is claimed only where the error in
+regions left out falls with it, next to that wave too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.documents import Number
+from stiffcal.identification.fit import Fit, Parameter
+from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.rows import TRANSLATION
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.kinematics import stacked_bodies
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.validation.heldout import left_out_residuals, pose_folds
+from stiffcal.validation.region_folds import region_folds
+
+ERRORS = 2.0
+"""Standard errors over poses by which an error falls, and standard deviations by which a value differs from zero."""
+KNOWN = 5.0
+"""Standard deviations from zero at which a payload is to show a compliance: 20 %."""
+LEAST_LEVER = 0.01
+"""Share of the arm's longest lever below which weight at the flange does not turn a joint."""
+ABOUT_THE_AXIS = 5
+
+JointVerdict: TypeAlias = Literal["identified", "no-torque", "not-above-zero", "error-not-lower", "like-eccentricity"]
+ElasticityVerdict: TypeAlias = Literal["identified", "partly-identified", "not-identified"]
+_REASONS: dict[JointVerdict, str] = {
+    "identified": "the error in regions left out falls with it, next to an eccentricity of the joint too",
+    "no-torque": "weight does not turn it in these poses",
+    "not-above-zero": "its compliance is not above zero by two standard deviations",
+    "error-not-lower": "the error in regions left out does not fall with it",
+    "like-eccentricity": "an eccentricity of the joint explains the same places",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointElasticity:
+    """Whether places show that one joint gives."""
+
+    joint: int
+    """From 1."""
+    verdict: JointVerdict
+    """``identified``, or why not."""
+    why: str
+    """In words."""
+    payload_kg: Number
+    """Mass at the flange in half of such poses that would show it to 20 %, kg; None where it is identified, where no
+    weight at the flange turns it, and where that were more than the robot's own mass.
+    """
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Elasticity:
+    """Whether places show that the joints give."""
+
+    verdict: ElasticityVerdict
+    """Of all joints that the model lets give."""
+    why: str
+    """In words, with what to measure."""
+    payload_kg: Number
+    """The smallest mass at the flange that would show one joint more, kg; None where none would."""
+    joints: list[JointElasticity]
+    """Each joint whose compliance the model estimates."""
+
+
+def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:
+    """Return whether places show that joints give; None where no place was measured or the model holds no such joint.
+
+    Parameters
+    ----------
+    states : the campaign's absolute places.
+    fit : of the present model.
+    """
+    own = [
+        parameter
+        for parameter in fit.parameters
+        if parameter.spec.compliance
+        and parameter.spec.along == ABOUT_THE_AXIS
+        and len(parameter.place.joints) == 1
+        and not parameter.fixed
+    ]
+    if not own or not fit.data.absolute.any():
+        return None
+    judge = _Judge(states, fit)
+    verdicts = [(parameter, judge.verdict(parameter)) for parameter in own]
+    known = [parameter.value for parameter, verdict in verdicts if verdict == "identified" and parameter.value]
+    # Of a robot whose other joints are known, a joint gives at least as much as the stiffest of them.
+    joints = [
+        JointElasticity(
+            joint=parameter.place.joints[0],
+            verdict=verdict,
+            why=_REASONS[verdict],
+            payload_kg=None
+            if verdict == "identified"
+            else judge.payload(parameter.place.joints[0], min(known) if known else parameter.spec.typical),
+        )
+        for parameter, verdict in verdicts
+    ]
+    return _summary(joints)
+
+
+def _summary(joints: list[JointElasticity]) -> Elasticity:
+    identified = [joint.joint for joint in joints if joint.verdict == "identified"]
+    verdict: ElasticityVerdict = (
+        "identified" if len(identified) == len(joints) else "partly-identified" if identified else "not-identified"
+    )
+    payloads = [joint.payload_kg for joint in joints if joint.payload_kg is not None]
+    payload = min(payloads, default=None)
+    if verdict == "identified":
+        return Elasticity(verdict=verdict, why="every joint's compliance shows", payload_kg=None, joints=joints)
+    others = [joint.joint for joint in joints if joint.verdict != "identified"]
+    known = f"elasticity of {_joints(identified)} is identified; " if identified else ""
+    mend = (
+        "no payload at the flange would show it in such poses"
+        if payload is None
+        else f"measure again with {payload:.2g} kg at the flange in half of the poses"
+    )
+    why = f"{known}elasticity of {_joints(others)} cannot be identified from these poses: {mend}"
+    return Elasticity(verdict=verdict, why=why, payload_kg=payload, joints=joints)
+
+
+def _joints(numbers: list[int]) -> str:
+    return f"{'joint' if len(numbers) == 1 else 'joints'} {', '.join(map(str, numbers))}"
+
+
+class _Judge:
+    """Refits of one campaign's places, each judged in the same regions."""
+
+    def __init__(self, states: LoadStates, fit: Fit) -> None:
+        self.states, self.fit = states, fit
+        self.folds: Integers = region_folds(fit.data)
+        self.poses: Integers = pose_folds(fit.data)
+        fixed = frozenset(parameter.name for parameter in fit.parameters if parameter.fixed)
+        self.settings = Settings(noise=fit.noise, fixed=fixed)
+        self.present = self._squares(fit)
+
+    def verdict(self, parameter: Parameter) -> JointVerdict:
+        """Judge one joint's compliance."""
+        if parameter.value is None:
+            return "no-torque"
+        if not _above_zero(parameter, self.fit):
+            return "not-above-zero"
+        robot = self.fit.robot
+        if not _falls(self._squares(self._refit(_without(robot, parameter))), self.present, self.poses):
+            return "error-not-lower"
+        effect = built_in_effects()["joint-eccentricity"]
+        wave = PlacedEffect(effect, parameter.place, {"order": 1.0})
+        if any(placed.effect.name == effect.name and placed.place == parameter.place for placed in robot.placed):
+            return "identified"
+        both = self._refit(replace(robot, placed=(*robot.placed, wave)))
+        alone = self._refit(replace(_without(robot, parameter), placed=(*_without(robot, parameter).placed, wave)))
+        (again,) = [p for p in both.parameters if p.name == parameter.name]
+        survives = _above_zero(again, both) and _falls(self._squares(alone), self._squares(both), self.poses)
+        return "identified" if survives else "like-eccentricity"
+
+    def payload(self, joint: int, compliance: float) -> float | None:
+        """Return the mass at the flange, in half of the poses, that shows a compliance to 20 %; None where none does.
+
+        A kilogram turns the joint by c τ, which moves the flange by its lever about the axis.
+        """
+        chain, angles = self.fit.robot.chain, self.fit.data.angles
+        bodies = stacked_bodies(chain, angles)
+        levers, torques = [], []
+        for k in range(1, chain.n_joints + 1):
+            lever = np.cross(bodies[k].rotation[:, 2].T, (bodies[-1].position - bodies[k].position).T)
+            levers.append(np.linalg.norm(lever, axis=1))
+            torques.append(lever @ chain.gravity)
+        turned = float(np.sqrt(np.mean(torques[joint - 1] ** 2)))
+        largest = float(np.max(levers)) * float(np.linalg.norm(chain.gravity))
+        if turned <= LEAST_LEVER * largest or compliance <= 0.0:
+            return None
+        shown = compliance * float(np.sqrt(np.sum((levers[joint - 1] * torques[joint - 1]) ** 2) / 2.0))
+        rows = self.fit.data.kind == TRANSLATION
+        left = self.fit.residual[rows][self.fit.data.measured_mask[rows]]
+        mass = KNOWN * float(np.sqrt(np.mean(left**2))) / shown
+        # no arm of this kind carries more than it weighs
+        return mass if not chain.masses_known or mass < float(np.sum(chain.link_mass)) else None
+
+    def _refit(self, robot: CompliantRobot) -> Fit:
+        return identify_parameters(self.states, robot, self.settings)
+
+    def _squares(self, fit: Fit) -> Floats:
+        """Return (n,) squared distances in regions left out, m²."""
+        residual = left_out_residuals(fit, self.folds).residual
+        rows = (fit.data.kind == TRANSLATION)[:, None] & fit.data.measured_mask
+        return np.asarray(np.sum(np.where(rows, residual, 0.0) ** 2, axis=0))
+
+
+def _without(robot: CompliantRobot, parameter: Parameter) -> CompliantRobot:
+    kept = (p for p in robot.placed if (p.effect.name, p.place) != (parameter.effect, parameter.place))
+    return replace(robot, placed=tuple(kept))
+
+
+def _above_zero(parameter: Parameter, fit: Fit) -> bool:
+    """Return whether a value exceeds two standard deviations, which hold what the model leaves above the noise."""
+    more = 1.0 if fit.scaled or fit.reduced_chi2 is None else max(1.0, float(np.sqrt(fit.reduced_chi2)))
+    return bool(parameter.value and parameter.std and parameter.value > ERRORS * more * parameter.std)
+
+
+def _falls(before: Floats, after: Floats, poses: Integers) -> bool:
+    """Return whether squared errors fall by more than two standard errors over poses.
+
+    The standard error of a total by ratio to the number of rows (Cochran, Sampling Techniques, 1977, section 6.4).
+    """
+    falls, rows = np.bincount(poses, weights=before - after), np.bincount(poses)
+    if len(falls) < 2:
+        return False
+    away = falls - rows * (falls.sum() / rows.sum())
+    return bool(falls.sum() > ERRORS * np.sqrt(float(np.sum(away**2)) * len(falls) / (len(falls) - 1)))

@@ -1,0 +1,66 @@
+"""Compliances that places show, and those that an error of the joint's angle explains as well."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiffcal.effects.joint_compliance import JointCompliance
+from stiffcal.effects.joint_eccentricity import JointEccentricity
+from stiffcal.effects.link_geometry import LinkGeometry
+from stiffcal.identification.identify import identify_parameters
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.validation.elasticity import Elasticity, elasticity_of
+from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+
+N_POSES = 150
+
+
+def judged(springs: bool, wave: float) -> Elasticity:
+    """Return the verdict on a robot whose joints give or not, joint 2 with an eccentricity of so many rad."""
+    chain = six_axes()
+    softness = [{"c": (1.0 / float(k)) if springs else 0.0} for k in SIX_STIFFNESS]
+    true = (
+        *on_all_joints(JointCompliance(), 6, softness),
+        PlacedEffect(JointEccentricity(), Place("joints", (2,)), {"a": wave, "b": 0.0, "order": 1.0}),
+    )
+    states = measured_by(CompliantRobot(chain, true), absolute_states(chain, N_POSES, 5), 6)
+    model = (*on_all_joints(LinkGeometry(), 6), *on_all_joints(JointCompliance(), 6))
+    found = elasticity_of(states, identify_parameters(states, CompliantRobot(chain, model)))
+    assert found is not None
+    return found
+
+
+def test_springs_that_weight_turns_are_identified() -> None:
+    found = judged(springs=True, wave=0.0)
+    verdicts = {joint.joint: joint.verdict for joint in found.joints}
+    assert verdicts[1] != "identified"  # weight on an upright robot does not turn it
+    assert verdicts[2] == verdicts[3] == "identified"
+    assert found.verdict == "partly-identified"
+
+
+@pytest.mark.parametrize("wave", [1e-3, -1e-3])
+def test_an_eccentricity_is_no_elasticity(wave: float) -> None:
+    found = judged(springs=False, wave=wave)
+    assert found.verdict == "not-identified"
+    (second,) = [joint for joint in found.joints if joint.joint == 2]
+    assert second.verdict != "identified"
+    assert second.payload_kg is not None
+    assert second.payload_kg > 0.0
+
+
+def test_a_softer_joint_needs_less_payload() -> None:
+    """The mass goes with one over the compliance that it is to show: by definition of c τ."""
+    from stiffcal.validation.elasticity import _Judge
+
+    chain = six_axes()
+    robot = CompliantRobot(chain, tuple(on_all_joints(JointCompliance(), 6, [{"c": 1e-6}] * 6)))
+    states = measured_by(robot, absolute_states(chain, N_POSES, 7), 8)
+    judge = _Judge(states, identify_parameters(states, robot))
+    stiff, soft = judge.payload(2, 1e-6), judge.payload(2, 1e-5)
+    assert stiff is not None
+    assert soft == pytest.approx(stiff / 10.0)
+    assert judge.payload(1, 1e-5) is None
+    assert np.isfinite(stiff)
