@@ -16,11 +16,12 @@ from stiffcal.campaign.proposed_lines import (
     frame_lines,
     quoted,
     robot_lines,
+    run_lines,
     source_lines,
 )
 from stiffcal.campaign.robot_checks import outline_of
 from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.campaign.table_purpose import check_purpose
+from stiffcal.campaign.table_purpose import check_purpose, serves_absolute
 from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable, sniff_table
 from stiffcal.campaign.templates import bundled_robot, write_folder
 from stiffcal.campaign.urdf_arm import UrdfArm, arm_of_table
@@ -46,6 +47,8 @@ class Proposal:
     """What was written; empty for a draft."""
     model: str = ""
     """The text of model.toml; empty: none is written."""
+    lacks_tool: bool = False
+    """Whether the tool point is left to be written."""
 
 
 def draft_campaign(
@@ -68,8 +71,8 @@ def draft_campaign(
     Raises
     ------
     InputError
-        A table cannot be understood: no joint columns, no load, nothing that moved, no pose measured twice; or it does
-        not fit the robot.
+        A table cannot be understood: no joint columns, nothing that moved, displacements without loads, loads on poses
+        of which none is measured twice; or it does not fit the robot.
 
     Examples
     --------
@@ -86,14 +89,15 @@ def draft_campaign(
     roles = recognise(columns, arm.columns)
     check_purpose(roles, ", ".join(table.path.name for table in sniffed))
     opening = ('schema = "stiffcal/campaign/1"', 'robot = "robot.toml"', "")
-    lines = [*map(ProposedLine, opening), *source_lines(sniffed, roles), *frame_lines(roles, tool)]
+    lines = [*map(ProposedLine, opening), *source_lines(sniffed, roles), *run_lines(roles), *frame_lines(roles, tool)]
     manifest = as_text(lines)
     copies = {f"raw/{table.path.name}": table.path for table in sniffed}
     text, extra, rows = robot_text(roles, urdf, robot, arm)
     marked = [f"{MANIFEST_FILE}: {line}" for line in lines if line.doubt is not None]
     marked += [f"robot.toml: {line}" for line in rows if line.doubt is not None]
     unused = tuple(column.header for column in roles.unused)
-    proposal = Proposal(manifest, text, copies | extra, tuple(marked), unused)
+    lacks_tool = tool is None and not serves_absolute(roles)
+    proposal = Proposal(manifest, text, copies | extra, tuple(marked), unused, lacks_tool=lacks_tool)
     check_robot_fits(proposal, roles, urdf)
     return proposal
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from stiffcal.campaign.column_roles import Role, Roles
-from stiffcal.campaign.table_sniffing import SniffedTable
+from stiffcal.campaign.table_purpose import serves_absolute
+from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.campaign.typed import expand_columns
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -18,6 +20,7 @@ GUESS = "# ?"
 TOOL = "tool"
 FORCE_SENSOR = "ft_sensor"
 TRACKER = "tracker"
+PAYLOAD = "payload"
 
 LARGEST_RADIAN = 6.6
 """A joint angle beyond one turn and a bit is not in radians."""
@@ -76,12 +79,28 @@ def source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[ProposedL
     if tables[0].options:
         options = ", ".join(f"{key} = {quoted(value)}" for key, value in tables[0].options.items())
         texts.append(f"csv = {{ {options} }}")
-    lines = [*map(ProposedLine, texts), _run_line(roles)]
-    if roles.time is not None:
+    absolute = serves_absolute(roles)
+    lines = [*map(ProposedLine, texts), ProposedLine('sampling = "states"') if absolute else _run_line(roles)]
+    if roles.time is not None and not (absolute and _stands_still(roles.time)):
         written, guessed = unit_of_role(Role((roles.time,)), "time", "s")
         line = f"time = {{ column = {quoted(roles.time.header)}, unit = {quoted(written)} }}"
         lines.append(ProposedLine(line, "seconds" if guessed else None))
+    if absolute:
+        payload = _load_lines(roles, PAYLOAD) if roles.mass is not None else []
+        return [*lines, _joints_line(roles), *payload, _moved_line(roles, TOOL)]
     return [*lines, _joints_line(roles), *_load_lines(roles, TOOL), _moved_line(roles, TOOL)]
+
+
+def run_lines(roles: Roles) -> list[ProposedLine]:
+    """Return the runs that a table needs to be written: those of absolute places; else none, each row names its own."""
+    if not serves_absolute(roles):
+        return []
+    return [ProposedLine(text) for text in ("", "[[runs]]", 'id = "poses"', 'experiment = "absolute"')]
+
+
+def _stands_still(time: SniffedColumn) -> bool:
+    """Return whether a column of times gives no order of the rows, rounded to the same value as it is."""
+    return any(later <= earlier for earlier, later in pairwise(time.values))
 
 
 def signal_lines(roles: Roles, names: FrameNames = DEFAULT_NAMES) -> list[ProposedLine]:
@@ -211,6 +230,8 @@ def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine
     where = f"{reason}, x, y, z in m in the flange frame"
     known = None if tool is None else f"xyz_m = [{', '.join(map(repr, tool))}]"
     point = ProposedLine(known) if known is not None else ProposedLine("xyz_m = []", f"to be written: {where}")
+    if serves_absolute(roles):
+        return _frames_to_estimate(roles, known)
     lines = [*_table(TOOL, "flange"), point]
     if roles.moment is not None:
         origin = ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "taken to be at the flange; add rpy_deg if turned")
@@ -218,6 +239,16 @@ def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine
     if roles.deflection is None:
         lines += [*_table(TRACKER, "base"), ProposedLine("estimate = true")]
     return lines
+
+
+def _frames_to_estimate(roles: Roles, known: str | None) -> list[ProposedLine]:
+    """Return the target and the tracker, both found by the fit, and where a payload hangs."""
+    roughly = ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "where the target is, roughly: it is estimated")
+    target = [*_table(TOOL, "flange"), ProposedLine("estimate = true"), ProposedLine(known) if known else roughly]
+    if roles.mass is not None:
+        centre = ProposedLine("xyz_m = []", "to be written: the payload's centre of mass, m, in the flange frame")
+        target += [*_table(PAYLOAD, "flange"), centre]
+    return [*target, *_table(TRACKER, "base"), ProposedLine("estimate = true")]
 
 
 def _table(frame: str, parent: str) -> list[ProposedLine]:

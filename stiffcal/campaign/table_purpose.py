@@ -15,6 +15,18 @@ SAME_POSE_RAD = float(np.radians(1.0))
 _MOST_RADIANS = 6.6  # larger angles are degrees
 
 
+def serves_absolute(roles: Roles) -> bool:
+    """Return whether a table is joint angles and places of a target, without a force and without unloaded twins.
+
+    Parameters
+    ----------
+    roles : what its columns are.
+    """
+    if roles.joints is None or roles.position is None or roles.deflection is not None or roles.force is not None:
+        return False
+    return roles.mass is None or not _rows_of_one_pose(roles)
+
+
 def check_purpose(roles: Roles, display_name: str) -> None:
     """Refuse a table from which no stiffness can be identified, with what it could serve instead.
 
@@ -30,6 +42,8 @@ def check_purpose(roles: Roles, display_name: str) -> None:
     if roles.joints is None:
         mend = "name them A1 … A6, J1 …, q1 … or theta1 …, or as in the URDF (--urdf FILE)"
         raise _missing(display_name, "no joint columns are recognised", mend)
+    if serves_absolute(roles):
+        return
     loads, moved = (
         roles.force is not None or roles.mass is not None,
         roles.deflection is not None or roles.position is not None,
@@ -44,7 +58,8 @@ def check_purpose(roles: Roles, display_name: str) -> None:
     if not loads:
         raise _missing(
             display_name, "no force columns are recognised",
-            f"name them Fx, Fy, Fz, or kg for dead weights; {_without_loads(roles)}",
+            "name them Fx, Fy, Fz, or kg for dead weights; displacements without the loads that made them serve no "
+            "experiment",
         )  # fmt: skip
     if not moved:
         raise _missing(
@@ -62,13 +77,6 @@ def check_purpose(roles: Roles, display_name: str) -> None:
 
 
 _ABSOLUTE = "a calibration of the kinematics alone, which stiffcal does not do"
-
-
-def _without_loads(roles: Roles) -> str:
-    if roles.position is not None and roles.deflection is None:
-        free = 'places at joint angles serve to register frames, as a run with experiment = "free"'
-        return f'{free}, or experiment = "absolute"' if "absolute" in kind_names() else free
-    return "displacements without the loads that made them serve no experiment"
 
 
 def _missing(display_name: str, reason: str, mend: str) -> InputError:

@@ -81,10 +81,10 @@ def init_campaign(
                 proposal = propose_from_logs(folder, str(kind), files_at_rest, urdf=urdf, robot=robot)
             else:
                 proposal = propose_campaign(folder, files_at_rest, urdf=urdf, robot=robot, tool=tool)
-        written, guessed = proposal.files, list(proposal.guessed)
+        written, guessed, lacks_tool = proposal.files, list(proposal.guessed), proposal.lacks_tool
         unused = [f"column {name} is not recognised and not used" for name in proposal.unused]
     files = [str(file) for file in written]
-    if tables and tool is None and not of_logs:
+    if lacks_tool:
         unused.append(
             "where the tool point lies is in no table: write xyz_m under [frames.tool] in campaign.toml, in m in the "
             "flange frame, or start with --tool X,Y,Z"

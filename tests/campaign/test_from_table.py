@@ -278,8 +278,6 @@ def test_the_tool_point_is_asked_for_and_not_guessed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("header", "row", "words"),
     [
-        ("X,Y,Z", "1500,20,{}", 'experiment = "free"'),
-        ("measurement_x,measurement_y,measurement_z", "1500,20,{}", 'experiment = "free"'),
         ("Fx,Fy,Fz,X,Y,Z", "0,0,{},1500,20,900", "every row is another pose: .*unloaded and loaded"),
         ("Fx,Fy,Fz", "0,0,{}", "--kind clamped"),
         ("note1,note2,note3", "0,0,{}", "--kind friction"),
@@ -290,3 +288,31 @@ def test_which_experiment_a_table_can_serve(tmp_path: Path, header: str, row: st
     with pytest.raises(InputError, match=words):
         propose_campaign(tmp_path / "cell", [table(tmp_path, f"A1,A2,A3,{header}\n{rows}\n")])
     assert not (tmp_path / "cell").exists()
+
+
+@pytest.mark.parametrize("names", ["X,Y,Z", "measurement_x,measurement_y,measurement_z"])
+def test_places_without_loads_are_absolute(tmp_path: Path, names: str) -> None:
+    rows = "\n".join(f"{10 * k},{5 * k - 60},{20 + k},{k},{k},{k},1500,20,{900 + k}" for k in range(4))
+    path = table(tmp_path, f"A1,A2,A3,A4,A5,A6,{names}\n{rows}\n")
+    proposal = propose_campaign(tmp_path / "cell", [path], robot="irb4400")
+    assert not proposal.lacks_tool
+    campaign = load_campaign(tmp_path / "cell")
+    assert [(run.id, run.experiment) for run in campaign.manifest.runs] == [("poses", "absolute")]
+    assert campaign.manifest.frames["tool"].estimate
+    assert campaign.manifest.frames["tracker"].estimate
+
+
+def test_a_payload_in_poses_without_unloaded_twins_hangs_at_a_point_of_its_own(tmp_path: Path) -> None:
+    rows = "\n".join(f"{10 * k},{5 * k - 60},{20 + k},{k},{k},{k},1500,20,{900 + k},{5 * (k % 2)}" for k in range(4))
+    path = table(tmp_path, f"A1,A2,A3,A4,A5,A6,X,Y,Z,kg\n{rows}\n")
+    proposal = propose_campaign(tmp_path / "cell", [path], robot="irb4400", tool=(0.0, 0.0, 0.1))
+    assert 'experiment = "absolute"' in proposal.manifest
+    assert 'dead_weight = { mass_column = "kg", point = "payload"' in proposal.manifest
+    with pytest.raises(InputError, match="frames.payload.xyz_m: nothing is written here yet"):
+        load_campaign(tmp_path / "cell")
+
+
+def test_a_time_that_does_not_advance_is_no_order_of_rows(tmp_path: Path) -> None:
+    rows = "\n".join(f"2.02e13,{10 * k},{5 * k - 60},{20 + k},{k},{k},{k},1500,20,{900 + k}" for k in range(4))
+    path = table(tmp_path, f"Timestamp,A1,A2,A3,A4,A5,A6,X,Y,Z\n{rows}\n")
+    assert "time =" not in propose_campaign(tmp_path / "cell", [path], robot="irb4400").manifest
