@@ -81,6 +81,11 @@ def show_check(console: Console, result: CheckResult) -> None:
         console.print(text + ("; lines to copy:" if proposal.understood else ""), soft_wrap=True)
         for line in proposal.lines:
             console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
+    if result.observability is not None:
+        indices = result.observability
+        values = ((f"O{number}", getattr(indices, f"O{number}")) for number in range(1, 6))
+        text = ", ".join(f"{name} {significant(value)}" for name, value in values)
+        console.print(f"observability of {indices.n_parameters} parameters in {indices.n_poses} poses: {text}")
     if result.ready:
         console.print("ready")
         return

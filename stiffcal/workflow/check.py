@@ -100,8 +100,12 @@ def check_campaign(
                 registration=None if registration is None else registration.summary,
             )
             if not quick or any_table:
-                from_places = bool(len(states) and states.absolute.all())
-                joints, unidentifiable = (joints_from_places if from_places else _joints)(campaign, states)
+                if len(states) and states.absolute.all():
+                    places = joints_from_places(campaign, states)
+                    joints, unidentifiable = places.joints, places.missing
+                    result = replace(result, observability=places.observability)
+                else:
+                    joints, unidentifiable = _joints(campaign, states)
                 result, missing = replace(result, joints=joints), missing + unidentifiable
             if not quick:
                 suspects, not_checked = suspects_in(campaign, states, progress=progress)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
@@ -10,15 +11,29 @@ from stiffcal.workflow.check_results import CheckedJoint
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.identification.fit import Fit
+    from stiffcal.identification.observability import ObservabilityIndices
     from stiffcal.measurements.load_states import LoadStates
 
 MOST_NAMED = 6
 """Parameters that a sentence lists."""
 
 
-def joints_from_places(campaign: Campaign, states: LoadStates) -> tuple[list[CheckedJoint], list[str]]:
-    """Return how well weight and payload show each joint's stiffness, and what the poses leave open."""
+@dataclass(frozen=True)
+class CheckedPlaces:
+    """What absolute places determine."""
+
+    joints: list[CheckedJoint]
+    """How well weight and payload show each joint's stiffness."""
+    missing: list[str]
+    """What the poses leave open, in words."""
+    observability: ObservabilityIndices | None = None
+    """Indices of the poses; None where nothing could be fitted."""
+
+
+def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
+    """Return what the places measured so far determine, and what they leave open."""
     from stiffcal.identification.identify import identify_parameters
+    from stiffcal.identification.observability import observability_of
     from stiffcal.model.campaign_effects import placed_robot
     from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 
@@ -26,17 +41,18 @@ def joints_from_places(campaign: Campaign, states: LoadStates) -> tuple[list[Che
     used = states.select(states.used)
     n_numbers = sum(1 for placed in robot.placed for spec in placed.effect.parameters if not spec.discrete)
     if 3 * len(used) < n_numbers:
-        return [], [f"{len(used)} poses are too few for {n_numbers} numbers: measure at least {n_numbers // 2}"]
+        text = f"{len(used)} poses are too few for {n_numbers} numbers: measure at least {n_numbers // 2}"
+        return CheckedPlaces([], [text])
     try:
         fit = identify_parameters(states, robot)
         angles = campaign.chain.model_angles(used.joints)
         torque = abs(solve_balance(fit.robot, angles, used.wrench, used.setup).joint_torque).max(axis=0)
     except (InputError, NoBalanceError) as error:
-        return [], [str(error)]
+        return CheckedPlaces([], [str(error)])
     joints = [
         _joint(name, float(torque[number]), fit, number + 1) for number, name in enumerate(campaign.chain.joint_names)
     ]
-    return joints, _open_geometry(fit)
+    return CheckedPlaces(joints, _open_geometry(fit), observability_of(fit))
 
 
 def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent
+from stiffcal.identification.observability import ObservabilityIndices
 from stiffcal.ingest.proposals import ProposedSource
 from stiffcal.planning.rod_views import CheckedRods
 from stiffcal.reduction.clocks import SourceClockOffset
@@ -122,6 +123,8 @@ class CheckResult(CommandResult):
     """Frames that were found from the unloaded poses."""
     joints: OrAbsent[list[CheckedJoint]] = None
     """How well each joint can be identified; not with --quick."""
+    observability: OrAbsent[ObservabilityIndices] = None
+    """How well poses of absolute places determine the model's parameters."""
     suspects: OrAbsent[list[Suspect]] = None
     """Runs and rows that disagree with all the others; not with --quick."""
     suspects_not_checked: OrAbsent[RunsNotChecked] = None

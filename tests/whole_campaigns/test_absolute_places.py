@@ -97,6 +97,10 @@ def test_check_states_rows_of_a_run_and_what_weight_turns(folder: Path, capsys: 
     known = {joint["joint"]: joint["expected_relative_std"] for joint in document["joints"]}
     assert known["A1"] is None
     assert 0.0 < known["A2"] < 0.05
+    indices = document["observability"]
+    assert indices["n_poses"] == N_POSES
+    assert 0.0 < indices["O4"] < indices["O3"]
+    assert 0.0 < indices["O2"] < 1.0
 
 
 def test_one_fit_finds_frames_geometry_and_springs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -127,6 +131,8 @@ def test_validate_leaves_regions_out_and_draws_the_ladder(folder: Path, capsys: 
     assert [ladder[step]["n_parameters"] for step in ("nominal", "frames", "geometry")] == [0, 9, 27]
     assert ladder["springs"]["heldout_region"] < 0.5 * ladder["geometry"]["heldout_region"]
     assert ladder["geometry"]["heldout_region"] < ladder["frames"]["heldout_region"]
+    verdicts = {joint["joint"]: joint["verdict"] for joint in document["elasticity"]["joints"]}
+    assert verdicts[2] == verdicts[3] == "identified"
 
 
 def test_nothing_is_missing_where_nothing_is(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
