@@ -65,6 +65,7 @@ def init_campaign(
         raise InputError.at(
             FaultCode.OPTION_CONFLICT, "command line", option, "it goes with --from only", "give --from TABLE.csv too"
         )
+    lacks_tool = False
     if not tables:
         from stiffcal.campaign.templates import write_template
 
@@ -81,7 +82,8 @@ def init_campaign(
                 proposal = propose_from_logs(folder, str(kind), files_at_rest, urdf=urdf, robot=robot)
             else:
                 proposal = propose_campaign(folder, files_at_rest, urdf=urdf, robot=robot, tool=tool)
-        written, guessed, lacks_tool = proposal.files, list(proposal.guessed), proposal.lacks_tool
+        written, guessed = proposal.files, list(proposal.guessed)
+        lacks_tool = proposal.lacks_tool
         unused = [f"column {name} is not recognised and not used" for name in proposal.unused]
     files = [str(file) for file in written]
     if lacks_tool:
