@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pypdf import PdfReader
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
@@ -156,3 +157,8 @@ def test_the_report_is_made(folder: Path, tmp_path: Path, capsys: pytest.Capture
         main(["report", str(folder), "-o", str(report)])
     assert ended.value.code == 0, capsys.readouterr().err
     assert report.stat().st_size > 10_000
+    capsys.readouterr()
+    elasticity = answer(capsys, "validate", folder)["elasticity"]
+    assert elasticity["verdict"] == "partly-identified"
+    first_page = "".join(PdfReader(report).pages[0].extract_text().split())
+    assert "".join(elasticity["why"][1:].split()) in first_page

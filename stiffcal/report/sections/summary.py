@@ -35,6 +35,10 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     else:
         sentences += _heldout_sentences(content.validate)
     blocks.append(Paragraph(" ".join(sentences)))
+    elasticity = None if content.validate is None else content.validate.elasticity
+    if elasticity is not None and elasticity.verdict != "identified":
+        # the table below lists what the fit gives, whether or not something else explains the same places
+        blocks.append(Paragraph(f"{elasticity.why[0].upper()}{elasticity.why[1:]}."))
     results = (content.ingest, content.identify, content.validate)
     warnings = [text for result in results if result is not None for text in result.warnings]
     if warnings:
