@@ -161,7 +161,13 @@ def _analyse_run(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[i
         return replace(_unusable_run(readings, chain), left_out=why, saturation=saturation)
     branches = average_branches(angle, torque, used, sweeps.up, N_BINS)
     has_two_clocks = bool(readings.two_clocks[int(readings.run[0])])
-    fit = fit_series(branches, with_lag=has_two_clocks)
+    try:
+        fit = fit_series(branches, with_lag=has_two_clocks)
+    except InputError as error:
+        # a description of one run: the parameters are fitted to its states all the same
+        if error.code is not FaultCode.NO_CONVERGENCE:
+            raise
+        return replace(_unusable_run(readings, chain), left_out=error.reason, saturation=saturation)
     segment = play_segment(fit.law) if fit.play_found else None
     step = encoder_step(readings.joints[:, chain.joint - 1])
     outer = segment.outer_slope if segment is not None else abs(fit.law.curve[0])
