@@ -33,6 +33,7 @@ from stiffcal.model.equilibrium import (
     nominal_robot,
     rest_under_weight,
 )
+from stiffcal.model.held_at_rest import held_at_rest
 
 __all__ = [
     "Evaluation",
@@ -113,6 +114,7 @@ def _evaluate_block(
 ) -> Evaluation:
     model = replace(robot, deformed=False) if rigid else robot
     loaded, unloaded = rests(model, data)
+    data = held_by_bent_chain(model, data, unloaded)
     displacement = np.zeros((len(data.setup.targets), 6, data.n_states))
     prediction = np.zeros_like(data.measured)
     if not rigid:
@@ -148,6 +150,17 @@ def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, WeightOnlyRe
     return loaded, unloaded
 
 
+def held_by_bent_chain(model: CompliantRobot, data: Observations, unloaded: WeightOnlyRest) -> Observations:
+    """Return the observations with what clamped motors read taken on the chain as the model's weight bends it."""
+    motors = data.layout.motors
+    if motors is None:
+        return data
+    small = unloaded.displacement if model.deformed else None
+    attachment = data.setup.targets[motors.held.target]
+    held = held_at_rest(motors.held, model.adjusted_chain, data.angles, small, data.run, attachment)
+    return replace(data, layout=replace(data.layout, motors=replace(motors, held=held)))
+
+
 def observed_displacement(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: WeightOnlyRest) -> Floats:
     """Return (B, 6, n) predicted displacement of the targets, observation effects included."""
     displacement = np.stack(displacements(model, loaded, unloaded))
@@ -175,6 +188,7 @@ def predicted_rows(data: Observations, displacement: Floats, loaded: Rest, unloa
 
 def predicted(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: WeightOnlyRest) -> Floats:
     """Return (m, n) what the rows read of the model at rest."""
+    data = held_by_bent_chain(model, data, unloaded)
     return predicted_rows(data, observed_displacement(model, data, loaded, unloaded), loaded, unloaded)
 
 

@@ -17,6 +17,7 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.load_scale import is_proportional
 from stiffcal.identification.observation import (
     Observations,
+    held_by_bent_chain,
     lever_of,
     observed_displacement,
     predicted,
@@ -81,6 +82,7 @@ class Linearised:
     def about(cls, robot: CompliantRobot, data: Observations) -> Linearised:
         """Find the rests of a robot in all states."""
         loaded, unloaded = rests(robot, data)
+        data = held_by_bent_chain(robot, data, unloaded)
         displacement = observed_displacement(robot, data, loaded, unloaded)
         return cls(robot, data, loaded, unloaded, displacement, predicted_rows(data, displacement, loaded, unloaded))
 

@@ -22,7 +22,12 @@ def clamped_inverse(chain: Chain, angles: Floats, held: Attachment) -> tuple[Flo
     held : the frame by which the robot is held.
     """
     jacobian = jacobians(chain, angles, held)[0] @ chain.drive_axes
+    return inverse_of(jacobian), np.asarray(jacobian)
+
+
+def inverse_of(jacobian: Floats) -> Floats:
+    """Return (J, 6) the pseudo-inverse of a Jacobian (6, J), m and rad per rad, without singular directions."""
     # lengths count by the lever, so that metres and radians weigh alike
     lever = float(np.sqrt(np.mean(np.sum(jacobian[:3] ** 2, axis=0)))) or 1.0
     scale = np.array([1.0 / lever] * 3 + [1.0] * 3)
-    return np.asarray(np.linalg.pinv(scale[:, None] * jacobian, rcond=RANK) * scale), np.asarray(jacobian)
+    return np.asarray(np.linalg.pinv(scale[:, None] * jacobian, rcond=RANK) * scale)

@@ -1,0 +1,53 @@
+"""The held frame of a clamped robot whose weight has bent it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.clamped_inverse import inverse_of
+from stiffcal.mechanics.kinematics import cross
+from stiffcal.model.deformed_chain import deformed_chain
+from stiffcal.model.effect import RZ, joint_node
+from stiffcal.model.held_frame import HeldFrame
+
+
+def held_at_rest(
+    held: HeldFrame, chain: Chain, angles: Floats, small: Floats | None, run: Integers, attachment: Attachment
+) -> HeldFrame:
+    """Return the held frame as it is reached from the chain that its weight has bent.
+
+    A robot is clamped after it has sagged: by 5 mrad, and its Jacobian differs by about a per cent of the undeformed
+    chain's, of which the pseudo-inverse would make a give of the drive in what the others give.
+
+    Parameters
+    ----------
+    held : of n states, on the undeformed chain. chain : of the model.
+    angles : (J, n) model angles, rad. run : (n,) run number.
+    small : (2J + 2, 6, n) node displacements under weight alone, node axes; None: none.
+    attachment : the held frame.
+    """
+    clamped = np.flatnonzero(held.inverse.any(axis=(0, 1)))
+    if not len(clamped):
+        return held
+    numbers, first, place = np.unique(run[clamped], return_index=True, return_inverse=True)
+    one = clamped[first]
+    shape = deformed_chain(chain, angles[:, one], None if small is None else small[:, :, one])
+    position = shape.bodies[attachment.body].moved(attachment.transform).position
+    columns = []
+    for joint in range(1, chain.n_joints + 1):
+        node = joint_node(joint)
+        axis = shape.nodes[node].rotation[:, RZ % 3]
+        columns.append(np.concatenate([cross(axis, position - shape.nodes[node].position), axis]))
+    drives = np.einsum("jir,jk->rik", np.stack(columns), chain.drive_axes)
+    logged = np.linalg.inv(chain.drive_axes) @ chain.coupling
+    inverse, jacobian = held.inverse.copy(), held.jacobian.copy()
+    for number in range(len(numbers)):
+        in_run = clamped[place == number]
+        inverse[:, :, in_run] = inverse_of(drives[number])[:, :, None]
+        jacobian[:, :, in_run] = (drives[number] @ logged)[:, :, None]
+    return replace(held, inverse=inverse, jacobian=jacobian)
