@@ -38,7 +38,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     elasticity = None if content.validate is None else content.validate.elasticity
     if elasticity is not None and elasticity.verdict != "identified":
         # the table below lists what the fit gives, whether or not something else explains the same places
-        blocks.append(Paragraph(f"{elasticity.why[0].upper()}{elasticity.why[1:]}."))
+        blocks.append(Paragraph(f"Elasticity of the joints: {elasticity.why}."))
     results = (content.ingest, content.identify, content.validate)
     warnings = [text for result in results if result is not None for text in result.warnings]
     if warnings:
