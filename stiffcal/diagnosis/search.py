@@ -87,8 +87,7 @@ def search_in(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progr
         try:
             return _search(bench, robot, progress)
         except NoBalanceWithError as error:
-            bench.without_balance.add(error.name)
-            bench.looks.clear()
+            bench.exclude(error.name)
 
 
 def _search(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progress) -> SearchOf[S, F]:

@@ -113,6 +113,14 @@ class SearchContext(ABC, Generic[S, F]):
         except NoBalanceError:
             raise NoBalanceWithError(trials[-1].candidate.name) from None
 
+    def exclude(self, name: str) -> None:
+        """Leave a candidate out of this search, and out of the looks so far: they are not made again for it."""
+        self.without_balance.add(name)
+        for key, scan in self.looks.items():
+            left = tuple(trial for trial in scan.trials if trial.candidate.name != name)
+            share = sum(trial.n_variants for trial in left) / max(sum(trial.n_variants for trial in scan.trials), 1)
+            self.looks[key] = replace(scan, trials=left, n_tried=max(round(scan.n_tried * share), 1))
+
     def in_best_form(self, scan: S) -> S:
         """Return the look at the same laws, each in the form that errs least in what is left out."""
         return scan

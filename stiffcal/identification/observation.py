@@ -33,7 +33,7 @@ from stiffcal.model.equilibrium import (
     nominal_robot,
     rest_under_weight,
 )
-from stiffcal.model.held_at_rest import held_at_rest
+from stiffcal.model.held_at_rest import held_at_rest, second_order_turn
 
 __all__ = [
     "Evaluation",
@@ -175,6 +175,13 @@ def observed_displacement(model: CompliantRobot, data: Observations, loaded: Res
             placed_effect.place, observed, placed_effect.shape()
         ).items():
             shift += placed_effect.amplitude(symbol) * column
+    motors = data.layout.motors
+    if motors is not None and model.deformed:
+        target = motors.held.target
+        shift[target] -= second_order_turn(
+            motors.held, model.adjusted_chain, data.angles, unloaded.displacement, data.setup.targets[target],
+            displacement[target],
+        )  # fmt: skip
     return np.asarray(displacement + shift)
 
 

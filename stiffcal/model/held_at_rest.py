@@ -13,6 +13,7 @@ from stiffcal.mechanics.clamped_inverse import inverse_of
 from stiffcal.mechanics.kinematics import cross
 from stiffcal.model.deformed_chain import deformed_chain
 from stiffcal.model.effect import RZ, joint_node
+from stiffcal.model.equilibrium import displacement_between
 from stiffcal.model.held_frame import HeldFrame
 
 
@@ -51,3 +52,38 @@ def held_at_rest(
         inverse[:, :, in_run] = inverse_of(drives[number])[:, :, None]
         jacobian[:, :, in_run] = (drives[number] @ logged)[:, :, None]
     return replace(held, inverse=inverse, jacobian=jacobian)
+
+
+def second_order_turn(
+    held: HeldFrame,
+    chain: Chain,
+    angles: Floats,
+    small: Floats | None,
+    attachment: Attachment,
+    displacement: Floats,
+) -> Floats:
+    """Return (6, n) what a displacement of the held frame holds of second order in the turn of the drives, m and rad.
+
+    A joint that turns by 5 mrad carries a flange at 2 m along an arc of 25 µm height. The drives are turned back along
+    this arc; taken for a straight way, it would be a curvature of the joint's stiffness.
+
+    Parameters
+    ----------
+    held : of n states, as `held_at_rest` returns it. chain : of the model. angles : (J, n) model angles, rad.
+    small : (2J + 2, 6, n) node displacements under weight alone, node axes; None: none.
+    attachment : the held frame. displacement : (6, n) of the held frame, base axes, m and rad.
+    """
+    curved = np.zeros_like(displacement)
+    clamped = np.flatnonzero(held.inverse.any(axis=(0, 1)))
+    if not len(clamped):
+        return curved
+    turn = chain.drive_axes @ np.einsum("jin,in->jn", held.inverse[:, :, clamped], displacement[:, clamped])
+    bent = None if small is None else small[:, :, clamped]
+    before, after, opposite = (
+        deformed_chain(chain, angles[:, clamped] + sign * turn, bent)
+        .bodies[attachment.body]
+        .moved(attachment.transform)
+        for sign in (0.0, 1.0, -1.0)
+    )
+    curved[:, clamped] = 0.5 * (displacement_between(after, before) + displacement_between(opposite, before))
+    return curved

@@ -62,7 +62,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         mock.patch("stiffcal.experiments.clamped.simulation.simulate_clamped", once),
     ):
         source = source_folder(
-            Path(folder) / "source", runs, settings=lambda text: text.replace("points = 60", f"points = {POINTS}")
+            Path(folder) / "source",
+            runs,
+            settings=lambda text: text.replace("rest_s = 1.5", f"rest_s = 1.5\npoints = {POINTS}"),
         )
         for seed in range(wanted.first, wanted.first + wanted.seeds):
             out = Path(folder) / str(seed)

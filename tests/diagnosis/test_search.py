@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.heldout_error import left_out_rms, rms_after_choosing
+from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.search import one_for_two, search_missing
 from stiffcal.diagnosis.search_context import LoadSearchContext, with_trial
@@ -196,6 +199,18 @@ def test_a_candidate_without_balance_takes_no_part(monkeypatch: pytest.MonkeyPat
             raise NoBalanceError("the robot finds no balance")
         return fit(bench, robot)
 
+    scanned: list[Fit] = []
+    scan = LoadSearchContext.scan
+
+    def counted(
+        bench: LoadSearchContext, fit: Fit, candidates: Sequence[Candidate], like: Fit | None = None
+    ) -> LoadScan:
+        scanned.append(fit)
+        return scan(bench, fit, candidates, like)
+
     monkeypatch.setattr(LoadSearchContext, "fit", falling)
+    monkeypatch.setattr(LoadSearchContext, "scan", counted)
     search = search_missing(states, model, catalogue)
+    # the present model is not tried anew with one candidate fewer
+    assert sum(fit.robot.placed == search.first.fit.robot.placed for fit in scanned) == 1
     assert all(found.candidate.name != "bearing-tilt j3" for found in search.tried)

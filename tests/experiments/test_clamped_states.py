@@ -41,6 +41,28 @@ def test_the_corner_between_play_and_flank_stays_sharp() -> None:
     assert np.sqrt(np.mean(away[bent] ** 2)) < 0.9e-6
 
 
+def test_where_the_curve_bends_the_states_have_no_bias() -> None:
+    """At the shoulders of the play, eight logs: their mean deviation from the law is that of their noise."""
+    noise_angle, noise_moment = 3e-6, 0.05
+    deviations = []
+    for seed in range(8):
+        readings = driven()
+        draw = np.random.default_rng(seed)
+        readings.joints[:, 2] += noise_angle * draw.standard_normal(len(readings))
+        readings.wrench[:, 5] += noise_moment * draw.standard_normal(len(readings))
+        states = clamped_states(readings, 3, readings.wrench)
+        assert states is not None
+        moment = states.signals["wrench"][:, 5]
+        law = moment / STIFFNESS + 0.5 * WIDTH * np.tanh(moment / BAND)
+        slope = 1.0 / STIFFNESS + 0.5 * WIDTH / BAND / np.cosh(moment / BAND) ** 2
+        std = np.hypot(states.signals["sigma.motor"][:, 0], slope * states.signals["sigma.wrench"][:, 5])
+        bent = (np.abs(moment) > BAND) & (np.abs(moment) < 3.0 * BAND)
+        deviations.append(((-states.signals["joints"][:, 2] - law) / std * np.sign(moment))[bent])
+    outward = np.concatenate(deviations)
+    assert outward.size > 100
+    assert abs(outward.mean()) < 0.3
+
+
 def test_noise_does_not_choose_the_ends() -> None:
     """The corners of the loop are the readings that noise drove out furthest: states stay off them."""
     noise = 2e-5

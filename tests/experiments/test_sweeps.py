@@ -91,7 +91,8 @@ def test_the_force_tells_its_clock() -> None:
     wrench = np.outer(play * 4e5, [1.0, 0.2, -0.4, 0.1, 0.3, 0.0]) + 0.3 * rng.standard_normal((other.size, 6))
     offset = lag_of(time, angle, other, wrench)
     assert offset is not None
-    assert offset.value == pytest.approx(1.35, abs=0.01)
+    # noise of 0.3 N at 90 N/s in 3000 readings: 0.06 ms
+    assert offset.value == pytest.approx(1.35, abs=3e-4)
     assert lag_of(time, angle, other, 0.3 * rng.standard_normal((other.size, 6))) is None
 
 

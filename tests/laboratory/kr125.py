@@ -52,10 +52,7 @@ def source_folder(
         name: (SOURCE / name).read_text(encoding="utf-8") for name in ("campaign.toml", "simulate.toml", "model.toml")
     }
     (folder / "campaign.toml").write_text(manifest(some_runs(without_friction(read["campaign.toml"]), runs)))
-    quick = some_runs(without_friction(read["simulate.toml"]), runs).replace(
-        "rest_s = 1.5", "rest_s = 1.5\npoints = 60"
-    )
-    (folder / "simulate.toml").write_text(settings(quick))
+    (folder / "simulate.toml").write_text(settings(some_runs(without_friction(read["simulate.toml"]), runs)))
     kept = read["model.toml"].split('[[effects]]\ntype = "joint-friction"')[0]
     (folder / "model.toml").write_text(model(kept))
     return folder

@@ -9,7 +9,8 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import HELD
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.deformed_chain import deformed_chain
-from stiffcal.model.held_at_rest import held_at_rest
+from stiffcal.model.equilibrium import displacement_between
+from stiffcal.model.held_at_rest import held_at_rest, second_order_turn
 from stiffcal.model.held_frame import HeldFrame, held_frame
 from tests.laboratory.clamped_bench import clamped_bench
 from tests.laboratory.robots import six_axes, six_axis_joints
@@ -57,3 +58,18 @@ def test_without_weight_it_is_the_undeformed_robots() -> None:
     assert plain is not None
     assert held.jacobian == pytest.approx(plain.jacobian, abs=1e-9)
     assert held.inverse == pytest.approx(plain.inverse, abs=1e-7)
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_a_drive_turns_back_along_its_arc(joint: int) -> None:
+    """Of an arc of 5 mrad the straight way differs by 12 µrad, the arc's second order by its third."""
+    held = at_rest(SMALL)
+    turned = ANGLES.copy()
+    turned[joint] += 5e-3
+    ends = (
+        deformed_chain(CHAIN, angles, SMALL).bodies[TARGET.body].moved(TARGET.transform) for angles in (turned, ANGLES)
+    )
+    displacement = displacement_between(*ends)
+    arc = displacement - second_order_turn(held, CHAIN, ANGLES, SMALL, TARGET, displacement)
+    back = np.einsum("jin,in->jn", held.inverse, arc)
+    assert back == pytest.approx(turned - ANGLES, abs=5e-7)

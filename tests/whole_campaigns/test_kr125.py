@@ -138,7 +138,9 @@ def test_the_report_has_the_papers_pages(campaign: Path, identified: dict[str, A
 def test_validate_judges_a_joint_in_a_pose_left_out(campaign: Path, identified: dict[str, Any]) -> None:
     document = validate_campaign(campaign)
     assert document.scheme == "leave-one-pose-out"
-    assert (document.rms.motor_angle or np.inf) < 0.1 * (document.zero_model.motor_angle or 0.0)
+    # the noise is that of the states in which a play is crossed, and chance in 18 runs
+    assert (document.rms.motor_angle or np.inf) < 1.15 * identified["noise"]["motor_angle"]
+    assert (document.rms.motor_angle or np.inf) < 0.2 * (document.zero_model.motor_angle or 0.0)
     assert {"a-joint5", "b-joint5"} <= {part.label for part in document.by_run}
 
 
@@ -203,7 +205,8 @@ def test_motor_currents_alone_tell_friction_and_no_play(tmp_path: Path) -> None:
     assert told["friction"] == pytest.approx(14.0, rel=0.03)
     # the raw width at zero torque, which friction alone makes, is told apart: F/k either way
     assert told["reversal_error"] == pytest.approx(2.0 * 14.0 / (1470.0 / DEGREE), rel=0.1)
-    assert values(document)["backlash.j3.width"]["value"] == 0.0
+    # the model of this fit holds no friction: what its laws make of it is stated to be wrong
+    assert any("times the noise: something is missing" in words for words in document["warnings"])
 
 
 def broken(folder: Path, old: str, new: str, file: str = "campaign.toml") -> Path:
@@ -321,11 +324,7 @@ def test_clamped_and_tracker_runs_are_fitted_together(tmp_path: Path) -> None:
 
     runs = ("b-joint3", "b-joint6")
 
-    def fine(text: str) -> str:
-        # the robot that is played turns its corners on straight lines between so many points
-        return loads(text).replace("points = 60", "points = 240")
-
-    out = simulated(tmp_path, runs, manifest=watched, settings=fine, model=stiff)
+    out = simulated(tmp_path, runs, manifest=watched, settings=loads, model=stiff)
     document = document_of(identify_campaign(out))
     known = values(document)
     for joint, compliance in COMPLIANCE.items():

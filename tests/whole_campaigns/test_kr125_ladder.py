@@ -27,16 +27,11 @@ joints = [4]
 """
 
 
-def all_points(text: str) -> str:
-    """Of fewer points the play's crossing would be a broken line."""
-    return text.replace("points = 60", "")
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two joints in three positions each."""
     runs = tuple(f"{position}-joint{joint}" for joint in JOINTS for position in "abc")
-    campaign = simulated(tmp_path_factory.mktemp("ladder"), runs, settings=all_points)
+    campaign = simulated(tmp_path_factory.mktemp("ladder"), runs)
     (campaign / "model.toml").write_text(LINEAR, encoding="utf-8")
     return campaign
 
@@ -44,7 +39,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_play_that_is_crossed_within_the_noise_of_the_sensor(tmp_path: Path) -> None:
     """Joint 4 crosses its play within 0.05 N·m, which the sensor reads to 0.01 to 0.04 N·m in a state."""
     true = load_campaign(SOURCE, check_files=False).model.parameter_settings()
-    folder = simulated(tmp_path, tuple(f"{position}-joint4" for position in "abc"), settings=all_points)
+    folder = simulated(tmp_path, tuple(f"{position}-joint4" for position in "abc"))
     (folder / "model.toml").write_text(PLAY_OF_JOINT_4, encoding="utf-8")
     fit = fit_now(up_to_date_states(folder, RunContext()), "linear", RunContext())
     assert fit is not None

@@ -17,7 +17,7 @@ class Clamping(TomlTable):
     both_ways: bool = Field(True, description="false: to one side only, and no way back")
     period_s: Positive = Field(20.0, description="of one cycle")
     rest_s: NotNegative = Field(2.0, description="before and after")
-    points: int = Field(160, ge=8, description="balances solved on each half of a cycle")
+    points: int = Field(640, ge=8, description="balances solved on each half of a cycle")
     fixture_compliance: list[float] = Field(
         [0.0] * 6, min_length=6, max_length=6, description="what the fixture really gives, m/N and rad/(N·m), base axes"
     )

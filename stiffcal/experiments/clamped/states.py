@@ -7,6 +7,7 @@ is known without an instrument: it stood still, but for the fixture's own give (
 from __future__ import annotations
 
 import heapq
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -30,12 +31,22 @@ CORRELATED_SHARE = 1.0 / 6.0
 SAME_LENGTH = 0.02
 # Stretches with more than this multiple of the median sum of squares bend, and show no noise.
 BENT = 4.0
-# A stretch with fewer readings is averaged, and is not split any further than to the second number.
+# A stretch with fewer readings shows no more than a jump, and is not split any further than to the second number.
 ENOUGH, FEWEST = 6, 2
-# Standard deviations of its sum of squares by which a stretch misses its parabola before it is split.
+# A stretch with fewer readings is averaged, and so is one with a few more that curves by less than so many standard
+# deviations.
+LEAST_OF_PARABOLA, CURVES = 3, 2.0
+# Standard deviations by which stretches miss their parabolas, in the sum of squares or in the fourth power, before they
+# are split.
 BENDS = 3.5
+# Stretches with fewer readings show no fourth power.
+LEAST_OF_QUARTIC = 8
 # An angle that takes fewer than this share of distinct values is read in steps.
 STEPPED = 0.5
+
+
+# First reading of a stretch, and the reading after its last.
+Range = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -48,6 +59,8 @@ class _Stretch:
     """Reading after the last."""
     at_end: bool
     """True for the last stretch of a half sweep, which is read at its end: laws with a memory turn there."""
+    is_averaged: bool
+    """True where a few readings show no curvature: they are averaged."""
 
 
 def clamped_states(
@@ -89,9 +102,7 @@ def clamped_states(
         windows.noise(angle, of_cycles=stepped == 0.0).at_least(stepped),
         windows.noise(load).at_least(1e-12 * max(float(np.ptp(load)), 1e-300)),
     ]
-    stretches: list[_Stretch] = []
-    for start, end in pairwise(edges):
-        stretches += _split(readings.time, both, noise, windows.pieces, start, end)
+    stretches = _split(readings.time, both, noise, windows.pieces, edges)
     weights = [_weights(readings.time, stretch) for stretch in stretches]
     bases = [_basis(readings.time[stretch.start : stretch.end]) for stretch in stretches]
 
@@ -233,48 +244,109 @@ def _residual_noise(values: Floats, stretches: list[_Stretch], bases: list[Float
     return residual_noise(remaining, bases) or white(fast_noise(values))
 
 
-def _split(time: Floats, both: Floats, noise: list[SeriesNoise], pieces: int, start: int, end: int) -> list[_Stretch]:
-    """Return the stretches of a half sweep: equal ones, of which those that bend most are halved."""
-    edges = np.unique(np.linspace(start, end, pieces + 1).round().astype(np.int64))
-    queue = [(-_bend(time, both, noise, int(a), int(b)), int(a), int(b)) for a, b in pairwise(edges)]
-    heapq.heapify(queue)
-    while queue and queue[0][0] < -BENDS and len(queue) < 3 * pieces:
-        _, a, b = heapq.heappop(queue)
-        middle = (a + b) // 2
-        for first, last in ((a, middle), (middle, b)):
-            heapq.heappush(queue, (-_bend(time, both, noise, first, last), first, last))
-    return [_Stretch(a, b, at_end=b == end) for a, b in sorted((a, b) for _, a, b in queue if b > a)]
+def _split(time: Floats, both: Floats, noise: list[SeriesNoise], pieces: int, edges: Sequence[int]) -> list[_Stretch]:
+    """Return the stretches of all half sweeps: equal ones, of which those that bend most are halved.
+
+    Half sweeps that repeat each other are divided alike: what bends shows in their mean before it shows in one of them.
+    """
+    stretches: list[_Stretch] = []
+    for sweeps in _repeats(edges):
+        length = min(end - start for start, end in sweeps)
+        cuts = np.unique(np.linspace(0, length, pieces + 1).round().astype(np.int64))
+        queue = [
+            (-_bend(time, both, noise, _within(sweeps, length, int(a), int(b))), int(a), int(b))
+            for a, b in pairwise(cuts)
+        ]
+        heapq.heapify(queue)
+        while queue and queue[0][0] < -BENDS and len(queue) < 3 * pieces:
+            _, a, b = heapq.heappop(queue)
+            middle = (a + b) // 2
+            for first, last in ((a, middle), (middle, b)):
+                heapq.heappush(queue, (-_bend(time, both, noise, _within(sweeps, length, first, last)), first, last))
+        for _, a, b in queue:
+            ranges = _within(sweeps, length, a, b)
+            averaged = _is_straight(time, both, noise, ranges)
+            stretches += [_Stretch(start, end, b == length, averaged) for start, end in ranges if end > start]
+    return sorted(stretches, key=lambda stretch: stretch.start)
 
 
-def _bend(time: Floats, both: Floats, noise: list[SeriesNoise], start: int, end: int) -> float:
-    """Return by how many standard deviations a stretch misses its parabola more than noise does."""
-    count = end - start
+def _repeats(edges: Sequence[int]) -> list[list[Range]]:
+    """Return the half sweeps (first reading, reading after the last), those together that repeat each other."""
+    groups: list[list[Range]] = []
+    for direction in (0, 1):
+        of_direction: list[list[Range]] = []
+        for start, end in list(pairwise(edges))[direction::2]:
+            length = of_direction[-1][0][1] - of_direction[-1][0][0] if of_direction else 0
+            if length and abs(end - start - length) <= SAME_LENGTH * length:
+                of_direction[-1].append((start, end))
+            else:
+                of_direction.append([(start, end)])
+        groups += of_direction
+    return groups
+
+
+def _within(sweeps: Sequence[Range], length: int, first: int, last: int) -> list[Range]:
+    """Return a stretch of the shortest of some half sweeps, ``length`` readings long, in each of them."""
+    scales = [((end - start) / length, start) for start, end in sweeps]
+    return [(start + round(first * scale), start + round(last * scale)) for scale, start in scales]
+
+
+def _bend(time: Floats, both: Floats, noise: list[SeriesNoise], ranges: Sequence[Range]) -> float:
+    """Return by how many standard deviations stretches that repeat each other bend more than a parabola does."""
+    count = min(end - start for start, end in ranges)
     if count < 2 * FEWEST:
         return -np.inf
-    values = both[start:end]
     if count < ENOUGH:
         # of a few readings only a jump shows
         single = np.maximum([series.sigma for series in noise], 1e-300)
-        reach = np.ptp(values, axis=0) / single
-        ramp = np.ptp(both[max(start - count, 0) : start + 1], axis=0) / single
-        return float(np.max(reach - 2.0 * ramp)) - 6.0
-    basis = _basis(time[start:end])
-    squares = np.sum((values - basis @ (basis.T @ values)) ** 2, axis=0)
-    expected = np.maximum([series.expected_residual(basis) for series in noise], 1e-300)
-    return float(np.max((squares - expected[:, 0]) / expected[:, 1]))
+        jumps = [
+            np.ptp(both[start:end], axis=0) - 2.0 * np.ptp(both[max(start - count, 0) : start + 1], axis=0)
+            for start, end in ranges
+        ]
+        return float(np.max(jumps / single)) - 6.0
+    excess, variance = np.zeros(both.shape[1]), np.zeros(both.shape[1])
+    quartic, of_quartic = np.zeros(both.shape[1]), np.zeros(both.shape[1])
+    for start, end in ranges:
+        columns = _basis(time[start:end], 5 if count >= LEAST_OF_QUARTIC else 3)
+        basis = columns[:, :3]
+        remaining = both[start:end] - basis @ (basis.T @ both[start:end])
+        expected = np.array([series.expected_residual(basis) for series in noise])
+        excess += np.sum(remaining**2, axis=0) - expected[:, 0]
+        variance += expected[:, 1] ** 2
+        if columns.shape[1] > 3:
+            quartic += remaining.T @ columns[:, 4]
+            of_quartic += [series.of_weighted(columns[:, 4]) ** 2 for series in noise]
+    bends = float(np.max(excess / np.sqrt(np.maximum(variance, 1e-300))))
+    # the fourth power is what biases a parabola at its middle: it is looked for by itself
+    return max(bends, float(np.max(np.abs(quartic) / np.sqrt(np.maximum(of_quartic, 1e-300)))))
 
 
-def _basis(time: Floats) -> Floats:
-    """Return (n, 3) orthonormal columns that span the parabolas over times (n,)."""
+def _is_straight(time: Floats, both: Floats, noise: list[SeriesNoise], ranges: Sequence[Range]) -> bool:
+    """Return whether stretches of a few readings that repeat each other show no curvature."""
+    count = min(end - start for start, end in ranges)
+    if count >= ENOUGH:
+        return False
+    if count < LEAST_OF_PARABOLA:
+        return True
+    curved, variance = np.zeros(both.shape[1]), np.zeros(both.shape[1])
+    for start, end in ranges:
+        column = _basis(time[start:end])[:, 2]
+        curved += both[start:end].T @ column
+        variance += [series.of_weighted(column) ** 2 for series in noise]
+    return bool(np.all(np.abs(curved) < CURVES * np.sqrt(np.maximum(variance, 1e-300))))
+
+
+def _basis(time: Floats, count: int = 3) -> Floats:
+    """Return (n, c) orthonormal columns that span the polynomials of c coefficients, parabolas, over times (n,)."""
     centred = time - time.mean()
     scale = float(np.abs(centred).max()) or 1.0
-    return np.asarray(np.linalg.qr((centred / scale)[:, None] ** np.arange(3))[0])
+    return np.asarray(np.linalg.qr((centred / scale)[:, None] ** np.arange(count))[0])
 
 
 def _weights(time: Floats, stretch: _Stretch) -> Floats:
     """Return (k,) weights with which a stretch's readings make its state: of a parabola, at its middle or its end."""
     count = stretch.end - stretch.start
-    if count < ENOUGH:
+    if stretch.is_averaged:
         return np.full(count, 1.0 / count)
     within = time[stretch.start : stretch.end]
     at = within[-1] if stretch.at_end else 0.5 * (within[0] + within[-1])

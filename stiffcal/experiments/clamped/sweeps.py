@@ -35,6 +35,10 @@ WHOLE = 0.8
 # Two logs of one run have at least this share of the shorter one in common.
 LEAST_OVERLAP = 0.6
 _MOST_POINTS = 1 << 13
+# Bins of the angle in which the force is compared on the way there and back.
+_BINS = 120
+# A lag that moves by less has settled, s.
+_SETTLED_S = 1e-6
 
 
 def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadings, dict[str, SourceClockOffset]]:
@@ -166,11 +170,11 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> S
         losses = [_openness(time, angle, other_time, force, lag) for lag in tried]
         k = int(np.argmin(losses))
         low, high = float(tried[max(k - 1, 0)]), float(tried[min(k + 1, 16)])
-    value = 0.5 * (low + high)
+    value = _closing_lag(time, angle, other_time, force, low, high)
     halves = time < np.median(time), time >= np.median(time)
-    fine = np.linspace(value - 2.0 * step, value + 2.0 * step, 41)
     half_lags = [
-        fine[int(np.argmin([_openness(time[h], angle[h], other_time, force, lag) for lag in fine]))] for h in halves
+        _closing_lag(time[half], angle[half], other_time, force, value - 2.0 * step, value + 2.0 * step)
+        for half in halves
     ]
     return SourceClockOffset(float(value), float(max(0.5 * abs(half_lags[0] - half_lags[1]), 0.05 * step)))
 
@@ -194,14 +198,30 @@ def _period(a: Floats, step: float) -> float:
     return float(2.0 * step * np.median(np.diff(crossings))) if crossings.size > 2 else a.size * step
 
 
+def _closing_lag(time: Floats, angle: Floats, other_time: Floats, force: Floats, low: float, high: float) -> float:
+    """Return the lag between two others at which the force is most nearly one curve over the angle, s."""
+    from scipy.optimize import minimize_scalar
+
+    def openness(lag: float) -> float:
+        return _openness(time, angle, other_time, force, lag)
+
+    return float(minimize_scalar(openness, bounds=(low, high), method="bounded", options={"xatol": _SETTLED_S}).x)
+
+
 def _openness(time: Floats, angle: Floats, other_time: Floats, force: Floats, lag: float) -> float:
-    """Return how far the force is from one curve over the angle: its mean variance within narrow bins of angle."""
+    """Return how far the force is from one curve over the angle: its mean variance about a line in each narrow bin."""
     at = np.interp(time + lag, other_time, force)
     low = angle.min()
-    bins = np.minimum((120.0 * (angle - low) / max(np.ptp(angle), 1e-15)).astype(np.int64), 119)
-    count = np.maximum(np.bincount(bins, minlength=120), 1)
-    mean = np.bincount(bins, weights=at, minlength=120) / count
-    return float(np.mean((at - mean[bins]) ** 2))
+    bins = np.minimum((_BINS * (angle - low) / max(np.ptp(angle), 1e-15)).astype(np.int64), _BINS - 1)
+    count = np.maximum(np.bincount(bins, minlength=_BINS), 1)
+
+    def within(values: Floats) -> Floats:
+        return np.asarray(values - (np.bincount(bins, weights=values, minlength=_BINS) / count)[bins])
+
+    f, a = within(at), within(angle)
+    spread = np.bincount(bins, weights=a**2, minlength=_BINS)
+    slope = np.bincount(bins, weights=a * f, minlength=_BINS) / np.maximum(spread, np.finfo(float).tiny)
+    return float(np.mean((f - slope[bins] * a) ** 2))
 
 
 @dataclass(frozen=True)
