@@ -21,6 +21,7 @@ from stiffcal.cli.wording import deviation, significant
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from stiffcal.identification.agreement_results import Agreement
     from stiffcal.identification.fit_results import DualQuaternionFit, GeometryTaken, UnidentifiedParameters
     from stiffcal.results.identify_result import IdentifyResult
 
@@ -69,6 +70,8 @@ def show_fit(console: Console, result: IdentifyResult) -> None:
     show_overviews(console, kinds)
     if result.geometry is not None and result.covariance_from_geometry is not None:
         console.print(geometry_in_words(result.geometry))
+    for agreement in result.agreement or ():
+        _show_agreement(console, agreement)
     known = result.noise is not None
     against = f", noise {deviation(result.noise)} (from {result.noise_source})" if known else ", noise not known"
     console.print(f"fit {deviation(result.rms)} rms{against}")
@@ -92,6 +95,20 @@ def show_fit(console: Console, result: IdentifyResult) -> None:
         show_coupling(console, result.coupling)
     if result.dual_quaternions is not None:
         _show_dual_quaternions(console, result.dual_quaternions)
+
+
+def _show_agreement(console: Console, agreement: Agreement) -> None:
+    """Draw what two kinds of experiment determine, each alone, and whether they agree."""
+    from stiffcal.results.agreement_words import KINDS, rows, verdict
+
+    table = plain_table(
+        "parameter", f"{KINDS[agreement.first]} alone, ± 95 %>", f"{KINDS[agreement.second]} alone, ± 95 %>", "",
+        "standard errors>",
+    )  # fmt: skip
+    for row in rows(agreement):
+        table.add_row(*row)
+    console.print(table)
+    console.print(verdict(agreement))
 
 
 def geometry_in_words(geometry: GeometryTaken) -> str:

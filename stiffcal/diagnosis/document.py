@@ -6,7 +6,13 @@ from dataclasses import replace
 from typing import Any
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, rms_after_choosing, size_at_tool
+from stiffcal.diagnosis.heldout_error import (
+    errors_by_experiment,
+    fitted_rms,
+    left_out_rms,
+    rms_after_choosing,
+    size_at_tool,
+)
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.patterns import find_pattern
@@ -219,7 +225,15 @@ def _findings(search: Search, before: Rms) -> list[Finding]:
         lambda trial: left_out_rms(scan, trial),
         lambda trial, after, alternatives: explain(scan, trial, before, after, alternatives),
     )
-    return [replace(finding, size_m=size_at_tool(scan, trial), places=trial.places) for trial, finding in ranking]
+    return [
+        replace(
+            finding,
+            size_m=size_at_tool(scan, trial),
+            places=trial.places,
+            by_experiment=errors_by_experiment(scan, trial, before, finding.heldout_rms_after) or None,
+        )
+        for trial, finding in ranking
+    ]
 
 
 def look_alike_pairs(search: Search) -> list[tuple[Trial, Trial]]:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.scoring import fold_products, solve_within
 from stiffcal.identification.observation import ParameterColumn, free_columns
@@ -153,7 +153,8 @@ def _evidence(
     return EffectEvidence(
         placed_effect, covariate, unit, bool(data.rotational[rows][0]), lever, data.index, value,
         _along(direction, before, rows), _along(direction, after, rows), law,
-        Rms.of(rms_of(before, data)), Rms.of(rms_of(after, data)), _by_run(data.run, before[rows], after[rows]),
+        Rms.of(rms_of(before, data)), Rms.of(rms_of(after, data)),
+        _by_run(data.run, before[rows], after[rows], np.any(data.measured_mask[rows], axis=0)),
     )  # fmt: skip
 
 
@@ -304,10 +305,12 @@ def _along(direction: Floats, residual: Floats, rows: Integers) -> Floats:
     return np.asarray(np.sum(direction[rows] * residual[rows], axis=0))
 
 
-def _by_run(run: Integers, before: Floats, after: Floats) -> tuple[tuple[int, float, float], ...]:
-    """Return (run, rms before, rms after), lengths of vectors."""
+def _by_run(run: Integers, before: Floats, after: Floats, measured: Booleans) -> tuple[tuple[int, float, float], ...]:
+    """Return (run, rms before, rms after), lengths of vectors, of runs in which the kind was read."""
     rms_by_run = []
     for members in members_of(run):
+        if not measured[members].any():
+            continue
         first, second = (
             float(np.sqrt(np.mean(np.sum(residual[:, members] ** 2, axis=0)))) for residual in (before, after)
         )

@@ -7,9 +7,12 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.load_scan import LoadScan
+from stiffcal.diagnosis.results import ErrorInExperiment
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.observation import free_columns
+from stiffcal.identification.rows import MOTOR
+from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -83,6 +86,39 @@ def size_at_tool(scan: LoadScan, trial: Trial) -> float:
 def poses_helped(scan: LoadScan, trial: Trial) -> int:
     """Return in how many poses the held-out error falls."""
     return int(np.count_nonzero(trial.score.heldout < scan.base.heldout))
+
+
+def errors_by_experiment(scan: LoadScan, trial: Trial, before: Rms, after: Rms) -> list[ErrorInExperiment]:
+    """Return the errors by kind of experiment; empty where the scan is of one kind.
+
+    Parameters
+    ----------
+    before, after : rms of what is left out, without and with the candidate.
+    """
+    data = scan.fit.data
+    clamped_state = np.any(data.measured_mask[data.rows_of(MOTOR)], axis=0)
+    states_of_fold = members_of(scan.fold_of_state)
+    clamped = np.array([clamped_state[members].any() for members in states_of_fold], dtype=np.bool_)
+    absolute = np.array([data.absolute[members].any() for members in states_of_fold], dtype=np.bool_)
+    fell = trial.score.heldout < scan.base.heldout
+    kinds = {
+        Experiment.LOADS: ~clamped & ~absolute,
+        Experiment.CLAMPED: clamped,
+        Experiment.ABSOLUTE: absolute & ~clamped,
+    }
+    kinds = {kind: folds for kind, folds in kinds.items() if folds.any()}
+    if len(kinds) < 2:
+        return []
+    return [
+        ErrorInExperiment(
+            experiment=kind,
+            before=before.motor_angle if kind is Experiment.CLAMPED else before.translation,
+            after=after.motor_angle if kind is Experiment.CLAMPED else after.translation,
+            n_fell=int(np.count_nonzero(fell[folds])),
+            n_folds=int(np.count_nonzero(folds)),
+        )
+        for kind, folds in kinds.items()
+    ]
 
 
 def with_values_of(scan: LoadScan, trial: Trial) -> CompliantRobot:

@@ -12,6 +12,7 @@ from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.reduction.registration import RegistrationSummary
@@ -95,6 +96,22 @@ class AgreementWithPlaces:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ErrorInExperiment:
+    """What an effect does to the held-out error of one kind of experiment."""
+
+    experiment: Experiment
+    """The kind."""
+    before: Number
+    """Rms without it: m, rad of clamped runs; null where nothing of the kind was read."""
+    after: Number
+    """Rms with it."""
+    n_fell: int
+    """In how many of what is left out in turn (poses, positions, cycles) the error falls."""
+    n_folds: int
+    """Of how many."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
     """A candidate for the next single step."""
 
@@ -126,6 +143,8 @@ class Finding:
     """Those that look the same in these poses and loads."""
     places: AgreementWithPlaces | None = None
     """What absolute places show of it; null where they cannot show it."""
+    by_experiment: OrAbsent[list[ErrorInExperiment]] = None
+    """The same errors by kind of experiment, where the campaign holds several; None where it holds one."""
     why: str = ""
     """The verdict's reason, in words."""
     evidence: Annotated[Explanation | None, NOT_PROMISED] = None

@@ -33,7 +33,7 @@ from stiffcal.diagnosis.thresholds import (
 )
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.identify import Problem, Settings, fit_problem
+from stiffcal.identification.identify import Problem, Settings, fit_problem, without_noise_dominated
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect
@@ -65,7 +65,11 @@ def search_missing(
     InputError : the data hold no more readings than the model has values.
     """
     problem = problem or fit_problem(states, robot)
-    bench = LoadSearchContext(states, problem, catalogue, settings or Settings(), n_searches)
+    settings = settings or Settings()
+    if states.clamped.any():
+        # joints that were not driven turn with the driven one's reading by what bends the chain: within its noise
+        settings = without_noise_dominated(problem, robot, settings)
+    bench = LoadSearchContext(states, problem, catalogue, settings, n_searches)
     return search_in(bench, robot, progress)
 
 

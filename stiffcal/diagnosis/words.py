@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.heldout_error import poses_helped, size_at_tool
+from stiffcal.diagnosis.heldout_error import errors_by_experiment, poses_helped, size_at_tool
 from stiffcal.diagnosis.judge import fitted_values
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import (
     AgreementWithPlaces,
     CompliancePattern,
+    ErrorInExperiment,
     Explanation,
     FollowedBy,
     PatternAlternative,
 )
 from stiffcal.diagnosis.scan import Trial
+from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
 from stiffcal.wording import angle, significant
@@ -111,11 +113,15 @@ def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequen
     measure = leading_measure(before)
     if measure == "translation":
         effect_text += f", by {1e3 * size_at_tool(scan, trial):.2g} mm rms at the tool"
+    kinds = errors_by_experiment(scan, trial, before, after)
     errors = [dict(rms.items()).get(measure) for rms in (before, after)]
-    if errors[0] is not None and errors[1] is not None:
+    if kinds:
+        effect_text += f"; with it the error falls {' and '.join(_in_experiment(kind) for kind in kinds)}."
+    elif errors[0] is not None and errors[1] is not None:
         first, last = (error_in_words(error or 0.0, measure) for error in errors)
         effect_text += f"; with it the error in held-out poses goes from {first} to {last}"
-    effect_text += f" and falls in {helped} of {poses} poses."
+    if not kinds:
+        effect_text += f" and falls in {helped} of {poses} poses."
     means = f"That is {effect.name}: {effect.summary}{values_in_words(trial)}."
     if trial.places is not None and trial.places.supported:
         means += f" Absolute places support it, {places_in_words(trial.places)}."
@@ -126,6 +132,21 @@ def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequen
         look_alike_text = f"In these poses and loads {listed} would look the same."
     check = f"To check on the machine: {effect.how_to_check}" if effect.how_to_check else ""
     return Explanation(seen=effect_text, means=means, alike=look_alike_text, check=check)
+
+
+def _in_experiment(error: ErrorInExperiment) -> str:
+    """Return what an effect does to the held-out error of one kind of experiment, in words."""
+    where = {
+        Experiment.LOADS: "poses of the loads",
+        Experiment.CLAMPED: "positions or cycles of clamped runs",
+        Experiment.ABSOLUTE: "regions of absolute places",
+    }[error.experiment]
+    text = f"in {error.n_fell} of {error.n_folds} held-out {where}"
+    if error.before is None or error.after is None:
+        return text
+    measure = "motor_angle" if error.experiment is Experiment.CLAMPED else "translation"
+    first, last = error_in_words(error.before, measure), error_in_words(error.after, measure)
+    return f"{text} (from {first} to {last})"
 
 
 def values_in_words(trial: Trial) -> str:

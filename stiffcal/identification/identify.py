@@ -21,7 +21,7 @@ from stiffcal.identification.gauge import redundant_geometry
 from stiffcal.identification.identifiability import GivenBefore, Identifiability, check_identifiability
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
 from stiffcal.identification.load_scale import redundant_gains
-from stiffcal.identification.noise import Noise, rms_by_measure, rms_length, stated_noise
+from stiffcal.identification.noise import Noise, noise_of_clamped, rms_by_measure, rms_length, stated_noise
 from stiffcal.identification.noise_dominated import noise_dominated_parameters
 from stiffcal.identification.nonlinear_start import lacks_nonlinear_value, start_nonlinear
 from stiffcal.identification.observation import (
@@ -33,6 +33,7 @@ from stiffcal.identification.observation import (
     observe,
 )
 from stiffcal.identification.reported import amplitudes, bounds_of, reported_parameters, student_95
+from stiffcal.identification.rows import MOTOR
 from stiffcal.identification.starting import starting_runs, starting_states
 from stiffcal.identification.weights import (
     Weights,
@@ -171,6 +172,17 @@ def identify_parameters(
         without_dominated = _without_noise_dominated(problem, robot, settings, fit.noise)
         return fit if without_dominated == settings else fit_observations(problem, robot, without_dominated, progress)
     return fit
+
+
+def without_noise_dominated(problem: Problem, robot: CompliantRobot, settings: Settings) -> Settings:
+    """Return the settings with what only the wrench's noise turns, where that noise is known before any fit.
+
+    So it is where it is stated, and where nothing but clamped motors was read.
+    """
+    known = problem.stated
+    if known is None and problem.data.clamped is not None and bool(np.all(problem.data.kind == MOTOR)):
+        known = noise_of_clamped(problem.data.clamped)
+    return _without_noise_dominated(problem, robot, settings, known)
 
 
 def _without_noise_dominated(

@@ -288,7 +288,7 @@ def noise_from_repeats(
     """
     motors = data.kind == MOTOR
     if motors.all() and motors.any() and data.clamped is not None:
-        return _of_neighbours(data.clamped)
+        return noise_of_clamped(data.clamped)
     if motors.any() and not motors.all():
         return _of_two_experiments(data, predicted, sensitivity, groups, motors)
     plain = without_wild(contrasts(data, predicted, sensitivity, some_groups(groups)), data.kind)
@@ -332,7 +332,7 @@ def _of_two_experiments(
     return replace(load, motor_angle=clamped.motor_angle, clamped_wrench=wrench, dof=dof)
 
 
-def _of_neighbours(sigma: ClampedSigma) -> Noise:
+def noise_of_clamped(sigma: ClampedSigma) -> Noise:
     """Return the noise of clamped runs: each state's own, here its typical size."""
     known = np.isfinite(sigma.motor)
     force, moment = (float(np.sqrt(np.mean(sigma.wrench[rows][:, known] ** 2))) for rows in (slice(0, 3), slice(3, 6)))

@@ -16,6 +16,9 @@ from stiffcal.model.effect import RZ, joint_node
 from stiffcal.model.equilibrium import displacement_between
 from stiffcal.model.held_frame import HeldFrame
 
+# No drive of a robot gives by more, rad.
+MOST_TURN = 0.02
+
 
 def held_at_rest(
     held: HeldFrame, chain: Chain, angles: Floats, small: Floats | None, run: Integers, attachment: Attachment
@@ -78,6 +81,8 @@ def second_order_turn(
     if not len(clamped):
         return curved
     turn = chain.drive_axes @ np.einsum("jin,in->jn", held.inverse[:, :, clamped], displacement[:, clamped])
+    # on its way to the solution a fit may pass models that give by far more: they are not followed along their arcs
+    turn *= np.minimum(1.0, MOST_TURN / np.maximum(np.abs(turn).max(axis=0), MOST_TURN))
     bent = None if small is None else small[:, :, clamped]
     before, after, opposite = (
         deformed_chain(chain, angles[:, clamped] + sign * turn, bent)

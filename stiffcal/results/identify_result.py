@@ -9,6 +9,7 @@ from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import MANY_KEYS, NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
 from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.friction.results import FrictionSection
+from stiffcal.identification.agreement_results import Agreement
 from stiffcal.identification.body_results import CartesianStiffnessResult, JointByItself
 from stiffcal.identification.fit_results import (
     CorrelatedParameters,
@@ -91,6 +92,9 @@ class IdentifyResult(CommandResult):
     """Friction of the drives."""
     other_kinds: Annotated[dict[str, object], MANY_KEYS] = field(default_factory=dict)
     """Sections of further kinds of experiment, by the kind's name."""
+    agreement: OrAbsent[list[Agreement]] = None
+    """How kinds of experiment agree on the parameters that each determines alone; None where there is one kind, or
+    nothing that two determine."""
     joints_by_themselves: OrAbsent[list[JointByItself]] = None
     """Joints between tracked bodies."""
     cartesian_stiffness: OrAbsent[list[CartesianStiffnessResult]] = None

@@ -177,6 +177,9 @@ class TrueRobot(TomlTable):
     orientation_error_rad: NotNegative = 0.0
     temperature_C: float = 22.0
     warming_K_per_hour: float = 0.0
+    hidden: list[str] = Field(
+        [], description="effects of model.toml that the simulated campaign's model.toml leaves out, to be found"
+    )
 
 
 class SettingsHead(TomlTable):

@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tomlkit
@@ -97,7 +98,7 @@ def simulate_campaign(
         write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")
         files = [*_write_logs(out, campaign, devices_by_run, logs, progress), TRUTH_FILE]
         if out.resolve() != campaign.folder.resolve():
-            files += _copy_documents(campaign, out)
+            files += _copy_documents(campaign, out, settings.robot.hidden)
     progress("simulated", 1.0)
     states = sum(len(true_run.planned.program) for true_run in recording.true_run)
     runs = [true_run.planned.name for true_run in recording.true_run]
@@ -116,6 +117,19 @@ def simulate_runs(
     """
     check_extent(settings, campaign.manifest)
     robot = robot_with_values(campaign)
+    absent = [
+        name
+        for name in settings.robot.hidden
+        if name not in {placed_effect.effect.name for placed_effect in robot.placed}
+    ]
+    if absent:
+        raise InputError.at(
+            FaultCode.EFFECT_ABSENT,
+            FILE_NAME,
+            "robot.hidden",
+            f"the model file holds no {absent[0]}",
+            f"it holds: {', '.join(sorted({placed_effect.effect.name for placed_effect in robot.placed}))}",
+        )
     frames = true_frames(campaign, settings)
     for name in settings.sensors:
         if name not in campaign.manifest.sources:
@@ -237,8 +251,8 @@ def _write_file(path: Path, file: str, source: Source, device: Device, parts: Se
     write_log(path, source.format_for(file) or "csv", columns, dialect, group)
 
 
-def _copy_documents(campaign: Campaign, out: Path) -> list[str]:
-    """Copy manifest, robot and plugins as they are, and the model file without its values."""
+def _copy_documents(campaign: Campaign, out: Path, hidden: Sequence[str]) -> list[str]:
+    """Copy manifest, robot and plugins as they are, and the model file without its values and hidden effects."""
     names = [campaign.manifest.robot, *campaign.manifest.plugins]
     if campaign.robot.urdf is not None:
         names.append(str(Path(campaign.manifest.robot).parent / campaign.robot.urdf))
@@ -246,7 +260,7 @@ def _copy_documents(campaign: Campaign, out: Path) -> list[str]:
     names.append(MANIFEST_FILE)
     content = read_regular(campaign.model_path, MODEL_FILE, limit=TOML) if campaign.model_written else None
     if content is not None:
-        write_whole(out / MODEL_FILE, without_values(content.decode("utf-8-sig")))
+        write_whole(out / MODEL_FILE, without_values(content.decode("utf-8-sig"), hidden))
     for name in names:
         check_inside(out, name)
         check_regular(campaign.folder / name, name)
@@ -256,8 +270,8 @@ def _copy_documents(campaign: Campaign, out: Path) -> list[str]:
     return [Path(name).as_posix() for name in (*names, *([MODEL_FILE] if content is not None else []))]
 
 
-def without_values(model: str) -> str:
-    r"""Return a model file's text without its parameters' values, comments kept.
+def without_values(model: str, hidden: Sequence[str] = ()) -> str:
+    r"""Return a model file's text without its parameters' values and without some effects, comments kept.
 
     Examples
     --------
@@ -268,6 +282,10 @@ def without_values(model: str) -> str:
     joints = [2]
     """
     document = tomlkit.parse(model)
-    for effect in document.get("effects", []):
-        effect.pop("parameters", None)
+    effects: Any = document.get("effects", [])
+    for index in reversed(range(len(effects))):
+        if effects[index]["type"] in hidden:
+            del effects[index]
+        else:
+            effects[index].pop("parameters", None)
     return tomlkit.dumps(document)

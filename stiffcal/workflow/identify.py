@@ -185,7 +185,10 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
     ----------
     fit : of the load states; None where there are none.
     """
+    from stiffcal.identification.agreement import agreement_of_experiments
+    from stiffcal.identification.identify import Settings
     from stiffcal.identification.state_tables import observed_table
+    from stiffcal.model.assembly import fixed_parameters
     from stiffcal.results.identify_answer import identify_result
     from stiffcal.workflow.experiments import fit_experiments, identify_without_states, merge_experiment_fits
     from stiffcal.workflow.suspects import suspects_in
@@ -200,6 +203,10 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
         result = merge_experiment_fits(of_states, experiments)
         tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
         tables[kept_table(FIT_STATES, key_of_fit(data, loss))] = tables[FIT_STATES]
+        agreement = agreement_of_experiments(
+            data.states, fit, Settings(loss=loss, fixed=fixed_parameters(data.campaign.model))
+        )
+        result = replace(result, agreement=agreement or None)
         suspects, not_checked = suspects_in(data.campaign, data.states, loss, present=fit)
         result = replace(result, suspects=suspects, suspects_not_checked=not_checked)
     result = replace(result, loss=loss, key=key_of_fit(data, loss), registration=data.registration)

@@ -147,7 +147,7 @@ def test_none_of_these_says_what_the_remainder_follows() -> None:
 
 def test_ranking_holds_every_number_with_its_unit() -> None:
     text = words(ranking.section(content()))
-    for word in ("supported", "29.0 µm", "98.0 %", "100 %", "0.110 mm", "< 10⁻⁶", "friction-hysteresis (joint 4)"):
+    for word in ("supported", "29.0 µm", "98.0 %", "100 %", "0.110 mm", "<\u00a010⁻⁶", "friction-hysteresis (joint 4)"):
         assert word in text, word
     assert "joint-friction: needs friction runs" in text
 

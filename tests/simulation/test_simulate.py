@@ -202,6 +202,21 @@ def test_the_model_comes_out_without_values_and_the_truth_with(tmp_path: Path) -
     assert truth["joint_stiffness"]["joint-compliance.j6.c"] == pytest.approx(16.55e3)
 
 
+def test_a_hidden_effect_acts_and_is_in_the_truth_alone(tmp_path: Path) -> None:
+    campaign, settings = write_folder(tmp_path / "source", FRAMES + TABLE, SETTINGS + POSES)
+    play = '[[effects]]\ntype = "backlash"\njoints = [2]\n[effects.parameters]\n'
+    values = '"backlash.j2.width" = { value = 1e-4 }\n"backlash.j2.band" = { value = 20.0 }\n'
+    (tmp_path / "source" / "model.toml").write_text(f"{MODEL}\n{play}{values}", encoding="utf-8")
+    campaign = load_campaign(tmp_path / "source", check_files=False)
+    hidden = settings.model_copy(update={"robot": settings.robot.model_copy(update={"hidden": ["backlash"]})})
+    truth = simulate_campaign(campaign, hidden, tmp_path / "out")["truth"]
+    assert truth["parameters"]["backlash.j2.width"] == 1e-4
+    assert [effect.type for effect in load_campaign(tmp_path / "out").model.effects] == ["joint-compliance"]
+    wrong = settings.model_copy(update={"robot": settings.robot.model_copy(update={"hidden": ["creep"]})})
+    with pytest.raises(InputError, match=r"robot\.hidden: the model file holds no creep"):
+        simulate_campaign(campaign, wrong, tmp_path / "other")
+
+
 def test_a_folder_may_be_simulated_into_itself_and_again(tmp_path: Path) -> None:
     campaign, settings = write_folder(tmp_path, FRAMES + TABLE, SETTINGS + POSES)
     for _ in range(2):

@@ -138,8 +138,8 @@ def test_the_report_has_the_papers_pages(campaign: Path, identified: dict[str, A
 def test_validate_judges_a_joint_in_a_pose_left_out(campaign: Path, identified: dict[str, Any]) -> None:
     document = validate_campaign(campaign)
     assert document.scheme == "leave-one-pose-out"
-    # the noise is that of the states in which a play is crossed, and chance in 18 runs
-    assert (document.rms.motor_angle or np.inf) < 1.15 * identified["noise"]["motor_angle"]
+    # predicted from the other two positions, whose noise adds half a variance
+    assert (document.rms.motor_angle or np.inf) < np.sqrt(1.5) * identified["noise"]["motor_angle"]
     assert (document.rms.motor_angle or np.inf) < 0.2 * (document.zero_model.motor_angle or 0.0)
     assert {"a-joint5", "b-joint5"} <= {part.label for part in document.by_run}
 

@@ -25,8 +25,6 @@ joints = [3]
 def rehearsal(folder: Path, hidden: str = "") -> Path:
     """The template's rehearsal, with an effect that the analysed model lacks."""
     write_template(folder / "cell", "clamped")
-    file = folder / "cell" / "simulate.toml"
-    file.write_text(file.read_text(encoding="utf-8").replace("rest_s = 1.5", "rest_s = 1.5\npoints = 60"))
     model = folder / "cell" / "model.toml"
     simplest = model.read_text(encoding="utf-8")
     model.write_text(simplest + hidden, encoding="utf-8")

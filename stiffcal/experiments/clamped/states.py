@@ -50,6 +50,21 @@ Range = tuple[int, int]
 
 
 @dataclass(frozen=True)
+class _Noise:
+    """The noise of angle and load, as stretches that repeat each other show it."""
+
+    series: tuple[SeriesNoise, SeriesNoise]
+    """Of a single log."""
+    is_stepped: bool
+    """True where the angle is read in an encoder's steps, which every repeat makes alike."""
+
+    def of_sum(self, variance: Floats, count: int) -> Floats:
+        """Return (2,) the standard deviation of sums over ``count`` repeats from the sum of their variances."""
+        alike = np.array([count if self.is_stepped else 1, 1])
+        return np.asarray(np.sqrt(np.maximum(variance * alike, 1e-300)))
+
+
+@dataclass(frozen=True)
 class _Stretch:
     """Readings of a half sweep that make one state."""
 
@@ -98,10 +113,11 @@ def clamped_states(
     windows = _windows(readings.time, both, edges)
     # what an encoder's steps make repeats with the cycle: differences of cycles do not hold it
     stepped = encoder_noise(angle)
-    noise = [
+    series = (
         windows.noise(angle, of_cycles=stepped == 0.0).at_least(stepped),
         windows.noise(load).at_least(1e-12 * max(float(np.ptp(load)), 1e-300)),
-    ]
+    )
+    noise = _Noise(series, stepped > 0.0)
     stretches = _split(readings.time, both, noise, windows.pieces, edges)
     weights = [_weights(readings.time, stretch) for stretch in stretches]
     bases = [_basis(readings.time[stretch.start : stretch.end]) for stretch in stretches]
@@ -112,7 +128,10 @@ def clamped_states(
         series = series.at_least(fast_noise(values))
         return np.array([series.of_weighted(weight) for weight in weights])
 
-    rounding = stepped / np.sqrt([len(weight) for weight in weights])
+    # over many readings steps are dithered; over a few they weigh as the readings do
+    rounding = stepped * np.array(
+        [1.0 / np.sqrt(weight.size) if weight.size >= ENOUGH else np.linalg.norm(weight) for weight in weights]
+    )
     motor_sigma = np.hypot(sigma(angle, of_cycles=stepped == 0.0), rounding)
     wrench_sigma = np.stack([sigma(component) for component in wrench.T], axis=1)
     name = readings.runs[int(readings.run[0])].name
@@ -244,7 +263,7 @@ def _residual_noise(values: Floats, stretches: list[_Stretch], bases: list[Float
     return residual_noise(remaining, bases) or white(fast_noise(values))
 
 
-def _split(time: Floats, both: Floats, noise: list[SeriesNoise], pieces: int, edges: Sequence[int]) -> list[_Stretch]:
+def _split(time: Floats, both: Floats, noise: _Noise, pieces: int, edges: Sequence[int]) -> list[_Stretch]:
     """Return the stretches of all half sweeps: equal ones, of which those that bend most are halved.
 
     Half sweeps that repeat each other are divided alike: what bends shows in their mean before it shows in one of them.
@@ -291,14 +310,14 @@ def _within(sweeps: Sequence[Range], length: int, first: int, last: int) -> list
     return [(start + round(first * scale), start + round(last * scale)) for scale, start in scales]
 
 
-def _bend(time: Floats, both: Floats, noise: list[SeriesNoise], ranges: Sequence[Range]) -> float:
+def _bend(time: Floats, both: Floats, noise: _Noise, ranges: Sequence[Range]) -> float:
     """Return by how many standard deviations stretches that repeat each other bend more than a parabola does."""
     count = min(end - start for start, end in ranges)
     if count < 2 * FEWEST:
         return -np.inf
     if count < ENOUGH:
         # of a few readings only a jump shows
-        single = np.maximum([series.sigma for series in noise], 1e-300)
+        single = np.maximum([series.sigma for series in noise.series], 1e-300)
         jumps = [
             np.ptp(both[start:end], axis=0) - 2.0 * np.ptp(both[max(start - count, 0) : start + 1], axis=0)
             for start, end in ranges
@@ -310,18 +329,18 @@ def _bend(time: Floats, both: Floats, noise: list[SeriesNoise], ranges: Sequence
         columns = _basis(time[start:end], 5 if count >= LEAST_OF_QUARTIC else 3)
         basis = columns[:, :3]
         remaining = both[start:end] - basis @ (basis.T @ both[start:end])
-        expected = np.array([series.expected_residual(basis) for series in noise])
+        expected = np.array([series.expected_residual(basis) for series in noise.series])
         excess += np.sum(remaining**2, axis=0) - expected[:, 0]
         variance += expected[:, 1] ** 2
         if columns.shape[1] > 3:
             quartic += remaining.T @ columns[:, 4]
-            of_quartic += [series.of_weighted(columns[:, 4]) ** 2 for series in noise]
-    bends = float(np.max(excess / np.sqrt(np.maximum(variance, 1e-300))))
+            of_quartic += [series.of_weighted(columns[:, 4]) ** 2 for series in noise.series]
+    bends = float(np.max(excess / noise.of_sum(variance, len(ranges))))
     # the fourth power is what biases a parabola at its middle: it is looked for by itself
-    return max(bends, float(np.max(np.abs(quartic) / np.sqrt(np.maximum(of_quartic, 1e-300)))))
+    return max(bends, float(np.max(np.abs(quartic) / noise.of_sum(of_quartic, len(ranges)))))
 
 
-def _is_straight(time: Floats, both: Floats, noise: list[SeriesNoise], ranges: Sequence[Range]) -> bool:
+def _is_straight(time: Floats, both: Floats, noise: _Noise, ranges: Sequence[Range]) -> bool:
     """Return whether stretches of a few readings that repeat each other show no curvature."""
     count = min(end - start for start, end in ranges)
     if count >= ENOUGH:
@@ -332,8 +351,8 @@ def _is_straight(time: Floats, both: Floats, noise: list[SeriesNoise], ranges: S
     for start, end in ranges:
         column = _basis(time[start:end])[:, 2]
         curved += both[start:end].T @ column
-        variance += [series.of_weighted(column) ** 2 for series in noise]
-    return bool(np.all(np.abs(curved) < CURVES * np.sqrt(np.maximum(variance, 1e-300))))
+        variance += [series.of_weighted(column) ** 2 for series in noise.series]
+    return bool(np.all(np.abs(curved) < CURVES * noise.of_sum(variance, len(ranges))))
 
 
 def _basis(time: Floats, count: int = 3) -> Floats:

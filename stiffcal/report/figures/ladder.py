@@ -20,6 +20,13 @@ if TYPE_CHECKING:
     from stiffcal.results.history_results import HistoryEntry
 
 _LABEL_WIDTH = 46
+# Unit, factor and name of each measure of an error.
+_SCALES = {
+    "translation": ("mm", 1e3, "translation error, rms length"),
+    "rotation": ("mrad", 1e3, "rotation error, rms length"),
+    "motor_angle": ("mrad", 1e3, "error of clamped motors' angles, rms"),
+    "torque": ("N·m", 1.0, "error of drives' torques in motion, rms"),
+}
 # Steps that change the error by less than this factor are not worth a number.
 _SIGNIFICANT = 1.05
 
@@ -50,11 +57,11 @@ def draw_ladder(
     fits : in the order in which they are drawn.
     zero_model : rms with no model; None where not known.
     noise : the noise floor; None where it cannot be judged.
-    component : "translation" or "rotation".
+    component : "translation", "rotation", "motor_angle" or "torque".
 
     Returns
     -------
-    Figure; rms in mm or mrad.
+    Figure; rms in mm, mrad or N·m.
     """
     rungs = ladder_rungs(fits, zero_model, component)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 26 + 10 * len(rungs))
@@ -71,28 +78,42 @@ def fill_ladder(
     Parameters
     ----------
     axes : the panel. rungs : from the top down. floor : the noise, m or rad; None where it cannot be judged.
-    component : "translation" or "rotation". label_size : letters in a line of a rung's label, and lines at most.
+    component : as for `draw_ladder`. label_size : letters in a line of a rung's label, and lines at most.
     """
-    unit = "mm" if component == "translation" else "mrad"
+    unit, factor, title = _SCALES[component]
     axes.set_xscale("log")
-    _draw_steps(axes, rungs)
+    _draw_steps(axes, rungs, factor)
     above: float | None = None
     for row, rung in enumerate(rungs):
-        _draw_rung(axes, row, rung, unit, above)
+        _draw_rung(axes, row, rung, (unit, factor), above)
         above = rung.heldout or above
+    floor = None if floor is None else factor * floor
     handles = _legend(axes, floor)
-    low, high = _limits([value for rung in rungs for value in (rung.heldout, rung.fitted)] + [floor])
+    known = [factor * value for rung in rungs for value in (rung.heldout, rung.fitted) if value]
+    low, high = _limits([*known, floor])
     axes.set_xlim(low, high)
     if floor is not None:
-        axes.axvspan(low, floor * 1e3, color=canvas.PALE, alpha=0.5, linewidth=0, zorder=0.2)
+        axes.axvspan(low, floor, color=canvas.PALE, alpha=0.5, linewidth=0, zorder=0.2)
     axes.set_ylim(len(rungs) - 0.5, -0.5)
     width, most_lines = label_size
     labels = [textwrap.fill(_shorten(rung.label, most_lines * width - 12), width) for rung in rungs]
     axes.set_yticks(range(len(rungs)), labels)
     axes.xaxis.set_major_formatter(lambda value, _: wording.digits(value, 1))
     axes.xaxis.set_minor_formatter(lambda value, _: wording.digits(value, 1) if f"{value:e}"[0] in "25" else "")
-    axes.set_xlabel(f"{component} error, rms length [{unit}], logarithmic")
+    axes.set_xlabel(f"{title} [{unit}], logarithmic")
     return handles
+
+
+def leading_component(fits: Sequence[HistoryEntry]) -> str | None:
+    """Return the measure that a ladder is drawn of first: the tool's place, clamped motors, torques; None for none."""
+    return next(
+        (
+            name
+            for name in ("translation", "motor_angle", "torque")
+            if any(wording.part(fit.fit_rms, name) is not None for fit in fits)
+        ),
+        None,
+    )
 
 
 def ladder_rungs(fits: Sequence[HistoryEntry], zero_model: Rms | None, component: str) -> list[Rung]:
@@ -114,29 +135,30 @@ def ladder_rungs(fits: Sequence[HistoryEntry], zero_model: Rms | None, component
     return rungs
 
 
-def _draw_steps(axes: Axes, rungs: Sequence[Rung]) -> None:
+def _draw_steps(axes: Axes, rungs: Sequence[Rung], factor: float) -> None:
     """Join the errors in held-out poses by stairs."""
-    known = [(row, rung.heldout * 1e3) for row, rung in enumerate(rungs) if rung.heldout]
+    known = [(row, rung.heldout * factor) for row, rung in enumerate(rungs) if rung.heldout]
     for (row, error), (below, lower) in itertools.pairwise(known):
         axes.plot([error, lower, lower], [row, row, below], color=canvas.COLOURS[0], linewidth=0.9, zorder=2, alpha=0.7)
 
 
-def _draw_rung(axes: Axes, row: int, rung: Rung, unit: str, above: float | None) -> None:
+def _draw_rung(axes: Axes, row: int, rung: Rung, scale: tuple[str, float], above: float | None) -> None:
     """Draw one rung, with the factor by which it lowers or raises the error of the one above it."""
+    unit, per_unit = scale
     if rung.fitted is not None:
         axes.plot(
-            rung.fitted * 1e3, row, marker="D", markersize=7.5, color=canvas.INK, markerfacecolor="none", zorder=3
+            rung.fitted * per_unit, row, marker="D", markersize=7.5, color=canvas.INK, markerfacecolor="none", zorder=3
         )
     if rung.heldout is not None:
-        axes.plot(rung.heldout * 1e3, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
-        text = f"{wording.digits(rung.heldout * 1e3)} {unit}"
+        axes.plot(rung.heldout * per_unit, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
+        text = f"{wording.digits(rung.heldout * per_unit)} {unit}"
         factor = above / rung.heldout if above and rung.heldout else 1.0
         if max(factor, 1.0 / factor) > _SIGNIFICANT:
             sign = "÷" if factor > 1.0 else "×"
             text += f"  ({sign} {wording.digits(max(factor, 1.0 / factor), 2)})"
         axes.annotate(
-            text, (rung.heldout * 1e3, row), xytext=(8, -7 if above else 0), textcoords="offset points", va="center",
-            fontsize=6.5, zorder=5,
+            text, (rung.heldout * per_unit, row), xytext=(8, -7 if above else 0), textcoords="offset points",
+            va="center", fontsize=6.5, zorder=5,
         )  # fmt: skip
     elif rung.fitted is None:
         axes.annotate(
@@ -145,7 +167,7 @@ def _draw_rung(axes: Axes, row: int, rung: Rung, unit: str, above: float | None)
 
 
 def _limits(values: Sequence[float | None]) -> tuple[float, float]:
-    known = [value * 1e3 for value in values if value]
+    known = [value for value in values if value]
     return (min(known) / 1.6, max(known) * 2.2) if known else (0.1, 1.0)
 
 
@@ -166,6 +188,6 @@ def _legend(axes: Axes, noise: float | None) -> list[Any]:
         ),
     ]  # fmt: skip
     if noise is not None:
-        axes.axvline(noise * 1e3, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.1)
+        axes.axvline(noise, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.1)
         handles.append(Line2D([], [], color=canvas.ACCENT, linestyle=(0, (5, 2)), label="noise floor"))
     return handles

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stiffcal.results.history_results import HistoryEntry
 
 _LABEL_SIZE = (26, 3)
-_MOST_RUNGS = 8
+MOST_RUNGS = 8
 # Shares of the deflection below this get no number.
 _LEAST_WRITTEN, _MOST_WRITTEN = 0.01, 8
 
@@ -35,8 +35,9 @@ def draw_overview(
     run: ReportRun | None,
     shares: Sequence[PlaceShare],
     expected: Rung | None = None,
+    component: str = "translation",
 ) -> Figure:
-    """Draw the ladder of translations, and next to it the robot with each joint's share of the deflection.
+    """Draw the ladder, and next to it the robot with each joint's share of the deflection.
 
     Parameters
     ----------
@@ -44,19 +45,20 @@ def draw_overview(
     run : the pose in which the robot is drawn; None: the ladder alone.
     shares : share of the target's deflection by place.
     expected : the error that the effects named as missing would leave; None: none is.
+    component : as for `draw_ladder`.
 
     Returns
     -------
     Figure; mm, m.
     """
-    rungs = ladder_rungs(fits[-_MOST_RUNGS:], zero_model, "translation")
+    rungs = ladder_rungs(fits[-MOST_RUNGS:], zero_model, component)
     rungs += [expected] if expected is not None else []
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, max(24.0 + 9.0 * len(rungs), 58.0 if run is not None else 0.0))
     if run is None:
-        handles = fill_ladder(figure.subplots(), rungs, wording.part(noise, "translation"), "translation", _LABEL_SIZE)
+        handles = fill_ladder(figure.subplots(), rungs, wording.part(noise, component), component, _LABEL_SIZE)
     else:
         ladder, robot = figure.subplots(1, 2, width_ratios=(1.75, 1.0))
-        handles = fill_ladder(ladder, rungs, wording.part(noise, "translation"), "translation", _LABEL_SIZE)
+        handles = fill_ladder(ladder, rungs, wording.part(noise, component), component, _LABEL_SIZE)
         _draw_robot(robot, run, shares)
     canvas.share_legend(figure, handles)
     return figure

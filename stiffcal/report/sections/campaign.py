@@ -36,7 +36,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.set_aside:
         blocks.append(_set_aside(content))
     else:
-        blocks.append(Paragraph("Nothing: every load state that was read was used."))
+        blocks.append(Paragraph("Nothing: all that was read was used."))
     return ReportSection(_TITLE, tuple(blocks), new_page=True)
 
 
@@ -47,7 +47,10 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
     rows.append(("runs", runs + (f"; never fitted (holdout): {wording.listing(holdouts)}" if holdouts else "")))
     states = content.states
     if states is None or not states.used.any():
-        return (*rows, ("load states", "none"))
+        fit = content.identify
+        if fit is None or not fit.n_states or not fit.has_states:
+            return (*rows, ("load states", "none"))
+        return (*rows, ("states of clamped runs", f"{fit.n_states} used"))
     load, deflection = states.load[states.used], np.linalg.norm(states.measured[states.used, :3], axis=1)
     directions = [label for label in dict.fromkeys(states.direction[states.used].tolist()) if label]
     n_references = 0 if states.reference is None else int(states.reference.sum())

@@ -6,15 +6,31 @@ from collections.abc import Sequence
 from functools import partial
 
 from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import ModelSummary
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
-from stiffcal.report.figures.ladder import draw_ladder
+from stiffcal.report.figures.ladder import draw_ladder, leading_component
+from stiffcal.report.figures.overview import MOST_RUNGS
 from stiffcal.results.history_results import HistoryEntry
 
 ORDER = 15
 _TITLE = "From no model to the noise: the ladder of fits"
 _MOST_STEPS = 25
+# Captions of the measures' ladders; the first one drawn has its numbers in words.
+_ALSO = {
+    "translation": "The same ladder for the target's place.",
+    "rotation": "The same ladder for the measured rotations.",
+    "motor_angle": "The same ladder for the angles of clamped motors.",
+    "torque": "The same ladder for the torques of drives in motion.",
+}
+_TITLES = {
+    "translation": "place",
+    "rotation": "rotation",
+    "length": "rods",
+    "motor_angle": "clamped motors",
+    "torque": "drives' torque",
+}
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
@@ -29,51 +45,59 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     present = None if content.identify is None else content.identify.fit_id
     drawn_fits = sorted(fits, key=lambda fit: fit.id == present)[-_MOST_STEPS:]
     blocks: list[Block] = []
-    if any(wording.part(fit.fit_rms, "translation") is not None for fit in drawn_fits):
-        blocks.append(PictureBlock(partial(draw_ladder, drawn_fits, zero, noise), _caption(drawn_fits, zero, noise)))
-    if any(wording.part(fit.heldout_rms, "rotation") is not None for fit in drawn_fits):
-        text = "The same ladder for the measured rotations."
-        blocks.append(PictureBlock(partial(draw_ladder, drawn_fits, zero, noise, "rotation"), text))
-    if not blocks and len(fits) == 1:
-        return LeftOut(_TITLE, "there is one fit, and no displacement in it")
+    # A bench's first page holds this very picture.
+    on_first_page = leading_component(drawn_fits) if len(fits) <= MOST_RUNGS and not content.place_shares else None
+    for component, text in _ALSO.items():
+        if component != on_first_page and any(wording.part(fit.fit_rms, component) is not None for fit in drawn_fits):
+            caption = text if blocks else _caption(drawn_fits, zero, noise, component)
+            blocks.append(PictureBlock(partial(draw_ladder, drawn_fits, zero, noise, component), caption))
+    if not blocks and len(fits) == 1 and on_first_page is None:
+        return LeftOut(_TITLE, "there is one fit, and no error in it")
     blocks.append(_table(fits))
     return ReportSection(_TITLE, tuple(blocks))
 
 
-def _caption(fits: Sequence[HistoryEntry], zero: Rms | None, noise: Rms | None) -> str:
+def _caption(fits: Sequence[HistoryEntry], zero: Rms | None, noise: Rms | None, component: str) -> str:
     text = "Error in held-out poses, fit by fit, each rung with what the model gained"
-    last = next((fit for fit in reversed(fits) if wording.part(fit.heldout_rms, "translation") is not None), None)
-    floor, start = wording.part(noise, "translation"), wording.part(zero, "translation")
+    last = next((fit for fit in reversed(fits) if wording.part(fit.heldout_rms, component) is not None), None)
+    floor, start = wording.part(noise, component), wording.part(zero, component)
     if last is not None:
-        reached = wording.part(last.heldout_rms, "translation")
-        origin = f"from {wording.length(start)} with no model " if start else ""
-        text += f": {origin}down to {wording.length(reached)} with fit {last.id}"
+        reached = wording.part(last.heldout_rms, component)
+        origin = f"from {_amount(component, start)} with no model " if start else ""
+        text += f": {origin}down to {_amount(component, reached)} with fit {last.id}"
         if floor and reached:
-            text += f", {wording.digits(reached / floor)} times the noise of {wording.length(floor)}"
+            text += f", {wording.digits(reached / floor)} times the noise of {_amount(component, floor)}"
     return text + ("." if floor else ". No noise floor is drawn: noise cannot be judged.")
 
 
+def _amount(component: str, value: float | None) -> str:
+    """Return an error with its unit."""
+    return wording.measure_text({component: value})
+
+
 def _table(fits: Sequence[HistoryEntry]) -> TableBlock:
+    measures = [name for name in _TITLES if any(wording.part(fit.fit_rms, name) is not None for fit in fits)]
     columns = (
         TableColumn("fit", align="left"),
         TableColumn("time", align="left"),
         TableColumn("model", align="left", width=1.0),
-        TableColumn("held-out, rms", align="right"),
-        TableColumn("fit, rms", align="right"),
+        *(TableColumn(f"{_TITLES[name]}, {data}") for name in measures for data in ("held-out", "fitted")),
     )
-    rows = tuple(_row(fit) for fit in fits)
-    return TableBlock(columns, rows, "All fits of this campaign, oldest first (times in UTC).")
-
-
-def _row(fit: HistoryEntry) -> tuple[str, ...]:
-    time = fit.time.replace("T", " ").removesuffix("Z")
-    model = wording.model_words(fit.model)
-    if fit.origin == "foreign":
-        model += " (not computed by you)"
-    return (
-        fit.id,
-        time,
-        model,
-        wording.measure_text(fit.heldout_rms),
-        wording.measure_text(fit.fit_rms),
-    )
+    rows = []
+    before: ModelSummary | None = None
+    for fit in fits:
+        time = fit.time.replace("T", " ").removesuffix("Z")
+        model = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
+        before = fit.model
+        errors = [{name: wording.part(rms, name)} for name in measures for rms in (fit.heldout_rms, fit.fit_rms)]
+        text = model or "the same model"
+        rows.append(
+            (
+                fit.id,
+                time,
+                f"{text} (not computed by you)" if fit.origin == "foreign" else text,
+                *(wording.measure_text(error) for error in errors),
+            )
+        )
+    caption = "All fits of this campaign, oldest first (times in UTC): the model, then what changed; errors are rms."
+    return TableBlock(columns, tuple(rows), caption)

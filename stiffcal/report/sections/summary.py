@@ -8,7 +8,7 @@ from stiffcal.reduction.registration import RegistrationSummary
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
-from stiffcal.report.figures.ladder import Rung
+from stiffcal.report.figures.ladder import Rung, leading_component
 from stiffcal.report.figures.overview import draw_overview
 from stiffcal.report.sections.stiffness import short_stiffness_table
 from stiffcal.results.identify_result import IdentifyResult
@@ -90,7 +90,8 @@ def _overview(content: ReportContent) -> list[Block]:
         noise = content.diagnose.noise
     present = None if content.identify is None else content.identify.fit_id
     drawn_fits = sorted(fits, key=lambda fit: fit.id == present)
-    if any(wording.part(fit.fit_rms, "translation") is not None for fit in drawn_fits):
+    component = leading_component(drawn_fits)
+    if component is not None:
         run = next((run for run in content.runs if run.stick is not None), None) if content.place_shares else None
         caption = "Error in held-out poses, fit by fit"
         if run is not None:
@@ -100,20 +101,29 @@ def _overview(content: ReportContent) -> list[Block]:
             )
         blocks.append(
             PictureBlock(
-                partial(draw_overview, drawn_fits, zero, noise, run, content.place_shares, _expected(content)),
+                partial(
+                    draw_overview,
+                    drawn_fits,
+                    zero,
+                    noise,
+                    run,
+                    content.place_shares,
+                    _expected(content, component),
+                    component,
+                ),
                 f"{caption}.",
             )
         )
     return blocks
 
 
-def _expected(content: ReportContent) -> Rung | None:
+def _expected(content: ReportContent, component: str) -> Rung | None:
     """Return the rung that adding the missing effects would reach; None where none is missing."""
     diagnosis = content.diagnose
     if diagnosis is None or not diagnosis.missing:
         return None
     names = "; ".join(f"+ {wording.effect_at(effect)}" for effect in diagnosis.missing)
-    return Rung(f"expected: {names}", wording.part(diagnosis.heldout_rms_with_missing, "translation"), None)
+    return Rung(f"expected: {names}", wording.part(diagnosis.heldout_rms_with_missing, component), None)
 
 
 def _registration_sentence(registration: RegistrationSummary) -> str:
@@ -154,7 +164,8 @@ def _heldout_readings(validation: ValidateResult) -> list[str]:
     measure = next((name for name in measured if wording.part(validation.rms, name) is not None), None)
     if measure is None:
         return ["There is nothing held-out to judge it by: each joint was driven in one usable pose alone."]
-    sentences = [f"In held-out data ({validation.scheme}) it leaves {wording.measure_text(validation.rms)} rms"]
+    where = f"data ({validation.scheme})" if measure == "torque" else "positions or cycles of clamped runs"
+    sentences = [f"In held-out {where} it leaves {wording.measure_text(validation.rms)} rms"]
     sentences[0] += f", without a model {wording.measure_text(validation.zero_model)}"
     left = wording.part(validation.relative, measure)
     predicted = "." if left is None else f": {wording.percent(1.0 - left)} of the {measured[measure]} is predicted."

@@ -1,0 +1,74 @@
+"""campaigns/mixed: load, clamped and friction runs of one robot, one model, one diagnosis, one ladder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from scipy.stats import chi2
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.measurements.experiment import Experiment
+from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.simulation.settings import load_settings
+from stiffcal.simulation.simulate import simulate_campaign
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.improve import improve_campaign
+from tests.benchmarks.mixed_coverage import deviation
+from tests.whole_campaigns.conftest import CAMPAIGNS
+
+HIDDEN = {("backlash", (6,)), ("stribeck", (2,))}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("mixed") / "out"
+    simulate_campaign(load_campaign(CAMPAIGNS / "mixed", check_files=False), load_settings(CAMPAIGNS / "mixed"), out)
+    return out
+
+
+@pytest.fixture(scope="module")
+def begun(folder: Path) -> IdentifyResult:
+    return identify_campaign(folder)
+
+
+def test_without_the_play_loads_and_clamped_runs_disagree(begun: IdentifyResult) -> None:
+    (agreement,) = begun.agreement or []
+    assert (agreement.first, agreement.second) == (Experiment.LOADS, Experiment.CLAMPED)
+    (parameter,) = agreement.parameters
+    assert parameter.name == "joint-compliance.j6.c"
+    assert not agreement.agree
+    assert abs(parameter.standard_errors) > 10.0
+
+
+def test_both_hidden_effects_are_named_and_no_others(folder: Path, begun: IdentifyResult) -> None:
+    diagnosis = diagnose_campaign(folder)
+    assert {(effect.effect, tuple(effect.where.joints or ())) for effect in diagnosis.missing} == HIDDEN
+    assert not diagnosis.unexplained
+    finding = diagnosis.findings[0]
+    assert finding.effect == "backlash"
+    # the effect that the bench shows is tried on the tracker's data as well
+    assert {kind.experiment: (kind.n_fell, kind.n_folds) for kind in finding.by_experiment or []} == {
+        Experiment.LOADS: (8, 8),
+        Experiment.CLAMPED: (15, 15),
+    }
+    for kind in finding.by_experiment or []:
+        assert (kind.after or 0.0) < 0.85 * (kind.before or 0.0)
+
+
+def test_the_ladder_ends_at_the_noise_with_true_values(folder: Path, begun: IdentifyResult) -> None:
+    improved = improve_campaign(folder)
+    added = {(step.effect, tuple(step.where.joints or ())) for step in improved.steps if step.effect is not None}
+    assert added == HIDDEN
+    assert not improved.unexplained
+    result = identify_campaign(folder)
+    assert result.reduced_chi2 is not None
+    assert result.reduced_chi2 < 1.1
+    truth = load_campaign(CAMPAIGNS / "mixed", check_files=False).model.parameter_settings()
+    statistic, count = deviation(result, {name: setting.value for name, setting in truth.items() if setting.value})
+    assert count == 15
+    assert chi2.sf(statistic, count) > 1e-3
+    (agreement,) = result.agreement or []
+    assert agreement.agree
+    assert agreement.dof == 3
