@@ -46,7 +46,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     drawn_fits = sorted(fits, key=lambda fit: fit.id == present)[-_MOST_STEPS:]
     blocks: list[Block] = []
     # A bench's first page holds this very picture.
-    on_first_page = leading_component(drawn_fits) if len(fits) <= MOST_RUNGS and not content.place_shares else None
+    is_bench = content.states is None or not content.states.used.any()
+    on_first_page = leading_component(drawn_fits) if is_bench and len(fits) <= MOST_RUNGS else None
     for component, text in _ALSO.items():
         if component != on_first_page and any(wording.part(fit.fit_rms, component) is not None for fit in drawn_fits):
             caption = text if blocks else _caption(drawn_fits, zero, noise, component)
