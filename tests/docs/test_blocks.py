@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -23,6 +24,7 @@ TAGS = {"run", "output", "check", "show"}
 MOST_SHOWN = 0.1
 ANYTHING = "…"
 OPERATORS = {"|", "||", "&&", ">", ";"}
+HERE_DOCUMENT = re.compile(r"(?<=<<'END_OF_SCRIPT'\n).*?\nEND_OF_SCRIPT\n", re.DOTALL)
 ALL = [block for page in hand_written_pages() for block in blocks_of(page)]
 COMMAND_PAGES = sorted({block.page for block in ALL if block.tag == "run"})
 
@@ -55,7 +57,7 @@ def test_python_is_valid(block: Block) -> None:
 def commands_in(block: Block) -> list[list[str]]:
     """Return the words of every call of stiffcal in a shell block, without comments and settings of variables."""
     calls = []
-    for line in block.text.replace("\\\n", " ").splitlines():
+    for line in HERE_DOCUMENT.sub("", block.text).replace("\\\n", " ").splitlines():
         words = shlex.split(line, comments=True)
         if "stiffcal" in words:
             call = words[words.index("stiffcal") + 1 :]
