@@ -26,6 +26,7 @@ TOML_FILES = {
     "robot": "robot.toml",
     "model": "model.toml",
     "simulate": "simulate.toml",
+    "plan": "plan.toml",
     "thresholds": "thresholds.toml",
 }
 

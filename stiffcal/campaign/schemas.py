@@ -16,6 +16,7 @@ from pydantic import BaseModel
 
 from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.model_file import ModelFile
+from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.thresholds import ThresholdsFile
 
@@ -23,6 +24,7 @@ SCHEMAS: dict[str, Callable[[], type[BaseModel]]] = {
     "campaign.schema.json": manifest_type,
     "robot.schema.json": lambda: RobotFile,
     "model.schema.json": lambda: ModelFile,
+    "plan.schema.json": lambda: PlanFile,
     "thresholds.schema.json": lambda: ThresholdsFile,
 }
 """File to what returns its type: the manifest's depends on the log formats that are found."""

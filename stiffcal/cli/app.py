@@ -52,6 +52,7 @@ COMMANDS = {
     "predict": "Predict deflection and stiffness under given loads.",
     "map": "Map deflection or stiffness over the workspace.",
     "compensate": "Correct the joint targets of a path with known forces.",
+    "plan": "Plan which poses and loads to measure.",
     "simulate": "Simulate a campaign: raw logs of a known robot.",
     "effects": "List the physical effects, or explain one.",
     "add": "Add a physical effect to model.toml.",

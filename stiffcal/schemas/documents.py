@@ -14,6 +14,7 @@ from stiffcal.compensation.predict_result import PredictResult
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.documents import schema_of
 from stiffcal.ingest.results import IngestResult
+from stiffcal.planning.results import PlanResult
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
@@ -42,6 +43,7 @@ DOCUMENTS: dict[str, Any] = {
     "predict": PredictResult,
     "map": MapResult,
     "compensate": CompensateResult,
+    "plan": PlanResult,
     "ingest": IngestResult,
     "diagnose": DiagnoseResult,
     "improve": ImproveResult,

@@ -66,6 +66,7 @@ def test_list_of_commands_says_what_the_help_says(name: str, capsys: pytest.Capt
         (["view", "-o", "{}/v.html"], "stiffcal/view/1", 0),
         (["export", "-o", "{}/s.csv"], "stiffcal/export/1", 0),
         (["predict", "--load-path", "0,0,0;0,0,-100", "--at", "0,-70,20,0,30,0"], "stiffcal/predict/1", 0),
+        (["plan", "--force", "300", "--runs", "4"], "stiffcal/plan/1", 0),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
@@ -90,6 +91,7 @@ def test_json_is_one_document_on_standard_output(
         ["view", "-o", "{}/v.html"],
         ["export", "-o", "{}/s.csv"],
         ["predict", "--load-path", "0,0,0;0,0,-100", "--at", "0,-70,20,0,30,0"],
+        ["plan", "--force", "300", "--runs", "4"],
     ],
     ids=lambda words: words[0],
 )

@@ -62,6 +62,7 @@ COMMANDS = (
     Command("export json", ("export", "{}/c", "-o", "{}/c/m.json"), "validated"),
     Command("export urdf", ("export", "{}/c", "-o", "{}/c/m.urdf"), "validated"),
     Command("predict", ("predict", "{}/c", "--load-path", "0,0,0;0,0,-100", "--at", "0,-70,20,0,30,0"), "validated"),
+    Command("plan", ("plan", "{}/c", "--force", "300", "--runs", "3", "-o", "{}/c/runs.csv"), "validated"),
     Command("map", ("map", "{}/c", "--load", "0,0,-100", "--points", "5", "-o", "{}/c/m.svg", "--table", "{}/c/m.csv"),
             "validated"),
     Command("compensate", ("compensate", "{}/c", "--path", "{}/path.csv", "--force", "0,50,-100", "-o", "{}/c/q.csv"),

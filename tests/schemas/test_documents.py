@@ -35,6 +35,7 @@ WORDS: dict[str, list[str]] = {
     "history": ["history", "{}"],
     "ingest": ["ingest", "{}"],
     "predict": ["predict", "{}", "--load-path", "0,0,0;0,0,-100", "--at", "0,-70,20,0,30,0"],
+    "plan": ["plan", "{}", "--force", "300", "--runs", "4", "-o", "{}/runs.csv"],
     "map": ["map", "{}", "--load", "0,0,-100", "--points", "4"],
     "compensate": ["compensate", "{}", "--path", "{}/raw/states.csv"],
     "error": ["identify", "{}/nowhere"],

@@ -1,0 +1,93 @@
+"""`stiffcal plan`: which poses and loads to measure."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.cli.tables import plain_table
+from stiffcal.cli.wording import NOT_KNOWN, length, significant
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from stiffcal.planning.results import PlanResult
+
+
+def plan(
+    folder: Folder = HERE,
+    purpose: Annotated[
+        str,
+        typer.Option("--for", metavar="WHAT", help="stiffness; or a CSV of poses and loads to predict well."),
+    ] = "stiffness",
+    criterion: Annotated[
+        Literal["determinant", "worst"],
+        typer.Option(help="For stiffness: joint confidence region, or largest relative uncertainty."),
+    ] = "worst",
+    runs: Annotated[
+        int | None,
+        typer.Option(min=1, max=1000, help="How many runs; else plan.toml's budget.", show_default=False),
+    ] = None,
+    force: Annotated[
+        float | None, typer.Option(min=1e-3, metavar="N", help="Largest force; else plan.toml's.", show_default=False)
+    ] = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    no_update: NoUpdate = False,
+    store: StoreAt = None,
+) -> int:
+    """Plan which poses and loads to measure.
+
+    What is possible stands in DIR/plan.toml: limits, boxes, the tracker's place, loads, minutes. -o writes a run sheet.
+
+    Example: stiffcal plan campaigns/irb4400 --force 450 --runs 8 -o runs.csv
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.plan import PlanRequest, plan_campaign
+        from stiffcal.workflow.steps import RunContext
+
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        result = plan_campaign(folder, context, PlanRequest(purpose, criterion, runs, force, output))
+        answer.give(result, show_plan, command_line("check", folder, store=store))
+    return OK
+
+
+def show_plan(console: Console, result: PlanResult) -> None:
+    """Draw the runs, the expected uncertainties, and what more runs would bring."""
+    import numpy as np
+
+    console.print(
+        f"{len(result.runs)} runs, {result.minutes:.0f} min, chosen from {result.candidates} pairs of pose and load; "
+        f"values from {result.values_from}"
+    )
+    table = plain_table("run", "rank>", *(f"{name} [°]>" for name in result.joint_names), "largest force [N]>")
+    for run in result.runs:
+        force = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3]
+        angles = [f"{angle:.1f}" for angle in np.degrees(run.joints)]
+        table.add_row(run.id, str(run.rank), *angles, ", ".join(f"{component:.0f}" for component in force + 0.0))
+    console.print(table)
+    console.print("\nexpected uncertainty (half width of the 95 % interval)")
+    table = plain_table("parameter", "± %>")
+    for parameter in result.parameters:
+        known = NOT_KNOWN if parameter.relative is None else significant(100.0 * parameter.relative, 2)
+        table.add_row(parameter.name, known)
+    console.print(table)
+    if result.not_identified:
+        console.print(f"not identified with these means: {', '.join(result.not_identified)}")
+    if result.prediction_half_width_m is not None:
+        console.print(f"deflection along the path: ± {length(result.prediction_half_width_m)}")
+    console.print("\nafter the runs of highest rank")
+    table = plain_table("runs>", "min>", "largest ± %>")
+    for point in result.gain:
+        worst = NOT_KNOWN if point.worst_relative is None else significant(100.0 * point.worst_relative, 2)
+        table.add_row(str(point.runs), f"{point.minutes:.0f}", worst)
+    console.print(table)
+    console.print(
+        f"efficiency ({result.criterion}): {result.efficiency:.2f} of the best conceivable variance (Kiefer-Wolfowitz)"
+    )
+    if result.file is not None:
+        console.print(f"wrote {result.file}", soft_wrap=True)

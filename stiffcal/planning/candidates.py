@@ -1,0 +1,143 @@
+"""Which poses are possible: joint limits, boxes that no link may enter, what the tracker can measure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Booleans, Floats
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses, body_poses
+
+# Poses that are drawn for each one wanted, at most: where fewer than one in so many is possible, few remain.
+DRAWN_PER_POSE = 200
+DRAWN_AT_ONCE = 2000
+# Points on a link's axis are no further apart than this share of the capsule's radius.
+SPACING = 0.5
+MOST_POINTS = 200
+
+
+@dataclass(frozen=True)
+class Tracker:
+    """What the tracker can measure."""
+
+    position: Floats
+    """(3,) base axes, m."""
+    axis: Floats | None
+    """(3,) base axes, the middle of its field of view; None: all directions."""
+    cone: float
+    """Half the opening angle of its field of view, rad."""
+    reflector_axis: Floats | None
+    """(3,) outward, in the measured frame; None: measured from all sides."""
+    acceptance: float
+    """Largest angle between beam and ``reflector_axis``, rad."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What limits poses."""
+
+    limits: Floats
+    """(L, 2) of the logged angles, rad; finite."""
+    boxes: Floats
+    """(B, 2, 3) lower and upper corners, base axes, m."""
+    radius: float
+    """Of the capsules around the links, m."""
+    lowest: float | None
+    """Height in base axes that no link goes below, m."""
+    tracker: Tracker | None
+    """None: everything can be measured."""
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """How many drawn poses were impossible, by the first reason."""
+
+    drawn: int
+    """All poses that were drawn."""
+    collision: int
+    """A link enters a box, or goes too low."""
+    out_of_view: int
+    """The measured frame is outside of the tracker's field of view."""
+    reflector: int
+    """The reflector is turned away from the tracker."""
+
+
+def possible_poses(
+    chain: Chain, cell: Cell, target: Attachment, tips: tuple[Attachment, ...], wanted: int, seed: int
+) -> tuple[Floats, Rejected]:
+    """Draw poses that are possible, evenly within the joint limits.
+
+    Parameters
+    ----------
+    chain : the robot.
+    cell : what limits poses.
+    target : the measured frame.
+    tips : frames on the flange that the last capsules reach to (target, load point).
+    wanted : number of poses.
+    seed : of the drawing.
+
+    Returns
+    -------
+    joints : (n, L) logged angles, rad; n may be less than wanted, and 0.
+    rejected : why others were not taken.
+    """
+    rng = np.random.default_rng(seed)
+    taken: list[Floats] = []
+    n_taken = drawn = collision = out_of_view = reflector = 0
+    low, high = cell.limits.T
+    while n_taken < wanted and drawn < DRAWN_PER_POSE * wanted:
+        joints = low + (high - low) * rng.random((min(DRAWN_AT_ONCE, DRAWN_PER_POSE * wanted), len(low)))
+        drawn += len(joints)
+        free = is_free(chain, cell, tips, joints)
+        collision += int(np.count_nonzero(~free))
+        joints = joints[free]
+        if cell.tracker is not None and len(joints):
+            viewed, accepted = can_measure(chain, cell.tracker, target, joints)
+            out_of_view += int(np.count_nonzero(~viewed))
+            reflector += int(np.count_nonzero(viewed & ~accepted))
+            joints = joints[viewed & accepted]
+        taken.append(joints)
+        n_taken += len(joints)
+    return np.concatenate(taken)[:wanted], Rejected(drawn, collision, out_of_view, reflector)
+
+
+def is_free(chain: Chain, cell: Cell, tips: tuple[Attachment, ...], joints: Floats) -> Booleans:
+    """Return (n,) True where no link's capsule enters a box or goes too low.
+
+    Conservative: a box is widened by the radius on all sides, so that corners count as filled. The first link, which
+    turns on the base, is not checked against the lowest height.
+    """
+    angles = chain.model_angles(joints)
+    positions, _ = body_poses(chain, angles)
+    ends = [(positions[:, k], positions[:, k + 1], k) for k in range(1, positions.shape[1] - 1)]
+    ends += [(positions[:, -1], attached_poses(chain, angles, tip)[0], chain.n_joints + 1) for tip in tips]
+    free = np.ones(len(joints), dtype=np.bool_)
+    for start, end, body in ends:
+        length = float(np.max(np.linalg.norm(end - start, axis=1), initial=0.0))
+        n_points = min(MOST_POINTS, 2 + int(length / (SPACING * cell.radius)))
+        share = np.linspace(0.0, 1.0, n_points)[None, :, None]
+        points = start[:, None] + share * (end - start)[:, None]
+        if cell.lowest is not None and body > 1:
+            free &= (points[:, :, 2] - cell.radius >= cell.lowest).all(axis=1)
+        for lower, upper in cell.boxes:
+            inside = (points > lower - cell.radius) & (points < upper + cell.radius)
+            free &= ~inside.all(axis=2).any(axis=1)
+    return free
+
+
+def can_measure(chain: Chain, tracker: Tracker, target: Attachment, joints: Floats) -> tuple[Booleans, Booleans]:
+    """Return (n,) whether the target is in the field of view, and (n,) whether the reflector faces the tracker."""
+    place, rotation = attached_poses(chain, chain.model_angles(joints), target)
+    beam = place - tracker.position
+    beam = beam / np.linalg.norm(beam, axis=1, keepdims=True)
+    viewed = np.ones(len(joints), dtype=np.bool_)
+    if tracker.axis is not None:
+        viewed = beam @ (tracker.axis / np.linalg.norm(tracker.axis)) >= np.cos(tracker.cone)
+    accepted = np.ones(len(joints), dtype=np.bool_)
+    if tracker.reflector_axis is not None:
+        outward = rotation @ (tracker.reflector_axis / np.linalg.norm(tracker.reflector_axis))
+        accepted = -np.einsum("ni,ni->n", outward, beam) >= np.cos(tracker.acceptance)
+    return viewed, accepted

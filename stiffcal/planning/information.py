@@ -1,0 +1,166 @@
+"""What a run would bring: the information of a pose with its load steps, from the model's own regressors and noise.
+
+A run is one pose: it is read unloaded, then at every load step, then unloaded again. As in the fit (`identification`)
+displacements count from a free offset of the run, the noise of the wrench is carried through the model, and the
+observation matrix is that of a Gauss-Newton step about the balanced shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.identification.noise import Noise, whiten
+from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
+from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
+from stiffcal.model.composite import CompliantRobot
+
+# Unloaded readings of a run: one before the load and one after it.
+UNLOADED_READINGS = 2
+# Runs whose regressors are made together: memory stays small whatever the number of candidates.
+RUNS_AT_ONCE = 500
+
+
+@dataclass(frozen=True)
+class RunInformation:
+    """What each of N runs would bring on p parameters."""
+
+    names: tuple[str, ...]
+    """Full names of the p parameters, as in the fit."""
+    values: Floats
+    """(p,) what the law multiplies with: of a stiffness its inverse."""
+    factors: Floats
+    """(N, r, p) AᵀA is the run's information on the parameters relative to their values; of a parameter whose value is
+    zero, relative to its typical size.
+    """
+    scale: Floats
+    """(p,) the value, or typical size, that ``factors`` are relative to."""
+
+
+def information_of_runs(
+    robot: CompliantRobot,
+    joints: Floats,
+    wrench: Floats,
+    setup: MeasurementSetup,
+    noise: Noise,
+    with_rotation: bool,
+    fixed: frozenset[str] = frozenset(),
+) -> RunInformation:
+    """Return what runs would bring.
+
+    Parameters
+    ----------
+    robot : chain and effects, every parameter with a value.
+    joints : (N, L) logged joint angles of the runs, rad.
+    wrench : (N, K, 6) N and N·m, the K load steps of each run, axes and point of the set-up.
+    setup : where the instruments sit.
+    noise : of one load state.
+    with_rotation : the targets' orientations are measured too.
+    fixed : full names of parameters that are not to be identified.
+
+    Raises
+    ------
+    NoBalanceError : a load is more than the springs hold.
+    """
+    columns = free_columns(robot, fixed)
+    specs = [robot.placed[column.placed].effect.spec(column.symbol) for column in columns]
+    values = np.array(
+        [
+            robot.placed[column.placed].amplitude(column.symbol)
+            if column.role.value != "shape"
+            else robot.placed[column.placed].shape()[column.symbol]
+            for column in columns
+        ]
+    )
+    typical = np.array([abs(spec.amplitude_of(spec.typical)) for spec in specs])
+    scale = np.where(values != 0.0, np.abs(values), typical)
+    names = tuple(robot.placed[column.placed].parameter_name(column.symbol) for column in columns)
+    n_runs, n_steps = wrench.shape[:2]
+    blocks = []
+    for first in range(0, n_runs, RUNS_AT_ONCE):
+        rows = slice(first, min(first + RUNS_AT_ONCE, n_runs))
+        data = _observations(robot, joints[rows], wrench[rows], setup, with_rotation)
+        parts = []
+        for evaluation in evaluate(robot, data, columns, with_sensitivity=noise.of_wrench):
+            part = data.subset(evaluation.rows)
+            # (q, m, n) whitened: the parameters' columns, then those of the run's offset, a unit per component
+            whitening = whiten(noise, part, evaluation.sensitivity)
+            m = len(part.measured)
+            offsets = np.repeat(np.eye(m)[:, :, None], part.n_states, axis=2)
+            stack = np.concatenate([evaluation.columns * scale[:, None, None], offsets])
+            parts.append(whitening.apply(stack))
+        whole = np.concatenate(parts, axis=2)
+        per_run = whole.reshape(len(whole), -1, rows.stop - rows.start, n_steps + UNLOADED_READINGS)
+        # (N, m K, q): readings of a run below each other
+        blocks.append(np.moveaxis(per_run, (2, 3, 1, 0), (0, 1, 2, 3)).reshape(rows.stop - rows.start, -1, len(whole)))
+    stacked = np.concatenate(blocks)
+    p = len(columns)
+    regressors, offset = stacked[:, :, :p], stacked[:, :, p:]
+    basis, _ = np.linalg.qr(offset)
+    factors = regressors - basis @ (np.swapaxes(basis, 1, 2) @ regressors)
+    return RunInformation(names, values, factors, scale)
+
+
+def _observations(
+    robot: CompliantRobot, joints: Floats, wrench: Floats, setup: MeasurementSetup, with_rotation: bool
+) -> Observations:
+    """Return readings of the runs, all zero: what they would be weighed and compared with, not their values."""
+    n_runs, n_steps = wrench.shape[:2]
+    per_run = n_steps + UNLOADED_READINGS
+    loads = np.zeros((n_runs, per_run, 6))
+    loads[:, 1 : 1 + n_steps] = wrench
+    n, targets = n_runs * per_run, len(setup.targets)
+    deflection = np.full((n, targets, 6), np.nan)
+    deflection[:, :, : 6 if with_rotation else 3] = 0.0
+    reference = np.zeros((n_runs, per_run), dtype=np.bool_)
+    reference[:, 0] = True
+    numbers = np.arange(n)
+    states = LoadStates(
+        runs=tuple(RunInfo(f"run {number + 1}") for number in range(n_runs)),
+        run=np.repeat(np.arange(n_runs), per_run),
+        time=np.full(n, np.nan),
+        hold=np.full(n, np.nan),
+        joints=np.repeat(joints, per_run, axis=0),
+        wrench=loads.reshape(n, 6),
+        position=np.full((n, targets, 3), np.nan),
+        rotation=np.full((n, targets, 3, 3), np.nan),
+        deflection=deflection,
+        reference=reference.reshape(n),
+        temperature=np.zeros((n, 0)),
+        row=numbers + 1,
+        n_readings=np.ones(n, dtype=np.int64),
+        wrench_scatter=np.full((n, 6), np.nan),
+        position_scatter=np.full((n, targets, 3), np.nan),
+        set_aside=np.full(n, "", dtype=np.str_),
+        setup=replace(setup, rods=(), beams=(), gauges=(), markers=()),
+    )
+    return observe(states, robot.chain)
+
+
+def prediction_rows(
+    robot: CompliantRobot,
+    joints: Floats,
+    wrench: Floats,
+    setup: MeasurementSetup,
+    scale: Floats,
+    fixed: frozenset[str] = frozenset(),
+) -> Floats:
+    """Return (3 n, p): the derivative of the first target's deflection by the parameters relative to ``scale``, m.
+
+    Parameters
+    ----------
+    robot : chain and effects, every parameter with a value.
+    joints : (n, L) logged joint angles, rad.
+    wrench : (n, 6) loads there.
+    setup : where the instruments sit.
+    scale : (p,) of `RunInformation`.
+    fixed : full names of parameters that are not to be identified.
+    """
+    columns = free_columns(robot, fixed)
+    setup = replace(setup, targets=setup.targets[:1], target_names=setup.target_names[:1])
+    data = _observations(robot, joints, wrench[:, None], setup, with_rotation=False)
+    blocks = [evaluation.columns for evaluation in evaluate(robot, data, columns)]
+    loaded = np.concatenate(blocks, axis=2)[:, :, 1 :: 1 + UNLOADED_READINGS]
+    return np.asarray((loaded * scale[:, None, None]).reshape(len(columns), -1).T)

@@ -1,0 +1,87 @@
+"""What `plan` answers: the runs to measure and what they would bring."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Matrix, Number, OrAbsent, Vector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedRun:
+    """A run to measure: a pose, read unloaded, at every load step, and unloaded again."""
+
+    id: str
+    """The run's id, in the order of measuring."""
+    joints: Vector
+    """(L,) rad, logged angles."""
+    wrench: Matrix
+    """(K, 6) N, N·m, base axes, at the load point: the load steps in order."""
+    minutes: float
+    """How long it takes, as plan.toml states the times."""
+    rank: int
+    """Its place in the order of what runs bring, from 1: what to measure first if time is short."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExpectedParameter:
+    """How well a parameter would be known."""
+
+    name: str
+    """The parameter's full name."""
+    unit: str
+    """Of ``value``."""
+    value: float
+    """The value that the plan is made for: fitted, of model.toml, or typical."""
+    assumed: bool
+    """True where neither a fit nor model.toml gives the value, and a typical one stands in."""
+    half_width: Number
+    """Expected half width of the 95 % interval of the value; null where the parameter would not be identified."""
+    relative: Number
+    """The same relative to the value; null where the parameter would not be identified."""
+    identified: bool
+    """False where no possible run brings enough on it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GainPoint:
+    """What the plan has brought after its first runs, the most informative first."""
+
+    runs: int
+    """Number of runs."""
+    minutes: float
+    """Time for these, warm-up included."""
+    worst_relative: Number
+    """Largest relative half width of the 95 % intervals of the parameters that the plan identifies."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanResult(CommandResult):
+    """Answer of ``plan``."""
+
+    schema: Literal["stiffcal/plan/1"] = "stiffcal/plan/1"
+    criterion: Literal["determinant", "worst", "prediction"]
+    """What the choice of runs minimises."""
+    efficiency: float
+    """Ratio of variances, 0 to 1: bound of the relaxed optimum over this plan (Kiefer and Wolfowitz, 1960)."""
+    candidates: int
+    """Pairs of pose and load direction that the runs were chosen from."""
+    values_from: str
+    """Where the model's values are from, in words."""
+    minutes: float
+    """Time for the whole plan, warm-up included."""
+    runs: list[PlannedRun]
+    """In the order of measuring."""
+    parameters: list[ExpectedParameter]
+    """Of the model, in its order."""
+    gain: list[GainPoint]
+    """After 1, 2, … runs."""
+    not_identified: list[str]
+    """Parameters that no possible run identifies with these means."""
+    prediction_half_width_m: OrAbsent[float] = None
+    """Expected 95 % half width of the predicted deflection along a path, rms over it, m; where a path is given."""
+    file: OrAbsent[str] = None
+    """The run sheet that was written."""
+    joint_names: Annotated[tuple[str, ...], NOT_IN_DOCUMENT]
+    """Of the logged joints, L of them."""

@@ -1,0 +1,92 @@
+"""What is possible in the cell, from plan.toml: limits, boxes, the tracker, and the loads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+
+if TYPE_CHECKING:
+    from stiffcal.planning.candidates import Cell
+
+
+def cell_of(campaign: Campaign, plan: PlanFile) -> Cell:
+    """Return what limits poses.
+
+    Raises
+    ------
+    InputError : a joint is not known, no angle of a joint is left, a box is empty, or a direction is zero.
+    """
+    from stiffcal.planning.candidates import Cell, Tracker
+
+    chain = campaign.chain
+    limits = chain.limits.copy()
+    for name, interval in plan.limits_deg.items():
+        if name not in chain.joint_names:
+            mend = f"joints: {', '.join(chain.joint_names)}"
+            raise InputError.at(FaultCode.JOINT_UNKNOWN, PLAN_FILE, "limits_deg", f"no joint is called {name}", mend)
+        own = np.radians(interval)
+        k = chain.joint_names.index(name)
+        limits[k] = max(limits[k, 0], own[0]), min(limits[k, 1], own[1])
+    # A joint without limits turns once at most.
+    limits = np.where(np.isfinite(limits), limits, np.array([-np.pi, np.pi]))
+    limits = limits + np.radians(plan.margin_deg) * np.array([1.0, -1.0])
+    for name, (low, high) in zip(chain.joint_names, limits, strict=True):
+        if low >= high:
+            reason = f"with margin_deg = {plan.margin_deg:g} no angle of {name} is left"
+            mend = "widen its limits_deg, or lower margin_deg"
+            raise InputError.at(FaultCode.POSE_UNREACHABLE, PLAN_FILE, f"limits_deg.{name}", reason, mend)
+    for number, box in enumerate(plan.keep_out, start=1):
+        if not all(low < high for low, high in zip(box.min_m, box.max_m, strict=True)):
+            mend = "write the lower corner as min_m, the upper one as max_m"
+            raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, f"keep_out {number}", "the box is empty", mend)
+    boxes = np.array([[box.min_m, box.max_m] for box in plan.keep_out]).reshape(-1, 2, 3)
+    tracker = None
+    if plan.tracker is not None:
+        table = plan.tracker
+        for key, vector in (("axis", table.axis), ("reflector_axis", table.reflector_axis)):
+            if vector is not None and not any(vector):
+                mend = "write a direction, of any length"
+                raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, f"tracker.{key}", "all zero", mend)
+        tracker = Tracker(
+            np.array(table.position_m),
+            None if table.axis is None else np.array(table.axis),
+            float(np.radians(table.cone_deg)),
+            None if table.reflector_axis is None else np.array(table.reflector_axis),
+            float(np.radians(table.acceptance_deg)),
+        )
+    return Cell(limits, boxes, plan.link_radius_m, plan.lowest_m, tracker)
+
+
+def load_steps(campaign: Campaign, plan: PlanFile) -> Floats:
+    """Return (D, K, 6) the load steps of every direction, N, base axes, at the load point.
+
+    Raises
+    ------
+    InputError : no load is stated, or weights and forces are.
+    """
+    load = plan.load
+    if load.dead_weights_kg:
+        if load.force_N is not None or load.directions:
+            mend = "keep dead_weights_kg, or force_N with directions"
+            reason = "weights that hang have one direction and their own force"
+            raise InputError.at(FaultCode.KEY_CONFLICT, PLAN_FILE, "load.dead_weights_kg", reason, mend)
+        forces = np.array(load.dead_weights_kg)[None, :, None] * campaign.chain.gravity
+    elif load.force_N is None:
+        reason = "the largest force that can be applied is not stated"
+        mend = "add [load] with force_N = 500, or dead_weights_kg = [20, 40], or give --force 500"
+        raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "load.force_N", reason, mend)
+    else:
+        directions = np.array(load.directions or [*np.eye(3).tolist(), *(-np.eye(3)).tolist()], dtype=np.float64)
+        length = np.linalg.norm(directions, axis=1, keepdims=True)
+        if not (length > 0.0).all():
+            mend = "write directions in base axes, of any length"
+            raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, "load.directions", "a direction is all zero", mend)
+        forces = load.force_N * np.array(load.steps)[None, :, None] * (directions / length)[:, None]
+    return np.concatenate([forces, np.zeros_like(forces)], axis=2)

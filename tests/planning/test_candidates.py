@@ -1,0 +1,71 @@
+"""Which poses are possible."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiffcal.mechanics.kinematics import attached_poses, body_poses
+from stiffcal.planning.candidates import Cell, Tracker, possible_poses
+from tests.laboratory.robots import force_sensor_setup, six_axes
+
+CHAIN = six_axes()
+TARGET = force_sensor_setup(CHAIN).targets[0]
+LIMITS = np.radians([[-170, 170], [-140, 0], [-110, 150], [-200, 200], [-120, 120], [-300, 300]])
+NO_BOXES = np.zeros((0, 2, 3))
+
+
+def cell(**changes: object) -> Cell:
+    return Cell(**{"limits": LIMITS, "boxes": NO_BOXES, "radius": 0.1, "lowest": None, "tracker": None, **changes})  # type: ignore[arg-type]
+
+
+def test_poses_lie_within_the_limits_and_the_seed_chooses_them() -> None:
+    first, again, other = (possible_poses(CHAIN, cell(), TARGET, (TARGET,), 300, seed)[0] for seed in (1, 1, 2))
+    assert first.shape == (300, 6)
+    assert (first >= LIMITS[:, 0]).all()
+    assert (first <= LIMITS[:, 1]).all()
+    np.testing.assert_array_equal(first, again)
+    assert not np.allclose(first, other)
+
+
+def test_no_part_of_the_robot_enters_a_box_or_goes_too_low() -> None:
+    box = np.array([[[0.5, -2.0, 0.0], [2.0, 0.3, 1.2]]])
+    joints, rejected = possible_poses(CHAIN, cell(boxes=box, lowest=0.2), TARGET, (TARGET,), 200, 0)
+    assert rejected.collision > 0
+    angles = CHAIN.model_angles(joints)
+    origins, _ = body_poses(CHAIN, angles)
+    tip, _ = attached_poses(CHAIN, angles, TARGET)
+    nodes = np.concatenate([origins[:, 1:], tip[:, None]], axis=1)
+    for share in np.linspace(0.0, 1.0, 41):
+        points = nodes[:, :-1] + share * (nodes[:, 1:] - nodes[:, :-1])
+        inside = ((points > box[0, 0] - 0.09) & (points < box[0, 1] + 0.09)).all(axis=2)
+        assert not inside.any()
+        assert (points[:, 1:, 2] >= 0.29).all()
+
+
+def test_the_tracker_measures_every_pose() -> None:
+    tracker = Tracker(np.array([3.0, 0.5, 1.0]), np.array([-1.0, 0.0, 0.0]), np.radians(25.0),
+                      np.array([0.0, 0.0, 1.0]), np.radians(40.0))  # fmt: skip
+    joints, rejected = possible_poses(CHAIN, cell(tracker=tracker), TARGET, (TARGET,), 100, 0)
+    assert len(joints) == 100
+    assert rejected.reflector > 0
+    assert rejected.out_of_view > 0
+    place, rotation = attached_poses(CHAIN, CHAIN.model_angles(joints), TARGET)
+    beam = place - tracker.position
+    beam /= np.linalg.norm(beam, axis=1, keepdims=True)
+    assert np.degrees(np.arccos(-beam[:, 0])).max() <= 25.0
+    assert np.degrees(np.arccos(-np.einsum("ni,ni->n", rotation[:, :, 2], beam))).max() <= 40.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "counted"),
+    [
+        ({"boxes": np.array([[[-9.0, -9.0, -9.0], [9.0, 9.0, 9.0]]])}, "collision"),
+        ({"tracker": Tracker(np.array([9.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]), 0.5, None, 0.5)}, "out_of_view"),
+        ({"tracker": Tracker(np.array([9.0, 0.0, 0.0]), None, 0.5, np.array([0.0, 0.0, 1.0]), 1e-9)}, "reflector"),
+    ],
+)
+def test_where_nothing_is_possible_the_reason_is_counted(changes: dict[str, object], counted: str) -> None:
+    joints, rejected = possible_poses(CHAIN, cell(**changes), TARGET, (TARGET,), 5, 0)
+    assert joints.shape == (0, 6)
+    assert getattr(rejected, counted) == rejected.drawn

@@ -1,0 +1,44 @@
+"""Which parameters a plan can identify, and the order of measuring."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.planning.choice import choose_runs, identifiable, short_order
+from stiffcal.planning.design import Criterion
+
+
+def test_parameters_that_make_up_for_each_other_are_not_identified() -> None:
+    factors = 10.0 * np.random.default_rng(0).normal(size=(30, 2, 4))
+    factors[:, :, 3] = 2.0 * factors[:, :, 1]
+    free, identified = identifiable(factors, None)
+    assert np.count_nonzero(free) == 3
+    assert identified.tolist() == [True, False, True, False]
+
+
+def test_what_no_run_shows_is_left_out_of_the_choice() -> None:
+    factors = 10.0 * np.random.default_rng(0).normal(size=(30, 2, 3))
+    factors[:, :, 2] *= 1e-6
+    choice = choose_runs(factors, 6, Criterion.WORST)
+    assert choice is not None
+    assert choice.identified.tolist() == [True, True, False]
+    assert choice.design.covariance.shape == (2, 2)
+    assert choose_runs(1e-6 * factors, 6, Criterion.WORST) is None
+
+
+def test_a_parameter_that_so_few_runs_cannot_show_does_not_decide() -> None:
+    factors = 10.0 * np.random.default_rng(0).normal(size=(200, 1, 3))
+    factors[:, :, 2] *= 0.02
+    without = choose_runs(factors[:, :, :2], 6, Criterion.WORST)
+    choice = choose_runs(factors, 6, Criterion.WORST)
+    assert choice is not None
+    assert without is not None
+    assert choice.identified.all()
+    assert np.diagonal(choice.design.covariance)[2] > 1.0
+    worst = np.diagonal(choice.design.covariance)[:2].max()
+    assert worst < 1.3 * np.diagonal(without.design.covariance).max()
+
+
+def test_the_order_has_short_moves() -> None:
+    joints = np.array([[0.0], [3.0], [1.0], [2.0], [0.0]])
+    assert short_order(joints).tolist() == [0, 4, 2, 3, 1]

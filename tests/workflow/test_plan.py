@@ -1,0 +1,165 @@
+"""`plan`: inputs from plan.toml, what is answered, and every mistake named in one line."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.workflow.plan import PlanRequest, plan_campaign
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+LOAD = "[load]\nforce_N = 450.0\n"
+
+
+@pytest.fixture
+def irb4400(tmp_path: Path) -> Path:
+    """Return paper 002's campaign without logs."""
+    for name in ("campaign.toml", "robot.toml", "model.toml"):
+        shutil.copy(CAMPAIGNS / "irb4400" / name, tmp_path / name)
+    return tmp_path
+
+
+def with_plan(folder: Path, text: str, candidates: int = 40) -> Path:
+    head = f'schema = "stiffcal/plan-input/1"\ncandidates = {candidates}\n'
+    (folder / "plan.toml").write_text(head + text, encoding="utf-8")
+    return folder
+
+
+def test_every_parameter_has_its_expected_uncertainty(irb4400: Path) -> None:
+    plan = plan_campaign(with_plan(irb4400, "runs = 8\n" + LOAD))
+    assert [parameter.name for parameter in plan.parameters] == [f"joint-compliance.j{k}.c" for k in range(1, 7)]
+    assert len(plan.runs) == 8
+    assert sorted(run.rank for run in plan.runs) == list(range(1, 9))
+    relative = [parameter.relative or np.nan for parameter in plan.parameters]
+    assert plan.gain[-1].worst_relative == pytest.approx(max(relative))
+    for parameter in plan.parameters:
+        assert parameter.half_width == pytest.approx((parameter.relative or np.nan) * parameter.value)
+    assert 0.9 < plan.efficiency <= 1.0
+    assert not plan.not_identified
+
+
+def test_a_plan_is_better_than_random_poses_at_full_load(irb4400: Path) -> None:
+    """Half the runs of the plan do as well as random possible ones (in the median of them)."""
+    half = plan_campaign(with_plan(irb4400, "runs = 8\n" + LOAD))
+    worst = []
+    for seed in range(7):
+        # as many candidates as runs: nothing is left to choose
+        text = f"runs = 16\nseed = {seed + 10}\nrepeats = 1\n" + LOAD + "directions = [[1.0, 0.3, -0.6]]\n"
+        worst.append(plan_campaign(with_plan(irb4400, text, candidates=16)).gain[-1].worst_relative or np.inf)
+    assert (half.gain[-1].worst_relative or np.inf) < np.median(worst)
+
+
+def test_minutes_decide_on_the_number_of_runs(irb4400: Path) -> None:
+    text = "minutes = 100.0\nwarm_up_minutes = 30.0\nminutes_per_run = 5.0\nminutes_per_step = 2.0\n" + LOAD
+    plan = plan_campaign(with_plan(irb4400, text))
+    # two load steps and two unloaded states: 13 min each
+    assert len(plan.runs) == 5
+    assert plan.minutes == pytest.approx(95.0)
+
+
+def test_the_run_sheet_has_every_state(irb4400: Path, tmp_path: Path) -> None:
+    sheet = tmp_path / "runs.csv"
+    plan = plan_campaign(with_plan(irb4400, "runs = 3\n" + LOAD), request=PlanRequest(sheet=sheet))
+    rows = list(csv.DictReader(sheet.read_text(encoding="utf-8").splitlines()))
+    assert len(rows) == 3 * 4
+    first = [row for row in rows if row["run"] == plan.runs[0].id]
+    force = [np.linalg.norm([float(row[f"{axis} [N]"]) for axis in ("Fx", "Fy", "Fz")]) for row in first]
+    assert force == pytest.approx([0.0, 225.0, 450.0, 0.0], abs=0.2)
+    angles = [float(first[0][f"A{k} [deg]"]) for k in range(1, 7)]
+    assert angles == pytest.approx(np.degrees(plan.runs[0].joints), abs=0.01)
+
+
+def test_a_plan_for_a_path_predicts_better_there(irb4400: Path, tmp_path: Path) -> None:
+    path = tmp_path / "path.csv"
+    head = "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz\n"
+    path.write_text(head + "0,0,0,0,45,0,0,0,-500\n5,0,0,0,45,0,0,0,-500\n10,0,0,0,45,0,100,0,-500\n", encoding="utf-8")
+    folder = with_plan(irb4400, "runs = 6\n" + LOAD)
+    for_path = plan_campaign(folder, request=PlanRequest(purpose=str(path)))
+    assert for_path.criterion == "prediction"
+    assert for_path.prediction_half_width_m is not None
+    assert 1e-6 < for_path.prediction_half_width_m < 1e-4
+    named = {parameter.name: parameter.relative for parameter in plan_campaign(folder).parameters}
+    widest = max(relative or np.inf for relative in named.values())
+    # the plan for stiffness has the smaller largest uncertainty: each is best at its own purpose
+    assert widest <= max(parameter.relative or np.inf for parameter in for_path.parameters) * (1.0 + 1e-9)
+
+
+def test_parameters_without_values_are_planned_with_typical_ones(irb4400: Path) -> None:
+    (irb4400 / "model.toml").write_text(
+        'schema = "stiffcal/model/1"\n[[effects]]\ntype = "joint-compliance"\njoints = [1, 2, 3, 4, 5, 6]\n',
+        encoding="utf-8",
+    )
+    plan = plan_campaign(with_plan(irb4400, "runs = 8\n" + LOAD))
+    assert all(parameter.assumed for parameter in plan.parameters)
+    assert plan.warnings
+
+
+def test_a_joint_that_the_load_cannot_turn_is_not_identified(irb4400: Path) -> None:
+    """A force on the axis of the last joint does not turn it."""
+    text = (irb4400 / "campaign.toml").read_text(encoding="utf-8")
+    frame = '\n[frames.on_axis]\nparent = "flange"\nxyz_m = [0.0, 0.0, 0.24]\n'
+    (irb4400 / "campaign.toml").write_text(text.replace("\n[tool]", frame + "\n[tool]"), encoding="utf-8")
+    plan = plan_campaign(with_plan(irb4400, "runs = 8\n" + LOAD + 'point = "on_axis"\n'))
+    assert plan.not_identified == ["joint-compliance.j6.c"]
+    assert all(parameter.half_width is not None for parameter in plan.parameters[:5])
+
+
+FULL_BOX = "[[keep_out]]\nmin_m = [-9.0, -9.0, -9.0]\nmax_m = [9.0, 9.0, 9.0]\n"
+AWAY = "[tracker]\nposition_m = [9.0, 0.0, 1.0]\nreflector_axis = [0.0, 0.0, 1.0]\nacceptance_deg = 0.001\n"
+EMPTY_BOX = "[[keep_out]]\nmin_m = [1.0, 0.0, 0.0]\nmax_m = [0.0, 1.0, 1.0]\n"
+NO_AXIS = "[tracker]\nposition_m = [9.0, 0.0, 1.0]\naxis = [0.0, 0.0, 0.0]\n"
+BEHIND = "[tracker]\nposition_m = [9.0, 0.0, 1.0]\naxis = [1.0, 0.0, 0.0]\ncone_deg = 20.0\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "place"),
+    [
+        ("", FaultCode.KEY_MISSING, "load.force_N"),
+        (LOAD + FULL_BOX, FaultCode.POSE_UNREACHABLE, "keep_out"),
+        (LOAD + AWAY, FaultCode.POSE_UNREACHABLE, "tracker.acceptance_deg"),
+        (LOAD + BEHIND, FaultCode.POSE_UNREACHABLE, "tracker.cone_deg"),
+        ("[limits_deg]\nA2 = [30.0, 35.0]\n" + LOAD, FaultCode.POSE_UNREACHABLE, "limits_deg.A2"),
+        ("[limits_deg]\nA9 = [30.0, 35.0]\n" + LOAD, FaultCode.JOINT_UNKNOWN, "limits_deg"),
+        ("[load]\nforce_N = 1e-3\n", FaultCode.DATA_MISSING, "load"),
+        ("[load]\nforce_N = 9.0\ndead_weights_kg = [5.0]\n", FaultCode.KEY_CONFLICT, "load.dead_weights_kg"),
+        (LOAD + "directions = [[0.0, 0.0, 0.0]]\n", FaultCode.VALUE_INVALID, "load.directions"),
+        (LOAD + 'point = "nowhere"\n', FaultCode.FRAME_UNKNOWN, "load.point"),
+        ("minutes = 3.0\n" + LOAD, FaultCode.VALUE_INVALID, "minutes"),
+        (LOAD + EMPTY_BOX, FaultCode.VALUE_INVALID, "keep_out 1"),
+        (LOAD + NO_AXIS, FaultCode.VALUE_INVALID, "tracker.axis"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_named(irb4400: Path, text: str, code: FaultCode, place: str) -> None:
+    with pytest.raises(InputError) as raised:
+        plan_campaign(with_plan(irb4400, text))
+    fault = raised.value.faults[0]
+    assert (fault.code, fault.file, fault.place) == (code, "plan.toml", place)
+    assert "\n" not in str(fault)
+
+
+def test_the_load_of_a_plan_is_more_than_the_springs_hold(irb4400: Path) -> None:
+    with pytest.raises(InputError) as raised:
+        plan_campaign(with_plan(irb4400, "[load]\nforce_N = 1e9\n"))
+    assert raised.value.code == FaultCode.NO_BALANCE
+
+
+def test_twice_the_noise_is_twice_the_uncertainty(irb4400: Path) -> None:
+    noise = "[noise]\ntranslation_m = {}\nforce_N = {}\n"
+    one, two = (
+        plan_campaign(with_plan(irb4400, "runs = 6\n" + LOAD + noise.format(2e-5 * f, 0.5 * f))) for f in (1.0, 2.0)
+    )
+    # the same runs serve best, but for exchanges that are worth next to nothing
+    ratio = (two.gain[-1].worst_relative or 0.0) / (one.gain[-1].worst_relative or 1.0)
+    assert ratio == pytest.approx(2.0, rel=0.05)
+
+
+def test_dead_weights_pull_down(irb4400: Path) -> None:
+    plan = plan_campaign(with_plan(irb4400, "runs = 4\n[load]\ndead_weights_kg = [20.0, 40.0]\n"))
+    for run in plan.runs:
+        np.testing.assert_allclose(run.wrench, [[0, 0, -196.2, 0, 0, 0], [0, 0, -392.4, 0, 0, 0]], atol=1e-9)
