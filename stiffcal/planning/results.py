@@ -9,7 +9,7 @@ from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Matrix, Number, O
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlannedRun:
+class RunToMeasure:
     """A run to measure: a pose, read unloaded, at every load step, and unloaded again."""
 
     id: str
@@ -71,7 +71,7 @@ class PlanResult(CommandResult):
     """Where the model's values are from, in words."""
     minutes: float
     """Time for the whole plan, warm-up included."""
-    runs: list[PlannedRun]
+    runs: list[RunToMeasure]
     """In the order of measuring."""
     parameters: list[ExpectedParameter]
     """Of the model, in its order."""

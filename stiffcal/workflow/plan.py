@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.planning.choice import Choice
     from stiffcal.planning.information import RunInformation
-    from stiffcal.planning.results import ExpectedParameter, GainPoint, PlannedRun, PlanResult
+    from stiffcal.planning.results import ExpectedParameter, GainPoint, PlanResult, RunToMeasure
 
 Floated = TypeVar("Floated")
 DEFAULT_RUNS = 12
@@ -341,15 +341,15 @@ def _expected(model: _Model, information: RunInformation, choice: Choice) -> lis
     return expected
 
 
-def _runs(candidates: _Candidates, choice: Choice, minutes: float) -> list[PlannedRun]:
+def _runs(candidates: _Candidates, choice: Choice, minutes: float) -> list[RunToMeasure]:
     from stiffcal.planning.choice import short_order
-    from stiffcal.planning.results import PlannedRun
+    from stiffcal.planning.results import RunToMeasure
 
     chosen = choice.design.chosen
     order = short_order(candidates.joints[chosen])
     width = len(str(len(chosen)))
     return [
-        PlannedRun(
+        RunToMeasure(
             id=f"run{number:0{max(2, width)}d}",
             joints=candidates.joints[chosen[rank]],
             wrench=candidates.wrench[chosen[rank]],
