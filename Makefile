@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo docs linkcheck test test-docs test-long test-browser test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
+.PHONY: demo dist docs schemas linkcheck test test-docs test-long test-browser test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -86,6 +86,18 @@ lint: $(VENV)/test.stamp
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# the JSON Schemas of answers, tables and TOML files, after a change of fields
+schemas: $(VENV)/run.stamp
+	for part in schemas.documents schemas.tables campaign.schemas; do $(BIN)/python -P -m stiffcal.$$part schemas || exit 1; done
+
+# wheel and sdist of the last commit's date: the same commit gives the same bytes. Checked where twine is installed.
+dist: $(VENV)/run.stamp
+	rm -rf dist && mkdir dist
+	export SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct); for kind in wheel sdist; do \
+		$(BIN)/python -P -c "from flit_core.buildapi import build_$$kind as b; print('dist/' + b('dist'))" || exit 1; done
+	@if $(BIN)/python -P -c 'import twine' 2>/dev/null; then $(BIN)/python -P -m twine check --strict dist/*; \
+		else echo "twine is not installed: the metadata are not checked"; fi
 
 # rewrites requirements/ from pyproject.toml; needs uv on the path (or UV=/path/to/uv)
 UV ?= uv

@@ -59,6 +59,7 @@ COMMANDS = {
     "remove": "Remove a physical effect from model.toml.",
     "trust": "List what a campaign folder wants to run, and allow it.",
     "demo": "Run the whole loop on a bundled example.",
+    "doctor": "List what is installed and what is missing.",
 }
 """Every command, with the first line of its help: what the list of commands is made of without importing them all."""
 
@@ -92,6 +93,8 @@ def _run(given: list[str], supervision: Supervision) -> int:
         if "--version" in given[:1]:
             sys.stdout.write(f"stiffcal {__version__}\n")
             return OK
+        if "--show-completion" in given[:1]:
+            return _show_completion(given[1:])
         code = supervision.run(_application(given))
     except InputError as error:
         report_input_error(error, as_json)
@@ -115,6 +118,21 @@ def _run(given: list[str], supervision: Supervision) -> int:
             "interrupted; the store is intact: finished steps are kept, the interrupted one is discarded\n"
         )
     return code if isinstance(code, int) else OK
+
+
+def _show_completion(shells: list[str]) -> int:
+    from stiffcal.cli.completion import SHELLS, completion_script
+
+    if len(shells) != 1 or shells[0] not in SHELLS:
+        raise InputError.at(
+            FaultCode.OPTION_INVALID,
+            "command line",
+            "--show-completion",
+            "it takes the name of one shell",
+            f"one of {', '.join(SHELLS)}",
+        )
+    sys.stdout.write(completion_script(shells[0], COMMANDS))
+    return OK
 
 
 def _refused(error: Exception) -> InputError | None:
@@ -144,7 +162,8 @@ def _application(given: list[str]) -> Callable[[], object]:
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
-        epilog="DIR is a campaign folder, `.` where left out. Start with: stiffcal demo",
+        epilog="DIR is a campaign folder, `.` where left out. Start with: stiffcal demo. Completion of commands and "
+        "options with the tab key: stiffcal --show-completion bash|zsh|fish",
     )
     if not named:
         app.callback(invoke_without_command=True)(_without_command)

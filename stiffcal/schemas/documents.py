@@ -31,6 +31,7 @@ from stiffcal.workflow.command_results import (
     SimulateResult,
     ViewResult,
 )
+from stiffcal.workflow.doctor import DoctorResult
 from stiffcal.workflow.error_result import ErrorResult
 from stiffcal.workflow.improve_results import ImproveResult
 from stiffcal.workflow.run_result import RunResult
@@ -61,6 +62,7 @@ DOCUMENTS: dict[str, Any] = {
     "new-effect": NewEffectResult,
     "init": InitResult,
     "simulate": SimulateResult,
+    "doctor": DoctorResult,
     "error": ErrorResult,
 }
 

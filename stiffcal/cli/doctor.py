@@ -1,0 +1,56 @@
+"""`stiffcal doctor`: what is installed, what is missing, how to get it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiffcal.cli.answers import answering
+from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.options import AsJson
+from stiffcal.cli.tables import plain_table
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from stiffcal.workflow.doctor import DoctorResult
+
+
+def doctor(as_json: AsJson = False) -> int:
+    """List what is installed and what is missing.
+
+    With the command that installs what is missing. Exit code 1: a library is missing without which stiffcal does not
+    run.
+
+    Example: stiffcal doctor
+    """
+    with answering(as_json) as answer:
+        try:
+            from stiffcal.workflow.doctor import examine_installation
+        except ModuleNotFoundError as error:
+            name = error.name or "a library"
+            reason = "it is not installed, and stiffcal does not run without it"
+            mend = "python -m pip install --force-reinstall stiffcal"
+            raise InputError.at(FaultCode.LIBRARY_MISSING, name, "", reason, mend) from error
+        result = examine_installation()
+        answer.give(result, show_doctor, "stiffcal demo" if result.complete else "")
+    return OK if result.complete else NOT_HELD
+
+
+def show_doctor(console: Console, result: DoctorResult) -> None:
+    """Write the table of libraries, then what is missing, each with the command that installs it."""
+    console.print(f"stiffcal {result.version}, Python {result.python}, {result.platform}")
+    table = plain_table("library", "version", "works with", "for")
+    for library in result.libraries:
+        table.add_row(library.name, library.version or "missing", library.required, library.purpose or "everything")
+    console.print(table)
+    missing = [library for library in result.libraries if library.version is None]
+    for command in dict.fromkeys(library.install for library in missing):
+        names = ", ".join(library.name for library in missing if library.install == command)
+        console.print(f"{names}: {command}", soft_wrap=True, markup=False, highlight=False)
+    for plugin in result.plugins:
+        console.print(f"installed {plugin}", soft_wrap=True, markup=False, highlight=False)
+    if result.state_fault:
+        text = f"{result.state_folder}: {result.state_fault}; nothing is recorded as trusted"
+        console.print(text, soft_wrap=True, markup=False, highlight=False)

@@ -1,0 +1,126 @@
+"""What is installed on this machine, what is missing, and how to get it."""
+
+from __future__ import annotations
+
+import platform
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from typing import Literal
+
+from stiffcal import __version__
+from stiffcal.documents import CommandResult
+from stiffcal.trust.state import fault_of_place, state_folder
+
+PURPOSES = {
+    "dask": "batch on a Dask cluster (--scheduler)",
+    "section": "stiffness of links from drawn sections",
+    "tdms": "logs of LabVIEW (TDMS)",
+    "ros": "logs of ROS 1, ROS 2 and MCAP",
+    "postgres": "logs in a PostgreSQL database",
+}
+"""What each extra of the package is for."""
+ENTRY_POINTS = ("stiffcal.effects", "stiffcal.readers")
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+_EXTRA = re.compile(r"extra\s*==\s*['\"]([^'\"]+)['\"]")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LibraryStatus:
+    """A library that stiffcal uses."""
+
+    name: str
+    """As pip knows it."""
+    required: str
+    """The versions that stiffcal works with."""
+    version: str | None
+    """The installed version; null: not installed."""
+    extra: str
+    """The extra that it belongs to; empty: stiffcal does not run without it."""
+    purpose: str
+    """What the extra is for."""
+    install: str
+    """The command that installs it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DoctorResult(CommandResult):
+    """Answer of ``doctor``."""
+
+    schema: Literal["stiffcal/doctor/1"] = "stiffcal/doctor/1"
+    version: str
+    """Of stiffcal."""
+    python: str
+    """Version of Python."""
+    platform: str
+    """Operating system and processor."""
+    complete: bool
+    """Whether every library without which stiffcal does not run is installed."""
+    libraries: list[LibraryStatus]
+    """Those without which stiffcal does not run, then those of the extras."""
+    plugins: list[str]
+    """Effects and log formats of other installed packages."""
+    state_folder: str | None
+    """Where the record of trust is kept; null: the system names no such folder."""
+    state_fault: str
+    """Why that folder cannot be used; empty: it can."""
+
+
+def examine_installation() -> DoctorResult:
+    """Return what is installed and what is missing; nothing is imported for it."""
+    libraries = library_statuses(metadata.requires("stiffcal") or ())
+    folder = state_folder()
+    points = (point for group in ENTRY_POINTS for point in metadata.entry_points(group=group))
+    return DoctorResult(
+        version=__version__,
+        python=platform.python_version(),
+        platform=f"{platform.system()} {platform.machine()}",
+        complete=all(library.version is not None for library in libraries if not library.extra),
+        libraries=libraries,
+        plugins=sorted(f"{point.group.rpartition('.')[2]}: {point.name} ({point.value})" for point in points),
+        state_folder=None if folder is None else str(folder),
+        state_fault="" if folder is None or not folder.exists() else fault_of_place(folder),
+        warnings=[],
+    )
+
+
+def library_statuses(requirements: Sequence[str]) -> list[LibraryStatus]:
+    """Return the state of each requirement, those without an extra first.
+
+    Parameters
+    ----------
+    requirements : as a package's metadata lists them, ``npTDMS>=1.9,<2 ; extra == "tdms"``.
+
+    Examples
+    --------
+    >>> [library.install for library in library_statuses(['no-such-library>=2 ; extra == "tdms"'])]
+    ['python -m pip install "stiffcal[tdms]"']
+    """
+    statuses = []
+    for requirement in requirements:
+        wanted, _, condition = requirement.partition(";")
+        name = _NAME.match(wanted)
+        if name is None:
+            continue
+        extra = _EXTRA.search(condition)
+        of = "" if extra is None else extra.group(1)
+        package = f"stiffcal[{of}]" if of else name.group() + wanted[name.end() :].strip()
+        statuses.append(
+            LibraryStatus(
+                name=name.group(),
+                required=wanted[name.end() :].strip(),
+                version=_installed(name.group()),
+                extra=of,
+                purpose=PURPOSES.get(of, ""),
+                install=f'python -m pip install "{package}"',
+            )
+        )
+    return sorted(statuses, key=lambda status: (status.extra != "", status.extra, status.name.lower()))
+
+
+def _installed(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
