@@ -87,7 +87,8 @@ def show_plan(console: Console, result: PlanResult) -> None:
         table.add_row(str(point.runs), f"{point.minutes:.0f}", worst)
     console.print(table)
     console.print(
-        f"efficiency ({result.criterion}): {result.efficiency:.2f} of the best conceivable variance (Kiefer-Wolfowitz)"
+        f"efficiency ({result.criterion}): {result.efficiency:.2f}, the variance that no plan undercuts over "
+        "this one's (Kiefer and Wolfowitz, 1960)"
     )
     if result.file is not None:
         console.print(f"wrote {result.file}", soft_wrap=True)
