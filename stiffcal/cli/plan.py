@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -35,6 +36,10 @@ def plan(
     force: Annotated[
         float | None, typer.Option(min=1e-3, metavar="N", help="Largest force; else plan.toml's.", show_default=False)
     ] = None,
+    campaign: Annotated[
+        Path | None,
+        typer.Option("--campaign", metavar="OUT", help="Make a campaign folder for the logs.", show_default=False),
+    ] = None,
     output: Output = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
@@ -42,7 +47,8 @@ def plan(
 ) -> int:
     """Plan which poses and loads to measure.
 
-    What is possible stands in DIR/plan.toml: limits, boxes, the tracker's place, loads, minutes. -o writes a run sheet.
+    What is possible stands in DIR/plan.toml: limits, boxes, the tracker's place, loads, minutes. -o writes a run sheet,
+    --campaign a folder for the logs that `check` reads while you measure.
 
     Example: stiffcal plan campaigns/irb4400 --force 450 --runs 8 -o runs.csv
     """
@@ -51,8 +57,8 @@ def plan(
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
-        result = plan_campaign(folder, context, PlanRequest(purpose, criterion, runs, force, output))
-        answer.give(result, show_plan, command_line("check", folder, store=store))
+        result = plan_campaign(folder, context, PlanRequest(purpose, criterion, runs, force, output, campaign))
+        answer.give(result, show_plan, command_line("check", campaign or folder, store=store))
     return OK
 
 
@@ -90,5 +96,7 @@ def show_plan(console: Console, result: PlanResult) -> None:
         f"efficiency ({result.criterion}): {result.efficiency:.2f}, the variance that no plan undercuts over "
         "this one's (Kiefer and Wolfowitz, 1960)"
     )
+    if result.folder is not None:
+        console.print(f"wrote {result.folder}, ready for the logs in raw/", soft_wrap=True)
     if result.file is not None:
         console.print(f"wrote {result.file}", soft_wrap=True)

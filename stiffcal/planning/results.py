@@ -83,5 +83,9 @@ class PlanResult(CommandResult):
     """Expected 95 % half width of the predicted deflection along a path, rms over it, m; where a path is given."""
     file: OrAbsent[str] = None
     """The run sheet that was written."""
+    folder: OrAbsent[str] = None
+    """The campaign folder that was made ready for the logs."""
+    files: OrAbsent[list[str]] = None
+    """What was written into it."""
     joint_names: Annotated[tuple[str, ...], NOT_IN_DOCUMENT]
     """Of the logged joints, L of them."""

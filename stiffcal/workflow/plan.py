@@ -45,6 +45,8 @@ class PlanRequest:
     """Largest force, N; None: as plan.toml has it."""
     sheet: Path | None = None
     """CSV file to write the run sheet to; None: nothing is written."""
+    campaign: Path | None = None
+    """Campaign folder to make ready for the logs; None: none is made."""
 
 
 @dataclass(frozen=True)
@@ -149,12 +151,17 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         prediction_half_width_m=half_width,
         joint_names=campaign.chain.joint_names,
     )
-    if request.sheet is None:
-        return result
-    from stiffcal.workflow.plan_sheet import write_run_sheet
+    if request.campaign is not None:
+        from stiffcal.workflow.plan_folder import write_planned_campaign
 
-    write_run_sheet(request.sheet, result)
-    return replace(result, file=str(request.sheet))
+        files = write_planned_campaign(request.campaign, campaign, result)
+        result = replace(result, folder=str(request.campaign), files=files)
+    if request.sheet is not None:
+        from stiffcal.workflow.plan_sheet import write_run_sheet
+
+        write_run_sheet(request.sheet, result)
+        result = replace(result, file=str(request.sheet))
+    return result
 
 
 def _fixed(campaign: Campaign) -> frozenset[str]:

@@ -9,9 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
+from stiffcal.workflow.simulate import simulate_campaign
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 LOAD = "[load]\nforce_N = 450.0\n"
@@ -163,3 +166,34 @@ def test_dead_weights_pull_down(irb4400: Path) -> None:
     plan = plan_campaign(with_plan(irb4400, "runs = 4\n[load]\ndead_weights_kg = [20.0, 40.0]\n"))
     for run in plan.runs:
         np.testing.assert_allclose(run.wrench, [[0, 0, -196.2, 0, 0, 0], [0, 0, -392.4, 0, 0, 0]], atol=1e-9)
+
+
+def test_the_campaign_folder_is_ready_for_the_logs(irb4400: Path, tmp_path: Path) -> None:
+    out = tmp_path / "next"
+    request = PlanRequest(campaign=out)
+    plan = plan_campaign(with_plan(irb4400, "runs = 3\n" + LOAD), request=request)
+    assert plan.files == ["campaign.toml", "robot.toml", "model.toml", "runs.csv"]
+    made = load_campaign(out, check_files=False)
+    assert [run.id for run in made.manifest.runs] == [run.id for run in plan.runs]
+    first = made.manifest.runs[0]
+    assert first.joints_deg == pytest.approx(np.degrees(plan.runs[0].joints), abs=0.01)
+    assert first.files == {
+        "force": "raw/run01_force.csv", "digitizer": "raw/run01_digitizer.csv", "controller": "raw/run01_controller.h5",
+    }  # fmt: skip
+    with pytest.raises(InputError) as raised:
+        plan_campaign(irb4400, request=request)
+    assert raised.value.code == FaultCode.FILE_EXISTS
+
+
+def test_check_reads_the_folder_before_and_while_one_measures(irb4400: Path, tmp_path: Path) -> None:
+    """Nothing measured yet is no fault; logs of the first run, simulated at its pose, are understood."""
+    out = tmp_path / "next"
+    plan_campaign(with_plan(irb4400, "runs = 3\n" + LOAD), request=PlanRequest(campaign=out))
+    assert not check_campaign(out).ready
+    shutil.copy(CAMPAIGNS / "irb4400" / "simulate.toml", irb4400)
+    simulate_campaign(irb4400, tmp_path / "twin", seed=1)
+    for source, ending in (("force", "csv"), ("digitizer", "csv"), ("joints", "h5")):
+        name = {"joints": "controller"}.get(source, source)
+        shutil.copy(tmp_path / "twin" / "raw" / f"pose1_{source}.{ending}", out / "raw" / f"run01_{name}.{ending}")
+    checked = check_campaign(out)
+    assert [run.id for run in checked.runs if run.n_states] == ["run01"]

@@ -1,0 +1,85 @@
+"""A campaign folder made ready for the logs of a plan: its robot and model, and a run of campaign.toml for each run."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.workflow.plan_sheet import write_run_sheet
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.planning.results import PlanResult
+
+RUN_SHEET = "runs.csv"
+
+
+def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -> list[str]:
+    """Write the folder, and return its files.
+
+    The sources, frames and thresholds are those of the campaign that the plan was made from; logs go to ``raw/``, a
+    file per run and source: ``raw/run01_force.csv``. Sources whose one file serves all runs keep it.
+
+    Parameters
+    ----------
+    folder : to make; it must not exist, or be empty.
+    campaign : what was planned for.
+    plan : its runs.
+
+    Raises
+    ------
+    InputError : something lies in the folder already.
+    """
+    import tomlkit
+
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        mend = "name a folder that does not exist yet"
+        raise InputError.at(FaultCode.FILE_EXISTS, str(folder), "", "the folder is not empty", mend)
+    document = tomlkit.parse((campaign.folder / MANIFEST_FILE).read_text(encoding="utf-8"))
+    for key in ("runs", "exclude"):
+        document.pop(key, None)
+    endings = _endings(campaign)
+    runs = tomlkit.aot()
+    for run in plan.runs:
+        table = tomlkit.table()
+        table["id"] = run.id
+        table["experiment"] = "load"
+        table["joints_deg"] = [round(float(angle), 2) for angle in np.degrees(run.joints)]
+        if endings:
+            files = tomlkit.inline_table()
+            files.update({source: f"raw/{run.id}_{source}{ending}" for source, ending in endings.items()})
+            table["files"] = files
+        runs.append(table)
+    document["runs"] = runs
+    (folder / "raw").mkdir(parents=True)
+    (folder / MANIFEST_FILE).write_text(tomlkit.dumps(document), encoding="utf-8", newline="\n")
+    written = [MANIFEST_FILE]
+    copied = [campaign.manifest.robot]
+    copied += [MODEL_FILE] if campaign.model_written else []
+    if campaign.robot.urdf is not None:
+        copied.append(os.path.normpath(Path(campaign.manifest.robot).parent / campaign.robot.urdf))
+    for name in copied:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(campaign.folder / name, folder / name)
+        written.append(name)
+    write_run_sheet(folder / RUN_SHEET, plan)
+    return [*written, RUN_SHEET]
+
+
+def _endings(campaign: Campaign) -> dict[str, str]:
+    """Return source to the ending of its files, of the sources that have a file in every run."""
+    endings = {}
+    for name, source in campaign.manifest.sources.items():
+        if not source.in_files or source.file is not None or source.files:
+            continue
+        files = [run.files[name] for run in campaign.manifest.runs if name in run.files]
+        endings[name] = Path(files[0]).suffix if files else ".csv"
+    return endings
