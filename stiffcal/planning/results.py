@@ -75,6 +75,8 @@ class PlanResult(CommandResult):
     """In the order of measuring."""
     parameters: list[ExpectedParameter]
     """Of the model, in its order."""
+    blocked_moves: list[list[str]]
+    """Pairs of successive runs whose joint move would enter a keep-out box or go below the lowest height."""
     gain: list[GainPoint]
     """After 1, 2, … runs."""
     not_identified: list[str]

@@ -21,7 +21,7 @@ from stiffcal.workflow.steps import RunContext, free_names, with_trial_model
 if TYPE_CHECKING:
     from stiffcal.identification.fit_results import NoisePerAxis
     from stiffcal.identification.noise import Noise
-    from stiffcal.measurements.load_states import MeasurementSetup
+    from stiffcal.measurements.load_states import Attachment, MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.planning.choice import Choice
     from stiffcal.planning.information import RunInformation
@@ -131,6 +131,11 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     parameters = _expected(model, information, choice)
     not_identified = [parameter.name for parameter in parameters if not parameter.identified]
     warnings = _warnings(model)
+    runs = _runs(candidates, choice, minutes_per_run)
+    blocked = _blocked(campaign, plan, model, runs)
+    if blocked:
+        pairs = ", ".join(f"{before} to {after}" for before, after in blocked)
+        warnings.append(f"moves that enter a keep-out box or go below lowest_m: {pairs}; drive around")
     half_width = None
     if wanted is not None:
         mean_square = float(
@@ -144,8 +149,9 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         candidates=len(candidates.joints),
         values_from=model.values_from,
         minutes=plan.warm_up_minutes + n_runs * minutes_per_run,
-        runs=_runs(candidates, choice, minutes_per_run),
+        runs=runs,
         parameters=parameters,
+        blocked_moves=blocked,
         gain=_gain(choice, plan.warm_up_minutes, minutes_per_run),
         not_identified=not_identified,
         prediction_half_width_m=half_width,
@@ -273,9 +279,7 @@ def _candidates(campaign: Campaign, plan: PlanFile, model: _Model) -> _Candidate
     from stiffcal.planning.candidates import possible_poses
 
     cell = cell_of(campaign, plan)
-    tips = tuple(
-        frame for frame in (model.setup.wrench_point, *model.setup.targets) if frame.body == campaign.chain.n_joints + 1
-    )
+    tips = _tips(campaign, model)
     joints, rejected = possible_poses(campaign.chain, cell, model.setup.targets[0], tips, plan.candidates, plan.seed)
     if not len(joints):
         counts = {
@@ -289,6 +293,20 @@ def _candidates(campaign: Campaign, plan: PlanFile, model: _Model) -> _Candidate
     loads = load_steps(campaign, plan)
     n, directions = len(joints), len(loads)
     return _Candidates(np.repeat(joints, directions, axis=0), np.tile(loads, (n, 1, 1)))
+
+
+def _tips(campaign: Campaign, model: _Model) -> tuple[Attachment, ...]:
+    """Return the frames on the flange that the last capsules reach to."""
+    frames = (model.setup.wrench_point, *model.setup.targets)
+    return tuple(frame for frame in frames if frame.body == campaign.chain.n_joints + 1)
+
+
+def _blocked(campaign: Campaign, plan: PlanFile, model: _Model, runs: list[RunToMeasure]) -> list[list[str]]:
+    from stiffcal.planning.candidates import blocked_moves
+
+    joints = np.stack([run.joints for run in runs])
+    blocked = blocked_moves(campaign.chain, cell_of(campaign, plan), _tips(campaign, model), joints)
+    return [[runs[k].id, runs[k + 1].id] for k in blocked]
 
 
 def _number_of_runs(plan: PlanFile, request: PlanRequest, minutes_per_run: float) -> int:
