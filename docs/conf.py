@@ -21,6 +21,8 @@ html_theme = "furo"
 html_title = f"stiffcal {release}"
 # Pages open from a disk: nothing is fetched, neither fonts nor scripts.
 html_copy_source = False
+# Extracts of the hits would be fetched, which browsers refuse to a page from a disk.
+html_show_search_summary = False
 html_show_copyright = False
 templates_path = ["templates"]
 exclude_patterns = ["templates"]

@@ -74,3 +74,6 @@ def test_the_pages_build_without_warnings_and_fetch_nothing(tmp_path: Path) -> N
         text = page.read_text(encoding="utf-8")
         assert not re.search(r"<(?:script|img|link|iframe)\b[^>]*(?:src|href)=\"(?:https?:)?//", text), page.name
         assert "Content-Security-Policy" in text, page.name
+    # extracts of the hits would be fetched, which browsers refuse to a page from a disk
+    options = (tmp_path / "html" / "_static" / "documentation_options.js").read_text(encoding="utf-8")
+    assert "SHOW_SEARCH_SUMMARY: false" in options
