@@ -25,6 +25,7 @@ TAKES_PART = 0.1
 SAME_MOTION = (
     "other frames and links make the same motion in every pose: it stays at 0 by convention, their values contain it"
 )
+UNDRIVEN = "its joint was not driven while the flange was clamped"
 NO_BETTER = "from these poses it is known no better than from the assembly"
 REDUNDANT = (
     "alone it is exactly redundant with all compliances; only a known weight or torque in a law that is not straight "
@@ -40,6 +41,8 @@ class GivenBefore:
     """(p,) standard uncertainty in the parameter's unit: an estimate that is no better is none. Infinite: not known."""
     same_motion: Booleans
     """(p,) True for geometry that other parameters make up for in every pose (`stiffcal.identification.gauge`)."""
+    undriven: Booleans
+    """(p,) True for parameters of joints that were not driven while the flange was clamped."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ def check_identifiability(
     given : what is known before any measurement; None: nothing.
     """
     p = len(names)
-    before = given or GivenBefore(np.full(p, np.inf), np.zeros(p, dtype=np.bool_))
+    before = given or GivenBefore(np.full(p, np.inf), np.zeros(p, dtype=np.bool_), np.zeros(p, dtype=np.bool_))
     is_nonlinear = np.zeros(p, dtype=np.bool_) if nonlinear is None else nonlinear
     if p == 0:
         none = np.zeros(0, dtype=np.bool_)
@@ -95,11 +98,12 @@ def check_identifiability(
     in_noise = np.zeros(p, dtype=np.bool_) if noise_dominated is None else noise_dominated
     is_redundant = np.zeros(p, dtype=np.bool_) if redundant is None else redundant
     # One standard uncertainty, all else known, is 1 / length.
-    for i in np.flatnonzero((length * upper < 1.0) | in_noise | is_redundant | before.same_motion):
+    for i in np.flatnonzero((length * upper < 1.0) | in_noise | is_redundant | before.same_motion | before.undriven):
         identifiable[i], left_out[i] = False, True
         reason = (
             "what seems to turn it is the force sensor's noise" if in_noise[i] else "no load in these data turns it"
         )
+        reason = UNDRIVEN if before.undriven[i] else reason
         reason = REDUNDANT if is_redundant[i] else SAME_MOTION if before.same_motion[i] else reason
         ambiguities.append(Ambiguity((names[i],), "", reason))
     remaining = np.flatnonzero(identifiable)

@@ -35,6 +35,7 @@ from stiffcal.identification.observation import (
 from stiffcal.identification.reported import amplitudes, bounds_of, reported_parameters, student_95
 from stiffcal.identification.rows import MOTOR
 from stiffcal.identification.starting import starting_runs, starting_states
+from stiffcal.identification.undriven import undriven_parameters
 from stiffcal.identification.weights import (
     Weights,
     estimate_weights,
@@ -88,6 +89,8 @@ class Settings:
     """Take this noise instead of estimating it."""
     noise_dominated: frozenset[str] = field(default_factory=frozenset)
     """Full names of parameters that only the wrench's noise turns: not determined."""
+    undriven: frozenset[str] = field(default_factory=frozenset)
+    """Full names of parameters of joints that were not driven while the flange was clamped: not determined."""
     redundant: frozenset[str] = field(default_factory=frozenset)
     """Full names of gains that all compliances together make up for: not determined, they keep their values."""
     same_motion: frozenset[str] = field(default_factory=frozenset)
@@ -166,7 +169,7 @@ def identify_parameters(
     progress : called with what is being done.
     """
     problem, settings = fit_problem(states, robot), settings or Settings()
-    prior_noise = settings.noise or problem.stated
+    prior_noise = settings.noise or _noise_known_before(problem)
     fit = fit_observations(problem, robot, _without_noise_dominated(problem, robot, settings, prior_noise), progress)
     if prior_noise is None and fit.noise is not None:
         without_dominated = _without_noise_dominated(problem, robot, settings, fit.noise)
@@ -179,10 +182,13 @@ def without_noise_dominated(problem: Problem, robot: CompliantRobot, settings: S
 
     So it is where it is stated, and where nothing but clamped motors was read.
     """
-    known = problem.stated
-    if known is None and problem.data.clamped is not None and bool(np.all(problem.data.kind == MOTOR)):
-        known = noise_of_clamped(problem.data.clamped)
-    return _without_noise_dominated(problem, robot, settings, known)
+    return _without_noise_dominated(problem, robot, settings, _noise_known_before(problem))
+
+
+def _noise_known_before(problem: Problem) -> Noise | None:
+    if problem.stated is None and problem.data.clamped is not None and bool(np.all(problem.data.kind == MOTOR)):
+        return noise_of_clamped(problem.data.clamped)
+    return problem.stated
 
 
 def _without_noise_dominated(
@@ -202,6 +208,7 @@ def fit_observations(
     first = _starting_problem(problem)
     settings = replace(
         settings,
+        undriven=undriven_parameters(robot, problem.data),
         redundant=redundant_gains(robot, first.data, settings.fixed),
         same_motion=redundant_geometry(robot, first.data, settings.fixed),
     )
@@ -320,13 +327,13 @@ def _check_identifiability(
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     lower, upper = bounds_of(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
-    under, scaling, same_motion = (
+    under, undriven, scaling, same_motion = (
         np.array([name in chosen for name in names], dtype=np.bool_)
-        for chosen in (settings.noise_dominated, settings.redundant, settings.same_motion)
+        for chosen in (settings.noise_dominated, settings.undriven, settings.redundant, settings.same_motion)
     )
     specs = [robot.placed[c.placed].effect.spec(c.symbol) for c in columns]
     tolerance = np.array([np.inf if spec.tolerance is None else spec.tolerance for spec in specs])
-    given = GivenBefore(tolerance, same_motion)
+    given = GivenBefore(tolerance, same_motion, undriven)
     return check_identifiability(reduced.factor, names, widest, _are_nonlinear(columns), needed, under, scaling, given)
 
 

@@ -1,7 +1,7 @@
 """`make rates SEED=… [COUNT=…]`: fresh campaigns, the rates of the issue, and the campaigns behind each.
 
 Ten campaigns of one class: `python -m tests.rates --seed 7 --count 10 --classes "clamped 3x"`; the names of all classes
-are `tests.rates.playing.CLASSES` and `tests.rates.benches.CLASSES`. Intervals are exact (`tests.rates.intervals`).
+are `tests.rates.playing.CLASSES` and `tests.rates.workers.BENCHES`. Intervals are exact (`tests.rates.intervals`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tests.rates import benches
 from tests.rates.intervals import clopper_pearson, highest
 from tests.rates.playing import CLASSES, FAULTY, PLAYED_BY_BALANCE, player_of
 from tests.rates.scoring import Verdict
-from tests.rates.workers import Job, one_campaign, one_thread_each
+from tests.rates.workers import BENCHES, Job, one_campaign, one_thread_each
 
 # What the issue asks of each class.
 ASKED = {
@@ -29,13 +29,14 @@ ASKED = {
     "outside 1x": 0.90,
     "clamped none": 0.98, "clamped 3x": 0.95, "clamped 1x": 0.85, "clamped two": 0.80, "clamped outside": 0.90,
     "friction none": 0.98, "friction 3x": 0.95, "friction 1x": 0.85, "friction two": 0.80, "friction outside": 0.90,
+    "robot none": 0.98, "robot 3x": 0.95, "robot 1x": 0.85, "robot two": 0.80,
 }  # fmt: skip
 
 
 def table_of(verdicts: Sequence[Verdict]) -> str:
     """Return the rates as text."""
     lines = [f"{'class':<17}{'good':>6}{'of':>5}{'rate':>8}   95 % interval   asked  firm wrong  MuJoCo  outcomes"]
-    for kind in (*CLASSES, *benches.CLASSES):
+    for kind in (*CLASSES, *BENCHES):
         own = [v for v in verdicts if v.kind == kind]
         if not own:
             continue
@@ -112,13 +113,13 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--verbose", action="store_true", help="a line per campaign that did not go well")
     parser.add_argument("--json", type=Path, help="write every verdict to this file")
     chosen = parser.parse_args(arguments)
-    kinds = [kind.strip() for kind in chosen.classes.split(",") if kind.strip()] or [*CLASSES, *benches.CLASSES]
+    kinds = [kind.strip() for kind in chosen.classes.split(",") if kind.strip()] or [*CLASSES, *BENCHES]
     jobs = [
         Job(
             chosen.seed,
             kind,
             number,
-            benches.player_of(kind, number) if kind in benches.CLASSES else player_of(chosen.player, kind, number),
+            benches.player_of(kind, number) if kind in BENCHES else player_of(chosen.player, kind, number),
             chosen.effect,
             tuple(chosen.without.split(",")),
         )

@@ -14,6 +14,7 @@ from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.improve_results import ImproveResult
 from stiffcal.workflow.steps import RunContext, up_to_date_states
+from tests.rates import clamped_robots
 from tests.rates.benches import Bench, write_bench
 from tests.rates.measuring import Player
 from tests.rates.practice_joints import over_noise
@@ -21,10 +22,13 @@ from tests.rates.scoring import Verdict
 
 
 def judge_bench(kind: str, rng: np.random.Generator, player: Player) -> Verdict:
-    """Draw a campaign of one joint, diagnose and improve it, and compare with what is hidden."""
+    """Draw a campaign of one joint, or of a clamped robot, diagnose and improve it, and compare with what is hidden."""
     with tempfile.TemporaryDirectory(prefix="bench-") as temporary:
         folder = Path(temporary) / "bench"
-        bench = write_bench(folder, kind, rng, player)
+        robot = kind in clamped_robots.CLASSES
+        bench = (
+            clamped_robots.write_clamped_robot(folder, kind, rng) if robot else write_bench(folder, kind, rng, player)
+        )
         context = RunContext()
         up_to_date_states(folder, context)
         start = time.perf_counter()

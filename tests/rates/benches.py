@@ -66,7 +66,9 @@ class Motion:
 
 
 def player_of(kind: str, number: int) -> Player:
-    """Return what plays a campaign: MuJoCo the hinges of every second one of friction."""
+    """Return what plays a campaign: MuJoCo the hinges of every second one of friction, our balance a whole robot."""
+    if kind.startswith("robot"):
+        return "balance"
     return "mujoco" if kind.startswith("friction") and number % 2 else "laws"
 
 

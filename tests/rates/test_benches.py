@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.workflow.identify import identify_campaign
 from tests.rates.bench_scoring import judge_bench
 from tests.rates.benches import CLAMPED, draw_clamped_motion, draw_clamped_values, write_bench
+from tests.rates.clamped_robots import write_clamped_robot
 from tests.rates.mujoco_friction import friction_torque
 
 
@@ -46,3 +50,18 @@ def test_an_effect_of_three_times_the_noise_is_named(kind: str) -> None:
     verdict = judge_bench(kind, np.random.default_rng(8), "laws")
     assert verdict.outcome == "right"
     assert not verdict.firm_wrong
+
+
+def test_of_a_heavy_robot_with_two_joints_clamped_these_two_are_identified(tmp_path: Path) -> None:
+    """The other four turn with the readings by nothing but what bends the chain: no compliance is made of it."""
+    rng = np.random.default_rng(5)
+    write_clamped_robot(tmp_path / "robot", "robot none", rng)
+    truth = json.loads((tmp_path / "robot" / "truth.json").read_text(encoding="utf-8"))["parameters"]
+    driven = {run.moved_joint for run in load_campaign(tmp_path / "robot").manifest.runs}
+    for parameter in identify_campaign(tmp_path / "robot").parameters:
+        joint = (parameter.where.joints or [0])[0]
+        if joint in driven:
+            # the sag of joints that nothing shows changes the Jacobian by some per mille
+            assert parameter.value == pytest.approx(truth[parameter.name], rel=0.01)
+        else:
+            assert parameter.value is None or parameter.poorly_known or parameter.at_bound

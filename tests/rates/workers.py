@@ -10,12 +10,15 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from tests.rates import benches
+from tests.rates import benches, clamped_robots
 from tests.rates.bench_scoring import judge_bench
 from tests.rates.faulty import judge_faulty, simulate_faulty
 from tests.rates.measuring import Player
 from tests.rates.playing import CLASSES, FAULTY, simulate_runs
 from tests.rates.scoring import Verdict, crashed, judge_campaign
+
+BENCHES = (*benches.CLASSES, *clamped_robots.CLASSES)
+"""Classes of clamped and turning joints."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +50,10 @@ def one_thread_each(workers: int) -> ProcessPoolExecutor:
 
 def one_campaign(job: Job) -> Verdict:
     """Draw and judge one campaign; a crash is a verdict too, with its traceback."""
-    classes = (*CLASSES, *benches.CLASSES)
+    classes = (*CLASSES, *BENCHES)
     rng = np.random.default_rng([job.seed, classes.index(job.kind), job.number])
     try:
-        if job.kind in benches.CLASSES:
+        if job.kind in BENCHES:
             return judge_bench(job.kind, rng, job.player)
         if job.kind in FAULTY:
             return judge_faulty(simulate_faulty(job.kind, rng, job.player))

@@ -1,0 +1,131 @@
+"""Two joints of a six-joint robot with heavy links, clamped in three positions each, by the package's own balance.
+
+The laws that set the sizes are those of `tests.rates.benches`, in plain numpy; the logs come from `stiffcal simulate`.
+"""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.clamped_inverse import clamped_inverse
+from stiffcal.simulation.settings import load_settings
+from stiffcal.simulation.simulate import simulate_campaign
+from tests.rates.benches import CLAMPED, Bench, Motion, beyond_base, draw_clamped_values, scaled_to
+
+CLASSES = ("robot none", "robot 3x", "robot 1x", "robot two")
+SOURCE = Path(__file__).parents[2] / "campaigns" / "mixed"
+COMPLIANCE = np.array([1.7e-6, 1.3e-6, 3.3e-6, 1.7e-5, 2.0e-5, 3.3e-5])
+LARGEST = np.array([700.0, 700.0, 500.0, 180.0, 150.0, 120.0])
+LEVER = np.array([1.5, 1.3, 1.0, 0.3, 0.3, 0.1])
+"""m, by which the force sensor's noise is a torque about each joint, typically."""
+FORCE_NOISE, ANGLE_NOISE, RATE, CYCLES, POSITIONS = 0.5, 3e-6, 50.0, 3, 3
+MOST_FORCE = 3000.0
+"""N, of the force sensor."""
+LEAST_SINGULAR = 0.1
+"""Smallest singular value of the Jacobian, m and rad."""
+# Effects that three positions show; they do not show an order.
+POOL = ("asymmetric-stiffness", "backlash", "creep", "cubic-stiffness", "friction-hysteresis", "two-slope")
+
+
+def write_clamped_robot(folder: Path, kind: str, rng: np.random.Generator) -> Bench:
+    """Draw a campaign of one of the classes and write it into a new folder.
+
+    Parameters
+    ----------
+    kind : ``robot``, then ``none``, ``3x``, ``1x`` or ``two``.
+    """
+    what = kind.split(" ", 1)[1]
+    joints = sorted(int(joint) for joint in rng.choice(6, 2, replace=False))
+    compliance = COMPLIANCE * rng.uniform(0.6, 1.6, 6)
+    largest, period = LARGEST * rng.uniform(0.5, 1.0, 6), float(rng.uniform(15.0, 25.0))
+    sizes = {"none": (), "two": (3.0, 3.0)}.get(what) or ((float(what.removesuffix("x")),) if what != "none" else ())
+    names = [str(name) for name in rng.choice(POOL, len(sizes), replace=False)]
+    owners = [int(joint) for joint in rng.permutation(joints)[: len(sizes)]]
+    hidden: dict[tuple[str, int], dict[str, float]] = {}
+    amplitude = compliance * largest
+    for name, size, joint in zip(names, sizes, owners, strict=True):
+        motion = _motion(float(largest[joint]), period)
+        base = np.stack([np.ones(motion.time.size), motion.torque])
+        values = draw_clamped_values(name, rng, float(largest[joint]))
+        noise = float(np.hypot(ANGLE_NOISE, FORCE_NOISE * LEVER[joint] * compliance[joint]))
+        unit = beyond_base(CLAMPED[name](motion, values), base)
+        hidden[name, joint + 1] = scaled_to(values, size * noise / unit)
+        amplitude[joint] += float(np.abs(CLAMPED[name](motion, hidden[name, joint + 1])).max())
+    plan = folder.parent / "plan"
+    _write_plan(plan, rng, (joints, compliance, amplitude, period), hidden)
+    seed = int(rng.integers(1 << 30))
+    simulate_campaign(load_campaign(plan, check_files=False), load_settings(plan), folder, seed=seed)
+    settings = f"joints {joints[0] + 1} and {joints[1] + 1}, {POSITIONS} positions each"
+    return Bench("clamped", hidden, sizes, settings)
+
+
+def _motion(largest: float, period: float) -> Motion:
+    """Return the cycles of torque of one position."""
+    count = int(CYCLES * period * RATE)
+    time = np.arange(count) / RATE
+    wave = 1.0 - 4.0 * np.abs((time / period + 0.25) % 1.0 - 0.5)
+    zero = np.zeros(count)
+    return Motion(np.zeros(count, dtype=np.int64), time, zero, largest * wave, zero, zero)
+
+
+def _draw_stance(rng: np.random.Generator, joint: int, torque: float) -> Floats:
+    """Return (6,) degrees in which the fixture holds a joint's torque with no more than `MOST_FORCE`."""
+    campaign = load_campaign(SOURCE, check_files=False)
+    held = Attachment(campaign.chain.n_joints + 1, np.eye(4))
+    while True:
+        stance = np.round(rng.uniform([-60, -30, 10, 20, 30, -90], [60, 20, 70, 80, 80, 90]), 1)
+        inverse, drives = clamped_inverse(campaign.chain, campaign.chain.model_angles(np.radians(stance)[None]), held)
+        far_from_singular = float(np.linalg.svd(drives, compute_uv=False)[-1]) > LEAST_SINGULAR
+        if far_from_singular and float(np.linalg.norm(inverse[joint, :3])) * torque < MOST_FORCE:
+            return np.asarray(stance)
+
+
+def _write_plan(
+    folder: Path,
+    rng: np.random.Generator,
+    drawn: tuple[list[int], Floats, Floats, float],
+    hidden: dict[tuple[str, int], dict[str, float]],
+) -> None:
+    joints, compliance, amplitude, period = drawn
+    folder.mkdir(parents=True)
+    shutil.copyfile(SOURCE / "robot.toml", folder / "robot.toml")
+    text = (SOURCE / "campaign.toml").read_text(encoding="utf-8")
+    head = (
+        text[: text.index("[sources.tracker]")]
+        + text[text.index("[sources.controller]") : text.index("[sources.drives]")]
+    )
+    runs, acts = [], []
+    for joint in joints:
+        for position in "abc"[:POSITIONS]:
+            run = f"{position}{joint + 1}"
+            stance = _draw_stance(rng, joint, float(amplitude[joint] / compliance[joint]))
+            runs.append(
+                f'[[runs]]\nid = "{run}"\nexperiment = "clamped"\nmoved_joint = {joint + 1}\n'
+                f'files = {{ ft = "raw/{run}_ft.csv", controller = "raw/{run}.csv" }}\n'
+            )
+            acts.append(
+                f'[[runs]]\nid = "{run}"\njoints_deg = {stance.tolist()}\n'
+                f"clamped = {{ amplitude_deg = {np.degrees(amplitude[joint]):.5f} }}\n"
+            )
+    (folder / "campaign.toml").write_text(head + "\n".join(runs), encoding="utf-8")
+    (folder / "simulate.toml").write_text(
+        f'schema = "stiffcal/simulate/1"\n[clamped]\npoint = "ft_sensor"\ncycles = {CYCLES}\nperiod_s = {period:.2f}\n'
+        f"rest_s = 1.5\npoints = 320\n[robot]\nhidden = {sorted({name for name, _ in hidden})}\n"
+        f"[sensors.ft]\nrate_hz = {2.0 * RATE}\n"
+        f"white = {{ force_N = {FORCE_NOISE}, moment_Nm = {0.1 * FORCE_NOISE} }}\n"
+        f"[sensors.controller]\nrate_hz = {RATE}\nwhite = {{ angle_rad = {ANGLE_NOISE} }}\n" + "\n".join(acts),
+        encoding="utf-8",
+    )
+    values = [f'"joint-compliance.j{joint + 1}.c" = {{ value = {c} }}' for joint, c in enumerate(compliance)]
+    model = 'schema = "stiffcal/model/1"\n[[effects]]\ntype = "joint-compliance"\njoints = [1, 2, 3, 4, 5, 6]\n'
+    model += "[effects.parameters]\n" + "\n".join(values) + "\n"
+    for (name, joint), of_effect in hidden.items():
+        model += f'[[effects]]\ntype = "{name}"\njoints = [{joint}]\n[effects.parameters]\n'
+        model += "".join(f'"{name}.j{joint}.{symbol}" = {{ value = {value} }}\n' for symbol, value in of_effect.items())
+    (folder / "model.toml").write_text(model, encoding="utf-8")
