@@ -18,6 +18,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import geometry_columns, geometry_prior, geometry_slope
 from stiffcal.identification.projection import Projection
+from stiffcal.identification.rows import MOTOR
 from stiffcal.identification.starting import starting_runs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
@@ -27,6 +28,8 @@ from stiffcal.model.composite import CompliantRobot
 LEAST_SHOWN = 0.5
 # … and of the others the foremost are enough: what the tolerance makes falls off by two from the first to the eighth.
 MOST_DIRECTIONS = 16
+# Sag of a joint under the robot's weight, rad.
+USUAL_SAG = 5e-3
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ class GeometryNuisance:
     """(n,) states in which the directions are looked for; None for all."""
     columns: Floats
     """(6J, m, n') what one standard deviation of each makes in the chosen states."""
+    sag: Floats
+    """(r, m, n) what one standard deviation of an unknown sag makes in the readings of each of r clamped runs."""
 
     @classmethod
     def of(cls, states: LoadStates, fit: Fit) -> GeometryNuisance | None:
@@ -57,7 +62,8 @@ class GeometryNuisance:
         sizes = prior.sizes(fit.robot.chain.n_joints)
         chosen = starting_runs(fit.data.run)
         data = fit.data if chosen is None else fit.data.subset(chosen)
-        return cls(fit.robot, sizes, chosen, geometry_columns(fit.robot, data) * sizes[:, None, None])
+        columns = geometry_columns(fit.robot, data) * sizes[:, None, None]
+        return cls(fit.robot, sizes, chosen, columns, unknown_sag(fit))
 
     def directions(self, space: Projection, own: Floats) -> Floats:
         """Return (q, m, n) columns of unit prior variance: the directions that show beyond a model's own columns.
@@ -67,6 +73,9 @@ class GeometryNuisance:
         space : whitening and runs of all states.
         own : (p, m, n) the model's own columns.
         """
+        return np.concatenate([self._of_geometry(space, own), self.sag])
+
+    def _of_geometry(self, space: Projection, own: Floats) -> Floats:
         part, known, times = space, own, 1.0
         if self.chosen is not None:
             data = space.data.subset(self.chosen)
@@ -84,3 +93,24 @@ class GeometryNuisance:
         if self.chosen is None or not len(axes):
             return np.einsum("qg,gmn->qmn", axes, self.columns) if len(axes) else own[:0]
         return np.stack([geometry_slope(self.robot, space.data, axis * self.sizes) for axis in axes])
+
+
+def unknown_sag(fit: Fit) -> Floats:
+    """Return (r, m, n) what the sag changes in each clamped run's readings; none where all compliances are known.
+
+    A joint that was not driven shows nothing of its compliance. Under the weight of what is outboard of it the robot
+    had sagged by some milliradians when it was clamped, in each position by others, and by that much differs the
+    Jacobian by which the driven motor reads its joint.
+    """
+    data, chain = fit.data, fit.robot.chain
+    motors = data.rows_of(MOTOR)
+    clamped = np.any(data.measured_mask[motors], axis=0)
+    known = {parameter.place.joints[0] for parameter in fit.parameters if parameter.spec.compliance and parameter.value}
+    if not clamped.any() or not chain.masses_known or chain.n_joints == 1 or len(known) == chain.n_joints:
+        return np.zeros((0, *data.measured.shape))
+    runs = np.unique(data.run[clamped])
+    columns = np.zeros((len(runs), *data.measured.shape))
+    for number, run in enumerate(runs):
+        rows = np.ix_(motors, np.flatnonzero(clamped & (data.run == run)))
+        columns[number][rows] = USUAL_SAG * fit.predicted[rows]
+    return columns

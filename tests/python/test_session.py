@@ -406,7 +406,7 @@ def test_the_script_of_the_page_on_notebooks_runs(tmp_path: Path, monkeypatch: p
     """Line by line, as a notebook runs it, on a copy of the campaign that it names."""
     from matplotlib import pyplot
 
-    script = page_text("how-to/notebook.md").partition("```python check\n")[2].partition("```")[0]
+    script = page_text("how-to/notebook.md").partition("<<'END_OF_SCRIPT'\n")[2].partition("END_OF_SCRIPT")[0]
     (name,) = re.findall(r'"(campaigns/[^"]+)"', script)
     shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("store"))
     monkeypatch.chdir(tmp_path)

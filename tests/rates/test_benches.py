@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.workflow.identify import identify_campaign
+from stiffcal.diagnosis.geometry_nuisance import USUAL_SAG, unknown_sag
+from stiffcal.workflow.identify import fit_now, identify_campaign
+from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.rates.bench_scoring import judge_bench
 from tests.rates.benches import CLAMPED, draw_clamped_motion, draw_clamped_values, write_bench
 from tests.rates.clamped_robots import write_clamped_robot
@@ -65,3 +68,13 @@ def test_of_a_heavy_robot_with_two_joints_clamped_these_two_are_identified(tmp_p
             assert parameter.value == pytest.approx(truth[parameter.name], rel=0.01)
         else:
             assert parameter.value is None or parameter.poorly_known or parameter.at_bound
+    # how far the others have sagged is not known either: each position's readings may be off by some per mille
+    fit = fit_now(up_to_date_states(tmp_path / "robot", RunContext()), "linear", RunContext())
+    assert fit is not None
+    sag = unknown_sag(fit)
+    assert len(sag) == 6
+    assert sag.sum(axis=0) == pytest.approx(USUAL_SAG * fit.predicted, abs=1e-12)
+    known = tuple(
+        replace(parameter, value=truth[parameter.name]) for parameter in fit.parameters if parameter.spec.compliance
+    )
+    assert len(unknown_sag(replace(fit, parameters=known))) == 0
