@@ -105,7 +105,8 @@ def unknown_sag(fit: Fit) -> Floats:
     data, chain = fit.data, fit.robot.chain
     motors = data.rows_of(MOTOR)
     clamped = np.any(data.measured_mask[motors], axis=0)
-    known = {parameter.place.joints[0] for parameter in fit.parameters if parameter.spec.compliance and parameter.value}
+    compliances = [parameter for parameter in fit.parameters if parameter.spec.compliance and parameter.value]
+    known = {joint for parameter in compliances for joint in parameter.place.joints}
     if not clamped.any() or not chain.masses_known or chain.n_joints == 1 or len(known) == chain.n_joints:
         return np.zeros((0, *data.measured.shape))
     runs = np.unique(data.run[clamped])
