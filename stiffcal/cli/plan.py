@@ -40,6 +40,14 @@ def plan(
         Path | None,
         typer.Option("--campaign", metavar="OUT", help="Make a campaign folder for the logs.", show_default=False),
     ] = None,
+    program: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Robot program of the joint moves: .src (KUKA), .mod (ABB), .script (UR), .ls (Fanuc).",
+            show_default=False,
+        ),
+    ] = None,
     output: Output = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
@@ -57,7 +65,8 @@ def plan(
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
-        result = plan_campaign(folder, context, PlanRequest(purpose, criterion, runs, force, output, campaign))
+        request = PlanRequest(purpose, criterion, runs, force, output, program, campaign)
+        result = plan_campaign(folder, context, request)
         answer.give(result, show_plan, command_line("check", campaign or folder, store=store))
     return OK
 
@@ -98,5 +107,7 @@ def show_plan(console: Console, result: PlanResult) -> None:
     )
     if result.folder is not None:
         console.print(f"wrote {result.folder}, ready for the logs in raw/", soft_wrap=True)
+    if result.program is not None:
+        console.print(f"wrote {result.program}: read its head before the first start", soft_wrap=True)
     if result.file is not None:
         console.print(f"wrote {result.file}", soft_wrap=True)

@@ -17,8 +17,6 @@ DRAWN_AT_ONCE = 2000
 # Points on a link's axis are no further apart than this share of the capsule's radius.
 SPACING = 0.5
 MOST_POINTS = 200
-# Moves are checked at joint angles no further apart: at two metres the tip moves 35 mm, less than a link's radius.
-MOVE_STEP = np.radians(1.0)
 
 
 @dataclass(frozen=True)
@@ -128,22 +126,6 @@ def is_free(chain: Chain, cell: Cell, tips: tuple[Attachment, ...], joints: Floa
             inside = (points > lower - cell.radius) & (points < upper + cell.radius)
             free &= ~inside.all(axis=2).any(axis=1)
     return free
-
-
-def blocked_moves(chain: Chain, cell: Cell, tips: tuple[Attachment, ...], joints: Floats) -> list[int]:
-    """Return the numbers k of poses whose joint move to pose k + 1 is not free, as `is_free` has it.
-
-    Parameters
-    ----------
-    joints : (n, L) logged angles in the order of measuring, rad; all joints move in proportion.
-    """
-    blocked = []
-    for k in range(len(joints) - 1):
-        n_points = 2 + int(np.max(np.abs(joints[k + 1] - joints[k])) / MOVE_STEP)
-        between = joints[k] + np.linspace(0.0, 1.0, n_points)[:, None] * (joints[k + 1] - joints[k])
-        if not is_free(chain, cell, tips, between).all():
-            blocked.append(k)
-    return blocked
 
 
 def can_measure(chain: Chain, tracker: Tracker, target: Attachment, joints: Floats) -> tuple[Booleans, Booleans]:

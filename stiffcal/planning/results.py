@@ -20,6 +20,8 @@ class RunToMeasure:
     """(K, 6) N, N·m, base axes, at the load point: the load steps in order."""
     minutes: float
     """How long it takes, as plan.toml states the times."""
+    approach: Matrix
+    """(V, L) rad, poses to drive through on the way from the run before; empty where the direct joint move is free."""
     rank: int
     """Its place in the order of what runs bring, from 1: what to measure first if time is short."""
 
@@ -76,7 +78,9 @@ class PlanResult(CommandResult):
     parameters: list[ExpectedParameter]
     """Of the model, in its order."""
     blocked_moves: list[list[str]]
-    """Pairs of successive runs whose joint move would enter a keep-out box or go below the lowest height."""
+    """Pairs of successive runs between which no joint move stays out of the keep-out boxes and above the lowest height,
+    not through another pose either.
+    """
     gain: list[GainPoint]
     """After 1, 2, … runs."""
     not_identified: list[str]
@@ -85,6 +89,8 @@ class PlanResult(CommandResult):
     """Expected 95 % half width of the predicted deflection along a path, rms over it, m; where a path is given."""
     file: OrAbsent[str] = None
     """The run sheet that was written."""
+    program: OrAbsent[str] = None
+    """The robot program that was written."""
     folder: OrAbsent[str] = None
     """The campaign folder that was made ready for the logs."""
     files: OrAbsent[list[str]] = None

@@ -16,6 +16,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.workflow.plan_means import cell_of, load_steps
+from stiffcal.workflow.plan_program import check_program, write_program
 from stiffcal.workflow.steps import RunContext, free_names, with_trial_model
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from stiffcal.identification.noise import Noise
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
+    from stiffcal.planning.candidates import Cell
     from stiffcal.planning.choice import Choice
     from stiffcal.planning.information import RunInformation
     from stiffcal.planning.results import ExpectedParameter, GainPoint, PlanResult, RunToMeasure
@@ -45,6 +47,8 @@ class PlanRequest:
     """Largest force, N; None: as plan.toml has it."""
     sheet: Path | None = None
     """CSV file to write the run sheet to; None: nothing is written."""
+    program: Path | None = None
+    """Robot program to write, its ending states the language (`robot_programs`); None: none is written."""
     campaign: Path | None = None
     """Campaign folder to make ready for the logs; None: none is made."""
 
@@ -100,6 +104,8 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     plan = load_plan(folder)
     if request.force is not None:
         plan = plan.model_copy(update={"load": plan.load.model_copy(update={"force_N": request.force})})
+    if request.program is not None:
+        check_program(request.program, campaign)
     model = _model(campaign, plan, context)
     context.progress("possible poses", 0.1)
     candidates = _candidates(campaign, plan, model)
@@ -132,10 +138,12 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     not_identified = [parameter.name for parameter in parameters if not parameter.identified]
     warnings = _warnings(model)
     runs = _runs(candidates, choice, minutes_per_run)
-    blocked = _blocked(campaign, plan, model, runs)
+    context.progress("moves between the runs", 0.9)
+    cell = cell_of(campaign, plan)
+    runs, blocked = _with_ways(campaign, cell, model, np.unique(candidates.joints, axis=0), runs)
     if blocked:
         pairs = ", ".join(f"{before} to {after}" for before, after in blocked)
-        warnings.append(f"moves that enter a keep-out box or go below lowest_m: {pairs}; drive around")
+        warnings.append(f"no joint move stays out of the boxes and above lowest_m: {pairs}; drive by hand")
     half_width = None
     if wanted is not None:
         mean_square = float(
@@ -157,6 +165,9 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         prediction_half_width_m=half_width,
         joint_names=campaign.chain.joint_names,
     )
+    if request.program is not None:
+        write_program(request.program, campaign, result, cell)
+        result = replace(result, program=str(request.program))
     if request.campaign is not None:
         from stiffcal.workflow.plan_folder import write_planned_campaign
 
@@ -301,12 +312,17 @@ def _tips(campaign: Campaign, model: _Model) -> tuple[Attachment, ...]:
     return tuple(frame for frame in frames if frame.body == campaign.chain.n_joints + 1)
 
 
-def _blocked(campaign: Campaign, plan: PlanFile, model: _Model, runs: list[RunToMeasure]) -> list[list[str]]:
-    from stiffcal.planning.candidates import blocked_moves
+def _with_ways(
+    campaign: Campaign, cell: Cell, model: _Model, poses: Floats, runs: list[RunToMeasure]
+) -> tuple[list[RunToMeasure], list[list[str]]]:
+    """Return the runs with the poses to drive through before each, and the pairs between which no way is free."""
+    from stiffcal.planning.moves import ways_between
 
     joints = np.stack([run.joints for run in runs])
-    blocked = blocked_moves(campaign.chain, cell_of(campaign, plan), _tips(campaign, model), joints)
-    return [[runs[k].id, runs[k + 1].id] for k in blocked]
+    ways = ways_between(campaign.chain, cell, _tips(campaign, model), joints, poses)
+    blocked = [[runs[k].id, runs[k + 1].id] for k, way in enumerate(ways) if way is None]
+    reached = [replace(run, approach=way) if way is not None else run for run, way in zip(runs[1:], ways, strict=True)]
+    return [runs[0], *reached], blocked
 
 
 def _number_of_runs(plan: PlanFile, request: PlanRequest, minutes_per_run: float) -> int:
@@ -379,6 +395,7 @@ def _runs(candidates: _Candidates, choice: Choice, minutes: float) -> list[RunTo
             joints=candidates.joints[chosen[rank]],
             wrench=candidates.wrench[chosen[rank]],
             minutes=minutes,
+            approach=np.zeros((0, candidates.joints.shape[1])),
             rank=int(rank) + 1,
         )
         for number, rank in enumerate(order, start=1)

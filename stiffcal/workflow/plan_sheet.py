@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiffcal.documents import Vector
 from stiffcal.escapes import csv_cell
 from stiffcal.files import refusal
 
@@ -16,24 +17,31 @@ if TYPE_CHECKING:
 
 
 def write_run_sheet(file: Path, plan: PlanResult) -> None:
-    """Write the run sheet as CSV: run, rank, row in the run, joint angles (degrees), forces (N, base axes).
+    """Write the run sheet as CSV: run, rank, row in the run, state, joint angles (degrees), forces (N, base axes).
 
-    The first and the last row of every run are unloaded.
+    The first and the last row of every run are unloaded. Rows with number 0 are poses on the way to the run.
 
     Raises
     ------
     InputError : the file cannot be written.
     """
-    head = ["run", "rank", "row", *(f"{csv_cell.escaped(name)} [deg]" for name in plan.joint_names)]
+    head = ["run", "rank", "row", "state", *(f"{csv_cell.escaped(name)} [deg]" for name in plan.joint_names)]
     head += [f"{axis} [N]" for axis in ("Fx", "Fy", "Fz")]
     rows = []
     for run in plan.runs:
-        angles = [f"{angle:.2f}" for angle in np.degrees(run.joints)]
+        for joints in run.approach:
+            rows.append([run.id, run.rank, 0, "on the way", *_degrees(joints), "", "", ""])
         loads = [np.zeros(3), *run.wrench[:, :3], np.zeros(3)]
         for number, force in enumerate(loads, start=1):
-            rows.append([run.id, run.rank, number, *angles, *(f"{component:.1f}" for component in force)])
+            state = "loaded" if force.any() else "unloaded"
+            forces = [f"{component:.1f}" for component in force]
+            rows.append([run.id, run.rank, number, state, *_degrees(run.joints), *forces])
     try:
         with file.open("w", encoding="utf-8", newline="") as stream:
             csv.writer(stream, lineterminator="\n").writerows([head, *rows])
     except OSError as error:
         raise (refusal(error) or error) from None
+
+
+def _degrees(joints: Vector) -> list[str]:
+    return [f"{angle:.2f}" for angle in np.degrees(joints)]

@@ -110,6 +110,14 @@ def judge_code_comment(name: str, escaped: str) -> None:
         assert done.stdout.split() == ["1"]
 
 
+def judge_robot_program(name: str, escaped: str) -> None:
+    """None of the characters and words is left that end a comment or a fold in any of the four languages."""
+    escaped.encode("ascii")
+    assert_printable(escaped)
+    assert not set("\\\n;!#$%&\"'[]{}*=@|") & set(escaped)
+    assert "fold" not in escaped.lower()
+
+
 class _Collector(html.parser.HTMLParser):
     def __init__(self) -> None:
         super().__init__(convert_charrefs=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
-from stiffcal.planning.candidates import Cell, Tracker, blocked_moves, is_free, possible_poses
+from stiffcal.planning.candidates import Cell, Tracker, possible_poses
 from tests.laboratory.robots import force_sensor_setup, six_axes
 
 CHAIN = six_axes()
@@ -69,12 +69,3 @@ def test_where_nothing_is_possible_the_reason_is_counted(changes: dict[str, obje
     joints, rejected = possible_poses(CHAIN, cell(**changes), TARGET, (TARGET,), 5, 0)
     assert joints.shape == (0, 6)
     assert getattr(rejected, counted) == rejected.drawn
-
-
-def test_a_move_through_a_box_is_blocked_though_its_ends_are_free() -> None:
-    box = np.array([[[0.6, -0.3, 0.3], [1.6, 0.3, 2.0]]])
-    start, middle, end = np.radians([[-60, -60, 10, 0, 30, 0], [0, -60, 10, 0, 30, 0], [60, -60, 10, 0, 30, 0]])
-    free = is_free(CHAIN, cell(boxes=box), (TARGET,), np.stack([start, middle, end]))
-    assert free.tolist() == [True, False, True]
-    assert blocked_moves(CHAIN, cell(boxes=box), (TARGET,), np.stack([start, start, end, end])) == [1]
-    assert blocked_moves(CHAIN, cell(), (TARGET,), np.stack([start, end])) == []

@@ -1,0 +1,146 @@
+"""Robot programs of a plan: the poses that the controller would drive to, and what protects people."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.arrays import Floats
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.planning.results import PlanResult
+from stiffcal.workflow.plan import PlanRequest, plan_campaign
+from tests.laboratory.hostile_names import ALLOWED
+from tests.workflow.test_plan import LOAD, irb4400, with_plan
+
+__all__ = ["irb4400"]  # the fixture
+BOX = "[[keep_out]]\nmin_m = [1.2, -0.5, 0.0]\nmax_m = [2.0, 0.5, 0.9]\n"
+NUMBER = r"(-?\d+\.\d+)"
+# What an outside reader of the language takes for a joint target, and the unit in rad.
+MOVES = {
+    ".src": (rf"^PTP {{AXIS: {', '.join(f'A{k} {NUMBER}' for k in range(1, 7))}}}$", np.radians(1.0)),
+    ".mod": (rf"^ *MoveAbsJ \[\[{','.join([NUMBER] * 6)}\],\[(?:9E9,?){{6}}\]\]\\NoEOffs, slow, fine, tool0;$",
+             np.radians(1.0)),
+    ".script": (rf"^ *movej\(\[{', '.join([NUMBER] * 6)}\], a=0.2, v=0.2\)$", 1.0),
+}  # fmt: skip
+STOPS = {
+    ".src": r"^HALT$",
+    ".mod": r"^ *Stop;$",
+    ".script": r"^ *popup\(.*blocking=True\)$",
+    ".ls": r"^ *\d+: *PAUSE ;$",
+}
+COMMENTS = {".src": "; ", ".mod": "  ! ", ".script": "  # ", ".ls": "  !"}
+ENDINGS = sorted(STOPS)
+
+
+def targets(text: str, ending: str) -> Floats:
+    """Return (n, 6) the joint targets of a program in the order of its moves, rad."""
+    if ending != ".ls":
+        pattern, unit = MOVES[ending]
+        return np.array([[unit * float(part) for part in row] for row in re.findall(pattern, text, re.MULTILINE)])
+    body, positions = text.split("/POS\n")
+    listed = {}
+    for number, content in re.findall(r"^P\[(\d+)\]\{\n(.*?)^\};$", positions, re.MULTILINE | re.DOTALL):
+        listed[number] = [float(angle) for angle in re.findall(r"J\d= (-?\d+\.\d+) deg", content)]
+    order = re.findall(r"^ *\d+:J P\[(\d+)\] 10% FINE ;$", body, re.MULTILINE)
+    return np.array([np.radians(listed[number]) for number in order])
+
+
+def written(folder: Path, ending: str, text: str = "") -> tuple[PlanResult, str]:
+    file = folder / f"poses{ending}"
+    plan = plan_campaign(with_plan(folder, "runs = 5\n" + LOAD + text), request=PlanRequest(program=file))
+    assert plan.program == str(file)
+    return plan, file.read_text(encoding="ascii")
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_the_program_drives_to_the_planned_poses(irb4400: Path, ending: str) -> None:
+    plan, text = written(irb4400, ending, BOX)
+    assert not plan.blocked_moves
+    poses = np.concatenate([np.vstack([*run.approach, run.joints]) for run in plan.runs])
+    # there is a pose on the way, otherwise this shows less
+    assert len(poses) > len(plan.runs)
+    np.testing.assert_allclose(targets(text, ending), poses, atol=np.radians(0.001))
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_it_waits_before_the_first_move_and_at_every_pose(irb4400: Path, ending: str) -> None:
+    plan, text = written(irb4400, ending, BOX)
+    move = r"^ *\d+:J P\[" if ending == ".ls" else r"^ *(?:PTP|MoveAbsJ|movej)\b"
+    kinds = [
+        "stop" if re.match(STOPS[ending], line) else "move"
+        for line in text.splitlines()
+        if re.match(STOPS[ending], line) or re.match(move, line)
+    ]
+    expected = ["stop"]
+    for run in plan.runs:
+        expected += ["move"] * (len(run.approach) + 1) + ["stop"]
+    assert kinds == expected
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_the_poses_keep_the_limits_with_their_margin(irb4400: Path, ending: str) -> None:
+    _, text = written(irb4400, ending, "[limits_deg]\nA1 = [-40.0, 30.0]\n")
+    first = np.degrees(targets(text, ending)[:, 0])
+    assert first.min() >= -35.001
+    assert first.max() <= 25.001
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_the_head_states_what_was_checked(irb4400: Path, ending: str) -> None:
+    _, text = written(irb4400, ending, BOX)
+    words = " ".join(re.sub(r"^ *(?:\d+:)? *[;!#]|;$", "", line).strip() for line in text.splitlines())
+    words = re.sub(" +", " ", words)
+    assert "CHECKED AGAINST THESE ONLY" in words
+    assert "keep-out box 1: (1.200, -0.500, 0.000) m to (2.000, 0.500, 0.900) m" in words
+    assert "NOT CHECKED: the way to the first pose" in words
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("name", [*sorted(ALLOWED.values())[:12], "x; PTP {AXIS: A1 90}", '"; Stop; !', ";ENDFOLD"])
+def test_names_stay_in_comments(irb4400: Path, ending: str, name: str) -> None:
+    """With a hostile name of the robot all lines but comments are the same."""
+
+    def code(text: str) -> list[str]:
+        lines = [re.sub(r"^ *\d+:", "", line) for line in text.splitlines()]
+        return [line for line in lines if not line.startswith(COMMENTS[ending])]
+
+    _, plain = written(irb4400, ending)
+    robot = (irb4400 / "robot.toml").read_text(encoding="utf-8")
+    quoted = "".join(f"\\U{ord(character):08X}" for character in name)
+    (irb4400 / "robot.toml").write_text(
+        re.sub('name = ".*"', lambda _: f'name = "{quoted}"', robot, count=1), encoding="utf-8"
+    )
+    _, hostile = written(irb4400, ending)
+    assert code(hostile) == code(plain)
+    assert "ENDFOLD" not in hostile
+
+
+@pytest.mark.parametrize(
+    ("file", "code"),
+    [
+        ("poses.txt", FaultCode.OPTION_INVALID),
+        ("main.mod", FaultCode.NAME_INVALID),
+        ("a b.src", FaultCode.NAME_INVALID),
+        ("1a.script", FaultCode.NAME_INVALID),
+        ("morethan8.ls", FaultCode.NAME_INVALID),
+    ],
+)
+def test_a_name_that_the_controller_does_not_take_is_refused(irb4400: Path, file: str, code: FaultCode) -> None:
+    with pytest.raises(InputError) as raised:
+        plan_campaign(with_plan(irb4400, LOAD), request=PlanRequest(program=irb4400 / file))
+    assert raised.value.code == code
+    assert not (irb4400 / file).exists()
+
+
+def test_no_program_is_written_where_a_move_is_not_free(irb4400: Path) -> None:
+    # a wall that the links cannot pass, with poses on both sides: joint 1 cannot turn by more than 170 degrees
+    wall = "[[keep_out]]\nmin_m = [0.45, -0.01, -9.0]\nmax_m = [9.0, 0.01, 9.0]\n"
+    limits = "[limits_deg]\nA1 = [-80.0, 80.0]\nA2 = [0.0, 60.0]\nA3 = [-40.0, 20.0]\n"
+    with pytest.raises(InputError) as raised:
+        written(irb4400, ".src", limits + wall)
+    assert raised.value.code == FaultCode.POSE_UNREACHABLE
+    assert not (irb4400 / "poses.src").exists()
