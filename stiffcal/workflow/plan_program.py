@@ -115,8 +115,7 @@ def _head(campaign: Campaign, plan: PlanResult, cell: Cell) -> list[str]:
         f"links as capsules of radius {cell.radius:.3f} m about the lines between the joints, and",
         *(boxes or ["  no keep-out box"]),
         lowest,
-        "NOT CHECKED: the way to the first pose, the robot against itself, tool, cables, the load and what applies it, "
-        "anything else in the cell, and all that differs on this controller.",
+        "NOT CHECKED: the way to the first pose, the robot against itself, tool, cables, load, everything else.",
         "Joint angles are those of the logs of the campaign: compare zero and sign of each with the display first.",
         "Set tool and load data of the controller. Run it in manual mode at reduced speed, with an enabling switch.",
         "It waits before the first move and at every pose. Load only while it waits, and unload before starting again.",
