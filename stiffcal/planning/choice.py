@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.identification.identifiability import check_identifiability
 from stiffcal.planning.design import VAGUE, Criterion, Design, best_design, information, loss_of
 
 # A parameter whose relative standard uncertainty stays above this with all candidates measured cannot be identified.
@@ -32,6 +33,7 @@ def choose_runs(
     known: Floats | None = None,
     wanted: Floats | None = None,
     limit: int | None = None,
+    nonlinear: Booleans | None = None,
 ) -> Choice | None:
     """Return the best choice of runs; None where no parameter can be identified.
 
@@ -43,11 +45,13 @@ def choose_runs(
     known : (p, p) information that there is already, relative to the values; None: none.
     wanted : (q, p) rows of predictions, for `Criterion.PREDICTION`.
     limit : how often one candidate may be measured.
+    nonlinear : (p,) True for nonlinear parameters; None: none is.
     """
-    free, identified = identifiable(factors, known)
+    free, identified = identifiable(factors, known, nonlinear)
     if not free.any():
         return None
     own = factors[:, :, free]
+    whole = known
     known = None if known is None else known[np.ix_(free, free)]
     wanted = None if wanted is None else wanted[:, free]
     if criterion is Criterion.WORST:
@@ -55,28 +59,37 @@ def choose_runs(
         first = best_design(own, n_runs, Criterion.DETERMINANT, known, None, limit)
         aimed = identified[free] & (np.diagonal(first.covariance) <= LARGEST_RELATIVE**2)
         wanted = np.eye(int(np.count_nonzero(free)))[aimed] if aimed.any() else None
-    return Choice(best_design(own, n_runs, criterion, known, wanted, limit), free, identified)
+    design = best_design(own, n_runs, criterion, known, wanted, limit, bears_losses=True)
+    # what all candidates together distinguish, these runs may not
+    return Choice(design, free, identified & identifiable(factors[design.chosen], whole, nonlinear)[1])
 
 
-def identifiable(factors: Floats, known: Floats | None) -> tuple[Booleans, Booleans]:
-    """Return (p,) which parameters a fit to all candidates determines, and (p,) which of them by themselves.
+def identifiable(factors: Floats, known: Floats | None, nonlinear: Booleans | None = None) -> tuple[Booleans, Booleans]:
+    """Return (p,) which parameters a fit to runs determines, and (p,) which of them by themselves.
 
-    As in the fit, parameters leave one after the other, the least certain first, until those that are left are certain.
-    Of parameters that make up for each other some leave and some stay; none of them is identified by itself.
+    By the rules of the fit (`identification.identifiability`): of parameters that make up for each other some are left
+    at their neutral value and some stay; none of them is identified by itself.
+
+    Parameters
+    ----------
+    factors : (N, r, p) of the runs, relative to the parameters' values.
+    known : (p, p) information that there is already, likewise; None: none.
+    nonlinear : (p,) True for nonlinear parameters; None: none is.
     """
     p = factors.shape[2]
-    total = np.sum(information(factors), axis=0) + np.eye(p) / VAGUE**2
+    rows = factors.reshape(-1, p)
     if known is not None:
-        total = total + known
-    alone = np.sqrt(np.diagonal(np.linalg.inv(total))) <= LARGEST_RELATIVE
-    free = np.ones(p, dtype=np.bool_)
-    while free.any():
-        places = np.flatnonzero(free)
-        relative = np.sqrt(np.diagonal(np.linalg.inv(total[np.ix_(places, places)])))
-        if relative.max() <= LARGEST_RELATIVE:
-            break
-        free[places[int(np.argmax(relative))]] = False
-    return free, free & alone
+        values, vectors = np.linalg.eigh(known)
+        rows = np.concatenate([rows, np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T])
+    if len(rows) < p:
+        rows = np.concatenate([rows, np.zeros((p - len(rows), p))])
+    checked = check_identifiability(
+        np.asarray(np.linalg.qr(rows, mode="r")),
+        tuple(f"{column}" for column in range(p)),
+        np.full(p, LARGEST_RELATIVE),
+        nonlinear,
+    )
+    return ~checked.left_at_neutral, checked.identifiable
 
 
 def efficiency_of(factors: Floats, chosen: Integers, criterion: Criterion, other: Design) -> float:

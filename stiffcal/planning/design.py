@@ -89,6 +89,7 @@ def best_design(
     known: Floats | None = None,
     wanted: Floats | None = None,
     limit: int | None = None,
+    bears_losses: bool = False,
 ) -> Design:
     """Return the best design of n runs that exchange finds from the relaxed optimum's and the greedy start.
 
@@ -101,6 +102,7 @@ def best_design(
     wanted : (q, p) rows whose variances count for `Criterion.PREDICTION`; for `Criterion.WORST` those whose largest
         counts, None for each parameter's own.
     limit : how often one candidate may be measured; None: any number of times.
+    bears_losses : for `Criterion.WORST`, no uncertainty rests on one run more than it has to (`planning.lost_runs`).
 
     Raises
     ------
@@ -120,17 +122,22 @@ def best_design(
     least = np.inf
     for chosen in starts:
         improved = _exchange(factors, chosen, criterion, start, rows, most)
-        loss = _loss(_inverse(start + _sum(factors, improved)), criterion, rows)
+        loss = _loss(inverse(start + _sum(factors, improved)), criterion, rows)
         if loss < least:
             best, least = improved, loss
     assert best is not None
+    if criterion is Criterion.WORST and bears_losses:
+        from stiffcal.planning.lost_runs import bearing_losses
+
+        best = bearing_losses(factors, best, start, rows, most)
+        least = _loss(inverse(start + _sum(factors, best)), criterion, rows)
     order = _ordered(factors, best, start, rows, criterion)
     course = np.empty((n_runs, factors.shape[2]))
     matrix = start.copy()
     for place, candidate in enumerate(order):
         matrix = matrix + factors[candidate].T @ factors[candidate]
-        course[place] = np.sqrt(np.diagonal(_inverse(matrix)))
-    covariance = _inverse(matrix)
+        course[place] = np.sqrt(np.diagonal(inverse(matrix)))
+    covariance = inverse(matrix)
     return Design(picked[order], covariance, course, least, min(1.0, (bound / least) ** 2))
 
 
@@ -155,7 +162,7 @@ def _start(p: int) -> Floats:
     return np.eye(p) / VAGUE**2
 
 
-def _inverse(matrix: Floats) -> Floats:
+def inverse(matrix: Floats) -> Floats:
     """Return the inverse of a positive definite matrix, symmetric to the last bit."""
     scale = 1.0 / np.sqrt(np.diagonal(matrix))
     lower = np.linalg.inv(np.linalg.cholesky(matrix * scale[:, None] * scale))
@@ -186,7 +193,7 @@ def _is_vague(covariance: Floats, criterion: Criterion, rows: Floats) -> bool:
     return criterion is Criterion.WORST and bool(np.max(_variances(covariance, rows)) > 1.0)
 
 
-def _losses_after(factors: Floats, covariance: Floats, criterion: Criterion, rows: Floats) -> Floats:
+def losses_after(factors: Floats, covariance: Floats, criterion: Criterion, rows: Floats) -> Floats:
     """Return (N,) the logarithm of the loss after each candidate joins, by updates of the covariance of rank r.
 
     With G = A C Aᵀ and Y = (I + G)^(-1/2) A C the covariance becomes C − YᵀY (Woodbury).
@@ -212,9 +219,9 @@ def _greedy(factors: Floats, n_runs: int, criterion: Criterion, start: Floats, r
     chosen: list[int] = []
     matrix, count = start.copy(), np.zeros(len(factors), dtype=np.int64)
     for _ in range(n_runs):
-        covariance = _inverse(matrix)
+        covariance = inverse(matrix)
         vague = _is_vague(covariance, criterion, rows)
-        losses = _losses_after(factors, covariance, Criterion.DETERMINANT if vague else criterion, rows)
+        losses = losses_after(factors, covariance, Criterion.DETERMINANT if vague else criterion, rows)
         losses[count >= most] = np.inf
         candidate = int(np.argmin(losses))
         chosen.append(candidate)
@@ -232,7 +239,7 @@ def _exchange(
         changed = False
         for place in range(len(design)):
             without = start + _sum(factors, np.delete(design, place))
-            losses = _losses_after(factors, _inverse(without), criterion, rows)
+            losses = losses_after(factors, inverse(without), criterion, rows)
             present = losses[design[place]]
             count = np.bincount(np.delete(design, place), minlength=len(factors))
             losses[count >= most] = np.inf
@@ -248,10 +255,10 @@ def _ordered(factors: Floats, chosen: Integers, start: Floats, rows: Floats, cri
     """Return the chosen candidates in the order in which they bring most."""
     left, order, matrix = list(chosen), [], start.copy()
     while left:
-        covariance = _inverse(matrix)
+        covariance = inverse(matrix)
         vague = _is_vague(covariance, criterion, rows)
         rule = Criterion.DETERMINANT if vague else criterion
-        candidate = left.pop(int(np.argmin(_losses_after(factors[left], covariance, rule, rows))))
+        candidate = left.pop(int(np.argmin(losses_after(factors[left], covariance, rule, rows))))
         order.append(candidate)
         matrix = matrix + factors[candidate].T @ factors[candidate]
     return np.array(order)
@@ -328,7 +335,7 @@ def _relaxed_state(
 ) -> tuple[Floats, Floats]:
     """Return the covariance of relaxed weights, and C W C, by which candidates gain."""
     stacked = (used * np.sqrt(n_runs * inside)[:, None, None]).reshape(-1, used.shape[2])
-    covariance = _inverse(start + stacked.T @ stacked)
+    covariance = inverse(start + stacked.T @ stacked)
     if criterion is Criterion.DETERMINANT:
         return covariance, covariance
     if criterion is Criterion.WORST:

@@ -42,8 +42,24 @@ class ExpectedParameter:
     """Expected half width of the 95 % interval of the value; null where the parameter would not be identified."""
     relative: Number
     """The same relative to the value; null where the parameter would not be identified."""
+    from_geometry: Number
+    """Share of the robot file's tolerances of lengths and angles in the variance, 0 to 1, which more runs of one kind
+    do not reduce; null where the parameter would not be identified.
+    """
     identified: bool
     """False where no possible run brings enough on it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LossOfRun:
+    """A parameter of which one run brings more than half of the information: without its log it is hardly known."""
+
+    parameter: str
+    """The parameter's full name."""
+    run: str
+    """The run's id."""
+    relative: Number
+    """Relative half width of the 95 % interval without this run; null where nothing else identifies the parameter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +97,8 @@ class PlanResult(CommandResult):
     """Pairs of successive runs between which no joint move stays out of the keep-out boxes and above the lowest height,
     not through another pose either.
     """
+    rests_on_one_run: list[LossOfRun]
+    """Parameters of which one run brings more than half of the information."""
     gain: list[GainPoint]
     """After 1, 2, … runs."""
     not_identified: list[str]

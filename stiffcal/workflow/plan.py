@@ -26,8 +26,9 @@ if TYPE_CHECKING:
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.planning.candidates import Cell
     from stiffcal.planning.choice import Choice
+    from stiffcal.planning.expected import ExpectedFit
     from stiffcal.planning.information import RunInformation
-    from stiffcal.planning.results import ExpectedParameter, GainPoint, PlanResult, RunToMeasure
+    from stiffcal.planning.results import ExpectedParameter, GainPoint, LossOfRun, PlanResult, RunToMeasure
 
 Floated = TypeVar("Floated")
 DEFAULT_RUNS = 12
@@ -95,6 +96,7 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     """
     from stiffcal.planning.choice import choose_runs
     from stiffcal.planning.design import Criterion
+    from stiffcal.planning.expected import expected_fit
     from stiffcal.planning.information import information_of_runs, prediction_rows
     from stiffcal.planning.results import PlanResult
 
@@ -129,12 +131,23 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     n_runs = _number_of_runs(plan, request, minutes_per_run)
     context.progress("choosing runs", 0.6)
     known = _known_information(model, information)
-    choice = choose_runs(information.factors, n_runs, criterion, known, wanted, plan.repeats)
+    choice = choose_runs(information.factors, n_runs, criterion, known, wanted, plan.repeats, information.nonlinear)
     if choice is None or not choice.identified.any():
         reason = "no possible load turns any parameter of the model enough to identify it"
         mend = "allow other directions, a larger force, or a load point with a lever arm"
         raise InputError.at(FaultCode.DATA_MISSING, PLAN_FILE, "load", reason, mend)
-    parameters = _expected(model, information, choice)
+    context.progress("expected uncertainties", 0.8)
+    chosen = choice.design.chosen
+    of_chosen = information_of_runs(
+        model.robot, candidates.joints[chosen], candidates.wrench[chosen], model.setup, model.noise,
+        _with_rotation(campaign), fixed, with_geometry=True,
+    )  # fmt: skip
+    free = choice.free
+    expected = expected_fit(
+        of_chosen.factors[:, :, free], _geometry(of_chosen), _tolerances(campaign),
+        None if known is None else known[np.ix_(free, free)],
+    )  # fmt: skip
+    parameters = _expected(model, information, choice, expected)
     not_identified = [parameter.name for parameter in parameters if not parameter.identified]
     warnings = _warnings(model)
     runs = _runs(candidates, choice, minutes_per_run)
@@ -144,10 +157,14 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     if blocked:
         pairs = ", ".join(f"{before} to {after}" for before, after in blocked)
         warnings.append(f"no joint move stays out of the boxes and above lowest_m: {pairs}; drive by hand")
+    losses = _losses_of_runs(choice, expected, information.names, runs)
+    if losses:
+        named = "; ".join(f"{loss.parameter} on {loss.run}" for loss in losses)
+        warnings.append(f"rests on one run: {named}; measure it twice, or plan more runs")
     half_width = None
     if wanted is not None:
         mean_square = float(
-            np.sum((wanted[:, choice.free] @ choice.design.covariance) * wanted[:, choice.free]) / (len(wanted) / 3)
+            np.sum((wanted[:, choice.free] @ expected.covariance) * wanted[:, choice.free]) / (len(wanted) / 3)
         )
         half_width = NORMAL_95 * float(np.sqrt(mean_square))
     result = PlanResult(
@@ -160,7 +177,8 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         runs=runs,
         parameters=parameters,
         blocked_moves=blocked,
-        gain=_gain(choice, plan.warm_up_minutes, minutes_per_run),
+        rests_on_one_run=losses,
+        gain=_gain(choice, expected, plan.warm_up_minutes, minutes_per_run),
         not_identified=not_identified,
         prediction_half_width_m=half_width,
         joint_names=campaign.chain.joint_names,
@@ -350,7 +368,41 @@ def _known_information(model: _Model, information: RunInformation) -> Floats | N
     return 0.5 * (known + known.T)
 
 
-def _expected(model: _Model, information: RunInformation, choice: Choice) -> list[ExpectedParameter]:
+def _geometry(information: RunInformation) -> Floats:
+    assert information.geometry is not None
+    return information.geometry
+
+
+def _tolerances(campaign: Campaign) -> Floats:
+    """Return (6 J,) the standard deviations of the geometry, m and rad, as robot.toml states them or by default."""
+    from stiffcal.identification.geometry_prior import GeometryPrior, GeometrySource
+
+    tolerance = campaign.chain.tolerance
+    prior = GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.DEFAULT)
+    return prior.sizes(campaign.chain.n_joints)
+
+
+def _losses_of_runs(
+    choice: Choice, expected: ExpectedFit, names: tuple[str, ...], runs: list[RunToMeasure]
+) -> list[LossOfRun]:
+    """Return the identified parameters of which one run brings more than half of the information, with that run."""
+    from stiffcal.planning.choice import LARGEST_RELATIVE
+    from stiffcal.planning.results import LossOfRun
+
+    ids = {run.rank: run.id for run in runs}
+    places = np.flatnonzero(choice.free)
+    losses = []
+    for column, place in enumerate(places):
+        after = float(expected.course[-1, column])
+        rank = int(np.argmax(expected.without[:, column]))
+        lost = float(expected.without[rank, column])
+        if choice.identified[place] and after <= LARGEST_RELATIVE and lost**2 > 2.0 * after**2:
+            relative = NORMAL_95 * lost if lost <= LARGEST_RELATIVE else None
+            losses.append(LossOfRun(parameter=names[place], run=ids[rank + 1], relative=relative))
+    return losses
+
+
+def _expected(model: _Model, information: RunInformation, choice: Choice, fit: ExpectedFit) -> list[ExpectedParameter]:
     from stiffcal.planning.choice import LARGEST_RELATIVE
     from stiffcal.planning.results import ExpectedParameter
 
@@ -360,7 +412,9 @@ def _expected(model: _Model, information: RunInformation, choice: Choice) -> lis
         for spec in placed_effect.effect.parameters
     }
     relative = np.full(len(information.names), np.nan)
-    relative[choice.free] = np.sqrt(np.diagonal(choice.design.covariance))
+    relative[choice.free] = fit.course[-1]
+    geometry = np.zeros(len(information.names))
+    geometry[choice.free] = fit.from_geometry
     known = choice.identified & (relative <= LARGEST_RELATIVE)
     expected = []
     for k, name in enumerate(information.names):
@@ -376,6 +430,7 @@ def _expected(model: _Model, information: RunInformation, choice: Choice) -> lis
                 assumed=name in model.assumed,
                 half_width=half * float(size) if known[k] else None,
                 relative=half if known[k] else None,
+                from_geometry=float(geometry[k]) if known[k] else None,
                 identified=bool(known[k]),
             )
         )
@@ -402,11 +457,11 @@ def _runs(candidates: _Candidates, choice: Choice, minutes: float) -> list[RunTo
     ]
 
 
-def _gain(choice: Choice, warm_up: float, minutes: float) -> list[GainPoint]:
+def _gain(choice: Choice, expected: ExpectedFit, warm_up: float, minutes: float) -> list[GainPoint]:
     from stiffcal.planning.choice import LARGEST_RELATIVE
     from stiffcal.planning.results import GainPoint
 
-    course = choice.design.course
+    course = expected.course
     worst = np.max(course[:, choice.identified[choice.free] & (course[-1] <= LARGEST_RELATIVE)], axis=1, initial=0.0)
     return [
         GainPoint(

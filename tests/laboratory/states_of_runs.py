@@ -7,6 +7,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.noise import Noise
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
+from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
 
@@ -18,15 +19,16 @@ def states_of_runs(
     setup: MeasurementSetup,
     noise: Noise,
     rng: np.random.Generator,
+    with_rotation: bool = False,
 ) -> LoadStates:
-    """Return positions read in every state; orientations are not measured.
+    """Return positions read in every state, and orientations where they are measured.
 
     Parameters
     ----------
     robot : as built, with the true values.
     joints : (N, L) rad. loads : (N, K, 6) the true load steps.
     setup : where the instruments sit. noise : of one state.
-    rng : of the noise.
+    rng : of the noise. with_rotation : orientations are measured.
     """
     n_runs, n_steps = loads.shape[:2]
     true = np.zeros((n_runs, n_steps + 2, 6))
@@ -37,6 +39,10 @@ def states_of_runs(
     rest = solve_balance(robot, robot.chain.model_angles(pose), true, setup)
     first = np.arange(n) % (n_steps + 2) == 0
     sigma = np.repeat([noise.force, noise.moment], 3)
+    rotation = np.full((n, targets, 3, 3), np.nan)
+    if with_rotation:
+        turns = rotation_from_vector(noise.rotation * rng.normal(size=(n, targets, 3)))
+        rotation = turns @ rest.target_rotation
     return LoadStates(
         runs=tuple(RunInfo(f"run{k + 1}") for k in range(n_runs)),
         run=np.repeat(np.arange(n_runs), n_steps + 2),
@@ -45,7 +51,7 @@ def states_of_runs(
         joints=pose,
         wrench=true + sigma * rng.normal(size=true.shape),
         position=rest.target_position + noise.translation * rng.normal(size=rest.target_position.shape),
-        rotation=np.full((n, targets, 3, 3), np.nan),
+        rotation=rotation,
         deflection=np.full((n, targets, 6), np.nan),
         reference=first,
         temperature=np.zeros((n, 0)),
