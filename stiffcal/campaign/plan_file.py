@@ -22,7 +22,10 @@ class PlannedLoad(TomlTable):
     Attributes
     ----------
     force_N : the largest force, N.
-    steps : of the largest force, in order; 1 is all of it. The unloaded state before and after is added.
+    steps : of the largest force, in order; 1 is all of it, -1 all of it in the other sense. The unloaded state before
+        and after is added. Absent: 0.5 and 1; where the model or a rival has play, a knee or a memory, levels of both
+        senses, up and down, so that a crossing and a hysteresis show.
+    cycles : how often the steps are repeated, for the noise.
     directions : base axes, one per run; absent: along and against each axis.
     dead_weights_kg : masses hung on instead of a force, in order of the steps; the direction is gravity's.
     point : the frame where the load acts; absent: where campaign.toml has it.
@@ -30,8 +33,9 @@ class PlannedLoad(TomlTable):
 
     force_N: Positive | None = None
     steps: Annotated[
-        tuple[Annotated[float, Field(gt=0, le=1)], ...], Field(strict=False), at_most(50, "name fewer steps")
-    ] = (0.5, 1.0)
+        tuple[Annotated[float, Field(ge=-1, le=1)], ...], Field(strict=False), at_most(50, "name fewer steps")
+    ] = ()
+    cycles: Annotated[Counting, Field(le=20)] = 1
     directions: Annotated[tuple[Vector3, ...], Field(strict=False), at_most(100, "name fewer directions")] = ()
     dead_weights_kg: Annotated[tuple[Positive, ...], Field(strict=False), at_most(50, "name fewer masses")] = ()
     point: Name | None = None

@@ -23,8 +23,16 @@ def plan(
     folder: Folder = HERE,
     purpose: Annotated[
         str,
-        typer.Option("--for", metavar="WHAT", help="stiffness; or a CSV of poses and loads to predict well."),
+        typer.Option(
+            "--for",
+            metavar="WHAT",
+            help="stiffness; look-alikes (of the last diagnosis); or a CSV of poses and loads to predict well.",
+        ),
     ] = "stiffness",
+    tell: Annotated[
+        tuple[str, str] | None,
+        typer.Option(metavar="A B", help='Two effects to distinguish: --tell "backlash j4" "two-slope j4".'),
+    ] = None,
     criterion: Annotated[
         Literal["determinant", "worst"],
         typer.Option(help="For stiffness: joint confidence region, or largest relative uncertainty."),
@@ -65,7 +73,7 @@ def plan(
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
-        request = PlanRequest(purpose, criterion, runs, force, output, program, campaign)
+        request = PlanRequest(purpose, criterion, runs, force, output, tell or (), program, campaign)
         result = plan_campaign(folder, context, request)
         answer.give(result, show_plan, command_line("check", campaign or folder, store=store))
     return OK
@@ -93,6 +101,12 @@ def show_plan(console: Console, result: PlanResult) -> None:
     console.print(table)
     if result.not_identified:
         console.print(f"not identified with these means: {', '.join(result.not_identified)}")
+    if result.separations:
+        console.print("\nwere one of the look-alikes true, how much worse the other would fit")
+        table = plain_table("true", "fitted in its stead", "χ²>")
+        for entry in result.separations:
+            table.add_row(entry.truth, entry.rival, significant(entry.chi_square, 2))
+        console.print(table)
     if result.prediction_half_width_m is not None:
         console.print(f"deflection along the path: ± {length(result.prediction_half_width_m)}")
     console.print("\nafter the runs of highest rank")

@@ -19,7 +19,7 @@ class Choice:
     """The runs to measure, and what they bring."""
 
     design: Design
-    """Of the parameters in ``free`` alone."""
+    """Of the parameters in ``free`` alone, or of rival models."""
     free: Booleans
     """(p,) the parameters that the fit of such a campaign would determine."""
     identified: Booleans
@@ -62,6 +62,20 @@ def choose_runs(
     design = best_design(own, n_runs, criterion, known, wanted, limit, bears_losses=True)
     # what all candidates together distinguish, these runs may not
     return Choice(design, free, identified & identifiable(factors[design.chosen], whole, nonlinear)[1])
+
+
+def choice_of_design(
+    design: Design, factors: Floats, known: Floats | None, nonlinear: Booleans | None = None
+) -> Choice:
+    """Return runs that were chosen for something else, with the parameters that they identify.
+
+    Parameters
+    ----------
+    design : of the same candidates.
+    factors, known, nonlinear : as in `choose_runs`.
+    """
+    free, identified = identifiable(factors, known, nonlinear)
+    return Choice(design, free, identified & identifiable(factors[design.chosen], known, nonlinear)[1])
 
 
 def identifiable(factors: Floats, known: Floats | None, nonlinear: Booleans | None = None) -> tuple[Booleans, Booleans]:

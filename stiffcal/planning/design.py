@@ -303,8 +303,9 @@ def relaxed_optimum(
             covariance, target = _relaxed_state(used, inside, n_runs, start, criterion, rows, shares)
             gains = np.sum((used @ target) * used, axis=(1, 2))
             # the exponents that make the step monotone: 1 for the determinant, 1/2 for traces
-            inside = inside * (gains if criterion is Criterion.DETERMINANT else np.sqrt(gains))
-            inside = inside / inside.sum()
+            moved = inside * (gains if criterion is Criterion.DETERMINANT else np.sqrt(gains))
+            # where no candidate brings anything all weights are as good
+            inside = moved / moved.sum() if moved.any() else inside
             if criterion is Criterion.WORST:
                 variances = _variances(covariance, rows)
                 shares = shares * np.sqrt(variances / np.max(variances))

@@ -7,12 +7,12 @@ observation matrix is that of a Gauss-Newton step about the balanced shape.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.identification.geometry import geometry_columns
 from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
@@ -41,10 +41,8 @@ class RunInformation:
     """(p,) the value, or typical size, that ``factors`` are relative to."""
     nonlinear: Booleans
     """(p,) True for nonlinear parameters."""
-    geometry: Floats | None = None
-    """(N, r, 6 J) what an error of the geometry does to the same readings, per m and rad, in the order of
-    `identification.geometry.geometry_changes`; None where it was not asked for.
-    """
+    further: Floats
+    """(N, r, q) the same readings' change by whatever else was asked for; q is 0 where nothing was."""
 
 
 def information_of_runs(
@@ -55,7 +53,7 @@ def information_of_runs(
     noise: Noise,
     with_rotation: bool,
     fixed: frozenset[str] = frozenset(),
-    with_geometry: bool = False,
+    further: Callable[[Observations], Floats] | None = None,
 ) -> RunInformation:
     """Return what runs would bring.
 
@@ -68,7 +66,8 @@ def information_of_runs(
     noise : of one load state.
     with_rotation : the targets' orientations are measured too.
     fixed : full names of parameters that are not to be identified.
-    with_geometry : return what errors of the geometry do as well; takes as long as ten fits.
+    further : returns (q, m, n) changes of the readings that are carried through in the same way, as
+        `identification.geometry.geometry_columns`.
 
     Raises
     ------
@@ -89,11 +88,12 @@ def information_of_runs(
     names = tuple(robot.placed[column.placed].parameter_name(column.symbol) for column in columns)
     nonlinear = np.array([column.role is ParameterRole.NONLINEAR for column in columns], dtype=np.bool_)
     n_runs, n_steps = wrench.shape[:2]
-    blocks = []
+    blocks, n_further = [], 0
     for first in range(0, n_runs, RUNS_AT_ONCE):
         rows = slice(first, min(first + RUNS_AT_ONCE, n_runs))
         data = _observations(robot, joints[rows], wrench[rows], setup, with_rotation)
-        nuisance = geometry_columns(robot, data) if with_geometry else np.zeros((0, *data.measured.shape))
+        more = further(data) if further is not None else np.zeros((0, *data.measured.shape))
+        n_further = len(more)
         parts = []
         for evaluation in evaluate(robot, data, columns, with_sensitivity=noise.of_wrench):
             part = data.subset(evaluation.rows)
@@ -101,9 +101,7 @@ def information_of_runs(
             whitening = whiten(noise, part, evaluation.sensitivity)
             m = len(part.measured)
             offsets = np.repeat(np.eye(m)[:, :, None], part.n_states, axis=2)
-            stack = np.concatenate(
-                [evaluation.columns * scale[:, None, None], nuisance[:, :, evaluation.rows], offsets]
-            )
+            stack = np.concatenate([evaluation.columns * scale[:, None, None], more[:, :, evaluation.rows], offsets])
             parts.append(whitening.apply(stack))
         whole = np.concatenate(parts, axis=2)
         per_run = whole.reshape(len(whole), -1, rows.stop - rows.start, n_steps + UNLOADED_READINGS)
@@ -111,13 +109,11 @@ def information_of_runs(
         blocks.append(np.moveaxis(per_run, (2, 3, 1, 0), (0, 1, 2, 3)).reshape(rows.stop - rows.start, -1, len(whole)))
     stacked = np.concatenate(blocks)
     p = len(columns)
-    both = p + (6 * robot.chain.n_joints if with_geometry else 0)
-    regressors, offset = stacked[:, :, :both], stacked[:, :, both:]
+    n_offsets = stacked.shape[2] - p - n_further
+    regressors, offset = stacked[:, :, : p + n_further], stacked[:, :, -n_offsets:]
     basis, _ = np.linalg.qr(offset)
     factors = regressors - basis @ (np.swapaxes(basis, 1, 2) @ regressors)
-    return RunInformation(
-        names, values, factors[:, :, :p], scale, nonlinear, factors[:, :, p:] if with_geometry else None
-    )
+    return RunInformation(names, values, factors[:, :, :p], scale, nonlinear, factors[:, :, p:])
 
 
 def _observations(

@@ -63,6 +63,20 @@ class LossOfRun:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Separation:
+    """How far a plan separates two models, were one of them true."""
+
+    truth: str
+    """The effect and its place that is taken as true."""
+    rival: str
+    """The effect and its place that is fitted in its stead."""
+    chi_square: float
+    """By how much the rival's weighted sum of squares would be larger than the noise's, refitted to the same runs."""
+    distinguished: bool
+    """Whether that is enough to name the true one alone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class GainPoint:
     """What the plan has brought after its first runs, the most informative first."""
 
@@ -79,7 +93,7 @@ class PlanResult(CommandResult):
     """Answer of ``plan``."""
 
     schema: Literal["stiffcal/plan/1"] = "stiffcal/plan/1"
-    criterion: Literal["determinant", "worst", "prediction"]
+    criterion: Literal["determinant", "worst", "prediction", "rivals"]
     """What the choice of runs minimises."""
     efficiency: float
     """Ratio of variances, 0 to 1: bound of the relaxed optimum over this plan (Kiefer and Wolfowitz, 1960)."""
@@ -107,6 +121,8 @@ class PlanResult(CommandResult):
     """Expected 95 % half width of the predicted deflection along a path, rms over it, m; where a path is given."""
     file: OrAbsent[str] = None
     """The run sheet that was written."""
+    separations: OrAbsent[list[Separation]] = None
+    """Of every ordered pair of rival models, where a plan separates some."""
     program: OrAbsent[str] = None
     """The robot program that was written."""
     folder: OrAbsent[str] = None

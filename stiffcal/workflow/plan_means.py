@@ -16,6 +16,13 @@ if TYPE_CHECKING:
     from stiffcal.planning.candidates import Cell
 
 
+# Of the largest force: linear springs need no more; play and knees show at small loads of both senses, a memory on the
+# way back. A crossing is narrow: runs of a tenth of the force are offered as well.
+ONE_SIDED = (0.5, 1.0)
+SCALES = (1.0, 0.3, 0.1)
+TWO_SIDED = (0.1, 0.25, 0.5, 1.0, 0.5, 0.25, 0.0, -0.1, -0.25, -0.5, -1.0, -0.5, -0.25)
+
+
 def cell_of(campaign: Campaign, plan: PlanFile) -> Cell:
     """Return what limits poses.
 
@@ -64,8 +71,12 @@ def cell_of(campaign: Campaign, plan: PlanFile) -> Cell:
     return Cell(limits, boxes, plan.link_radius_m, plan.lowest_m, tracker)
 
 
-def load_steps(campaign: Campaign, plan: PlanFile) -> Floats:
-    """Return (D, K, 6) the load steps of every direction, N, base axes, at the load point.
+def load_steps(campaign: Campaign, plan: PlanFile, two_sided: bool = False) -> Floats:
+    """Return (D, K, 6) the load steps of every direction and size, N, base axes, at the load point.
+
+    Parameters
+    ----------
+    two_sided : where plan.toml names no steps, in both senses, up and down, and as small loads too.
 
     Raises
     ------
@@ -77,16 +88,27 @@ def load_steps(campaign: Campaign, plan: PlanFile) -> Floats:
             mend = "keep dead_weights_kg, or force_N with directions"
             reason = "weights that hang have one direction and their own force"
             raise InputError.at(FaultCode.KEY_CONFLICT, PLAN_FILE, "load.dead_weights_kg", reason, mend)
-        forces = np.array(load.dead_weights_kg)[None, :, None] * campaign.chain.gravity
+        masses = np.array(load.dead_weights_kg)
+        masses = np.concatenate([masses, masses[-2::-1]]) if two_sided else masses
+        forces = masses[None, :, None] * campaign.chain.gravity
     elif load.force_N is None:
         reason = "the largest force that can be applied is not stated"
         mend = "add [load] with force_N = 500, or dead_weights_kg = [20, 40], or give --force 500"
         raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "load.force_N", reason, mend)
     else:
-        directions = np.array(load.directions or [*np.eye(3).tolist(), *(-np.eye(3)).tolist()], dtype=np.float64)
+        steps = np.array(load.steps or (TWO_SIDED if two_sided else ONE_SIDED))
+        if not steps.any():
+            mend = "write shares of the largest force, as [0.5, 1.0]"
+            raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, "load.steps", "all steps are unloaded", mend)
+        # steps of both senses make a direction and its opposite one run
+        axes = np.eye(3) if (steps < 0.0).any() else np.concatenate([np.eye(3), -np.eye(3)])
+        directions = np.array(load.directions or axes, dtype=np.float64)
         length = np.linalg.norm(directions, axis=1, keepdims=True)
         if not (length > 0.0).all():
             mend = "write directions in base axes, of any length"
             raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, "load.directions", "a direction is all zero", mend)
-        forces = load.force_N * np.array(load.steps)[None, :, None] * (directions / length)[:, None]
+        ladders = steps * (np.array(SCALES)[:, None] if two_sided and not load.steps else np.ones((1, 1)))
+        forces = load.force_N * ladders[:, None, :, None] * (directions / length)[:, None]
+        forces = forces.reshape(-1, len(steps), 3)
+    forces = np.tile(forces, (1, load.cycles, 1))
     return np.concatenate([forces, np.zeros_like(forces)], axis=2)

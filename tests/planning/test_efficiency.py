@@ -13,7 +13,8 @@ from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.planning.choice import choose_runs
 from stiffcal.planning.design import VAGUE, Criterion, information, loss_of
 from stiffcal.planning.information import information_of_runs
-from stiffcal.workflow.plan import _candidates, _fixed, _model, _with_rotation
+from stiffcal.workflow.plan_candidates import candidates_of
+from stiffcal.workflow.plan_model import fixed_names, planned_model, with_rotation
 from stiffcal.workflow.steps import RunContext
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
@@ -30,11 +31,11 @@ def factors(request: pytest.FixtureRequest) -> Floats:
     """Return the information of every candidate of a robot: six axes, six axes with bodies, seven axes."""
     campaign = load_campaign(CAMPAIGNS / request.param, check_files=False)
     plan = PlanFile.model_validate({"load": LOADS[request.param], "candidates": 120})
-    model = _model(campaign, plan, RunContext())
-    candidates = _candidates(campaign, plan, model)
+    model = planned_model(campaign, plan, RunContext())
+    candidates = candidates_of(campaign, plan, model)
     return information_of_runs(
-        model.robot, candidates.joints, candidates.wrench, model.setup, model.noise, _with_rotation(campaign),
-        _fixed(campaign),
+        model.robot, candidates.joints, candidates.wrench, model.setup, model.noise, with_rotation(campaign),
+        fixed_names(campaign),
     ).factors  # fmt: skip
 
 

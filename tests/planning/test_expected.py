@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
-from stiffcal.identification.geometry import with_geometry
+from stiffcal.identification.geometry import geometry_columns, with_geometry
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.noise import Noise
 from stiffcal.mechanics.chain import GeometryTolerance
@@ -27,10 +28,11 @@ def test_it_is_what_the_fit_of_such_a_campaign_states() -> None:
     joints, loads = six_axis_joints(rng, 10), 400.0 * rng.normal(size=(10, 3, 6))
     loads[:, :, 3:] *= 0.1
     noise = Noise(2e-6, 0.0, 0.05, 0.005, "manifest", np.inf)
-    runs = information_of_runs(robot, joints, loads, setup, noise, with_rotation=False, with_geometry=True)
-    assert runs.geometry is not None
+    runs = information_of_runs(
+        robot, joints, loads, setup, noise, with_rotation=False, further=partial(geometry_columns, robot)
+    )
     sizes = np.tile(np.repeat([TOLERANCE.length, TOLERANCE.angle], 3), robot.chain.n_joints)
-    expected = expected_fit(runs.factors, runs.geometry, sizes, None)
+    expected = expected_fit(runs.factors, runs.further, sizes, None)
     states = states_of_runs(robot, joints, loads, setup, noise, rng)
     fit = with_geometry(identify_parameters(states, robot, Settings(noise=noise)), states)
     relative = [(parameter.std or np.nan) / (parameter.value or np.nan) for parameter in fit.parameters]
@@ -40,5 +42,5 @@ def test_it_is_what_the_fit_of_such_a_campaign_states() -> None:
     assert max(expected.from_geometry) > 0.5
     # without a run: what the others alone bring
     others = np.arange(10) != 3
-    left = expected_fit(runs.factors[others], runs.geometry[others], sizes, None)
+    left = expected_fit(runs.factors[others], runs.further[others], sizes, None)
     assert expected.without[3] == pytest.approx(left.course[-1], rel=1e-6)

@@ -25,7 +25,8 @@ from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.workflow.plan import PlanRequest, _model, _with_rotation, plan_campaign
+from stiffcal.workflow.plan import PlanRequest, plan_campaign
+from stiffcal.workflow.plan_model import planned_model, with_rotation
 from stiffcal.workflow.steps import RunContext
 from tests.laboratory.states_of_runs import states_of_runs
 
@@ -60,8 +61,8 @@ def main(n_campaigns: int, name: str) -> None:
         written = "".join(f"{key} = {json.dumps(value)}\n" for key, value in load.items())
         (folder / "plan.toml").write_text(f'schema = "stiffcal/plan-input/1"\n[load]\n{written}', encoding="utf-8")
         plan = plan_campaign(folder, request=PlanRequest(runs=n_runs))
-    model = _model(campaign, PlanFile.model_validate({"load": load}), context)
-    with_rotation = _with_rotation(campaign)
+    model = planned_model(campaign, PlanFile.model_validate({"load": load}), context)
+    turns = with_rotation(campaign)
     chain, noise = model.robot.chain, model.noise
     robot = replace(model.robot, chain=replace(chain, tolerance=GeometryTolerance(LENGTH, ANGLE)))
     setup = replace(model.setup, rods=(), beams=(), gauges=(), markers=())
@@ -79,7 +80,7 @@ def main(n_campaigns: int, name: str) -> None:
         joints = joints + np.radians(0.3) * rng.normal(size=joints.shape)
         loads: Floats = np.stack([plan.runs[k].wrench for k in kept])
         loads = loads * (1.0 + 0.03 * rng.normal(size=(*loads.shape[:2], 1)))
-        states = states_of_runs(built, joints, loads, setup, noise, rng, with_rotation)
+        states = states_of_runs(built, joints, loads, setup, noise, rng, turns)
         fit = with_geometry(identify_parameters(states, robot, Settings(noise=noise)), states)
         estimated = {parameter.name: parameter for parameter in fit.parameters}
         within, half = [], []

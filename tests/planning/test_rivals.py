@@ -1,0 +1,79 @@
+"""T-optimality: the separation of two models is what a refit of the wrong one leaves, and designs make it large."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiffcal.arrays import Floats
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.noise import Noise
+from stiffcal.measurements.load_states import MeasurementSetup
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.planning.rivals import PairInformation, Rival, pairs_of_rivals, separating_design
+from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
+from tests.laboratory.simulated_states import joint_springs
+from tests.laboratory.states_of_runs import states_of_runs
+
+NOISE = Noise(2e-5, 0.0, 0.0, 0.0, "manifest", np.inf)
+LEVELS = np.array([0.1, 0.3, 1.0, -0.1, -0.3, -1.0])
+
+
+def with_effect(name: str, joint: int, values: dict[str, float]) -> CompliantRobot:
+    robot = joint_springs(six_axes(), SIX_STIFFNESS)
+    placed = (*robot.placed, PlacedEffect(find_effects()[name], Place("joints", (joint,)), values))
+    return CompliantRobot(robot.chain, placed, robot.deformed)
+
+
+TRUTH = with_effect("backlash", 4, {"width": 5e-4, "band": 2.0})
+EXACT = Noise(1e-12, 0.0, 0.0, 0.0, "manifest", np.inf)
+
+
+def runs(seed: int, n: int) -> tuple[Floats, Floats, MeasurementSetup]:
+    rng = np.random.default_rng(seed)
+    direction = rng.normal(size=(n, 1, 6))
+    direction /= np.linalg.norm(direction[:, :, :3], axis=2, keepdims=True)
+    wrench = 300.0 * LEVELS[None, :, None] * direction
+    wrench[:, :, 3:] *= 0.1
+    return six_axis_joints(rng, n), wrench, force_sensor_setup(TRUTH.chain)
+
+
+def refitted(joints: Floats, wrench: Floats, setup: MeasurementSetup) -> Fit:
+    """Return the wrong model fitted to what the true one does, as a plan has it fitted to a campaign."""
+    played = states_of_runs(TRUTH, joints, wrench, setup, EXACT, np.random.default_rng(1))
+    return identify_parameters(played, with_effect("cubic-stiffness", 4, {}), Settings(noise=NOISE))
+
+
+def pairs(joints: Floats, wrench: Floats, setup: MeasurementSetup) -> list[PairInformation]:
+    other = refitted(*runs(0, 8)).robot
+    return pairs_of_rivals([Rival(TRUTH, {}), Rival(other, {})], joints, wrench, setup, NOISE, with_rotation=False)
+
+
+def test_the_separation_is_what_a_refit_of_the_wrong_model_leaves() -> None:
+    joints, wrench, setup = runs(0, 8)
+    both = pairs(joints, wrench, setup)
+    (pair,) = (pair for pair in both if pair.truth == 0)
+    left = float(np.sum(refitted(joints, wrench, setup).residual ** 2)) / NOISE.translation**2
+    assert left > 10.0
+    assert pair.separation(np.arange(8)) == pytest.approx(left, rel=1e-3)
+
+
+def test_the_design_separates_both_ways_better_than_random_runs() -> None:
+    candidates = pairs(*runs(1, 80))
+    design = separating_design(candidates, 6, limit=2)
+    smallest = min(pair.separation(design.chosen) for pair in candidates)
+    assert smallest == pytest.approx(1.0 / design.loss**2, rel=1e-3)
+    rng = np.random.default_rng(2)
+    random = [min(pair.separation(rng.choice(80, 6)) for pair in candidates) for _ in range(20)]
+    assert smallest > 1.5 * max(random)
+    assert design.efficiency > 0.85
+
+
+def test_models_that_predict_the_same_are_not_separated() -> None:
+    joints, wrench, setup = runs(3, 20)
+    same = pairs_of_rivals([Rival(TRUTH, {}), Rival(TRUTH, {})], joints, wrench, setup, NOISE, with_rotation=False)
+    design = separating_design(same, 4)
+    assert all(pair.separation(design.chosen) < 1e-6 for pair in same)

@@ -1,0 +1,127 @@
+"""Do the runs of `plan --tell` settle it? ``python -P -m tests.rates.planned_rivals FOLDER [SEEDS] [RUNS] [FORCE]``.
+
+FOLDER is a copy of a campaign whose diagnosis names effects that look alike. Each of them in turn is the truth: with
+its values as fitted to the campaign, the campaign's own loads and the planned runs are played by the exact balance
+with the fitted noise, and diagnosed. Printed: how often the true effect is named, alone.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.campaign.plan_file import load_plan
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.identification.identify import Settings
+from stiffcal.identification.noise import Noise
+from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.equilibrium import solve_balance
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.experiments import robot_to_fit
+from stiffcal.workflow.plan import PlanRequest, plan_campaign
+from stiffcal.workflow.plan_model import planned_model
+from stiffcal.workflow.plan_rivals import named_rival, rival_models, rivals_of_diagnosis
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+
+
+def with_runs(states: LoadStates, joints: Floats, wrench: Floats) -> LoadStates:
+    """Return the load states with those of further runs (N, L), (N, K, 6) after them, unread."""
+    n_runs, n_steps = wrench.shape[:2]
+    per_run = n_steps + 2
+    loads = np.zeros((n_runs, per_run, 6))
+    loads[:, 1:-1] = wrench
+    n = n_runs * per_run
+    n_before, first = len(states), len(states.runs)
+    later = 100.0 + float(np.nanmax(states.time)) if np.isfinite(states.time).any() else 0.0
+    further = {
+        "run": first + np.repeat(np.arange(n_runs), per_run),
+        "time": later + 8.0 * np.arange(n),
+        "joints": np.repeat(joints, per_run, axis=0),
+        "wrench": loads.reshape(n, 6),
+        "position": np.zeros((n, *states.position.shape[1:])),
+        "reference": np.arange(n) % per_run == 0,
+        "n_readings": np.ones(n, dtype=np.int64),
+    }
+    arrays: dict[str, Any] = {}
+    for entry in fields(states):
+        own = getattr(states, entry.name)
+        if isinstance(own, np.ndarray) and own.ndim and len(own) == n_before:
+            nothing = np.nan if own.dtype.kind == "f" else np.zeros(1, own.dtype)[0]
+            arrays[entry.name] = np.concatenate(
+                [own, further.get(entry.name, np.full((n, *own.shape[1:]), nothing, dtype=own.dtype))]
+            )
+    runs = (*states.runs, *(RunInfo(f"planned{k + 1}") for k in range(n_runs)))
+    return replace(states, runs=runs, **arrays)
+
+
+def read(robot: CompliantRobot, states: LoadStates, noise: Noise, rng: np.random.Generator) -> LoadStates:
+    """Return the states as the true robot and its instruments would give them."""
+    rest = solve_balance(robot, robot.chain.model_angles(states.joints), states.wrench, states.setup)
+    sigma = np.repeat([noise.force, noise.moment], 3)
+    place = rest.target_position + noise.translation * rng.normal(size=rest.target_position.shape)
+    return replace(
+        states, position=place, wrench=states.wrench + sigma * rng.normal(size=states.wrench.shape),
+        set_aside=np.full(len(states), "", dtype=np.str_), set_aside_code=np.full(len(states), "", dtype=np.str_),
+    )  # fmt: skip
+
+
+def as_read(chain: Chain, setup: MeasurementSetup, point: Attachment, joints: Floats, wrench: Floats) -> Floats:
+    """Return wrenches (N, K, 6) in the sensor's axes about its point, of forces in base axes at a load point."""
+    angles = chain.model_angles(joints)
+    _, axes = attached_poses(chain, angles, setup.wrench_axes)
+    lever = attached_poses(chain, angles, point)[0] - attached_poses(chain, angles, setup.wrench_point)[0]
+    forces = wrench[:, :, :3]
+    moments = np.cross(lever[:, None], forces)
+    return np.concatenate([forces @ axes, moments @ axes], axis=2)
+
+
+def main(folder: Path, n_seeds: int, n_runs: int, force: float) -> None:
+    """Print how often each look-alike is named where it is the truth."""
+    context = RunContext()
+    data = up_to_date_states(folder, context)
+    campaign, plan_file = data.campaign, load_plan(folder)
+    rivals = rivals_of_diagnosis(diagnose_campaign(folder, context), campaign)
+    models = rival_models(rivals, campaign, plan_file, context)
+    noise = planned_model(campaign, plan_file, context).noise
+    present, catalogue = robot_to_fit(data), find_effects()
+    for planned in (False, True):
+        states = data.states
+        if planned:
+            request = PlanRequest(rivals=tuple(rival.label for rival in rivals), runs=n_runs, force=force)
+            plan = plan_campaign(folder, context, request)
+            for entry in plan.separations or ():
+                print(f"promised: {entry.truth} true, {entry.rival} fitted: {entry.chi_square:.1f}")
+            joints = np.stack([run.joints for run in plan.runs])
+            wrench = np.stack([run.wrench for run in plan.runs])
+            states = with_runs(
+                states, joints, as_read(campaign.chain, states.setup, models[0].setup.wrench_point, joints, wrench)
+            )
+        for rival, model in zip(rivals, models, strict=True):
+            started, named, alone = time.process_time(), 0, 0
+            for seed in range(n_seeds):
+                truth = CompliantRobot(present.chain, model.robot.placed, model.robot.deformed)
+                played = read(truth, states, noise, np.random.default_rng(seed))
+                search = search_missing(played, present, catalogue, Settings())
+                first = search.found[0] if search.found else None
+                right = first is not None and first.candidate.effect.name == named_rival(rival.label).effect
+                named += right
+                alone += right and first is not None and not first.alternatives and not search.undecided
+            spent = (time.process_time() - started) / n_seeds
+            kind = f"with {n_runs} planned runs" if planned else "without planned runs"
+            print(f"{kind}, {rival.label} true: named {named}, alone {alone} of {n_seeds} ({spent:.1f} s each)")
+
+
+if __name__ == "__main__":
+    given = sys.argv[1:]
+    seeds, runs, largest = (*given[1:], *("10", "8", "350")[len(given) - 1 :])
+    main(Path(given[0]), int(seeds), int(runs), float(largest))
