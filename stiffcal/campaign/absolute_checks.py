@@ -12,8 +12,19 @@ from stiffcal.fault_codes import FaultCode
 
 ABSOLUTE = "absolute"
 """As in ``experiment = "absolute"`` of a run."""
-# Kinds whose load states go into the same fit; they carry an offset per run, which a place has not.
-_OTHER_STATES = ("load", "clamped")
+LOAD = "load"
+CLAMPED = "clamped"
+
+
+def absolute_sources(manifest: Manifest) -> frozenset[str]:
+    """Return the names of the sources that absolute runs read: tables of all runs where such a run names no file."""
+    runs = [run for run in manifest.runs if run.experiment == ABSOLUTE]
+    any_table = any(not run.files for run in runs)
+    return frozenset(
+        name
+        for name in manifest.sources
+        if any(name in run.files for run in runs) or (any_table and manifest.files_of(name))
+    )
 
 
 def absolute_faults(manifest: Manifest) -> Iterator[Fault]:
@@ -23,6 +34,7 @@ def absolute_faults(manifest: Manifest) -> Iterator[Fault]:
         return
     number, first = absolute[0]
     place = f"runs[{number + 1}] ({first.id})"
+    with_loads = any(run.experiment == LOAD for run in manifest.runs)
     poses = [pose for source in manifest.sources.values() for pose in source.body_poses().values()]
     if not poses:
         yield Fault(
@@ -30,24 +42,28 @@ def absolute_faults(manifest: Manifest) -> Iterator[Fault]:
             'add [sources.NAME.poses.TARGET] with frame = "tracker" and position = ["X", "Y", "Z"]',
         )  # fmt: skip
     for source, settings in manifest.sources.items():
-        if settings.deflection is not None or settings.displacement is not None:
+        if not with_loads and (settings.deflection is not None or settings.displacement is not None):
             yield Fault(
                 FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"sources.{source}",
-                "displacements cannot be fitted together with absolute places",
-                'give them a campaign of their own, or remove experiment = "absolute"',
+                "no run is a load run, and absolute runs hold places, not displacements",
+                'name the runs of the displacements in [[runs]] with experiment = "load", or remove the signal',
             )  # fmt: skip
     for other_number, run in enumerate(manifest.runs):
-        if run.experiment in _OTHER_STATES:
+        if run.experiment == CLAMPED:
             yield Fault(
                 FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"runs[{other_number + 1}] ({run.id})",
-                f'{run.experiment} runs cannot be fitted together with absolute ones ("{first.id}") in this version',
+                f'clamped runs cannot be fitted together with absolute ones ("{first.id}") in this version',
                 "give them a campaign of their own",
             )  # fmt: skip
             return
+    of_absolute = absolute_sources(manifest)
     for source, name, signal in manifest.signals():
-        if isinstance(signal, Wrench) and signal.tared != "no":
-            yield Fault(
-                FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"sources.{source}.{name}.tared",
-                f'absolute runs have no reference at which the wrench was zeroed ("{signal.tared}")',
-                'write tared = "no" where the reading is the whole load, or use dead_weight',
-            )  # fmt: skip
+        if not isinstance(signal, Wrench) or signal.tared == "no" or source not in of_absolute:
+            continue
+        if with_loads and manifest.files_of(source):
+            continue  # a table of all runs: whether it has a load in rows of absolute runs is known when it is read
+        yield Fault(
+            FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"sources.{source}.{name}.tared",
+            f'absolute runs have no reference at which the wrench was zeroed ("{signal.tared}")',
+            'write tared = "no" where the reading is the whole load, or use dead_weight',
+        )  # fmt: skip

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.absolute_checks import absolute_sources
 from stiffcal.campaign.gauges import gauges_of, rods_of, stated_sigma
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.markers import markers_of
@@ -199,21 +200,30 @@ def _targets(manifest: Manifest) -> tuple[tuple[str, ...], str]:
 
 
 def _sigma(manifest: Manifest, load: _Load) -> Sigma:
-    """Return the stated uncertainties in SI; of several displacement signals the first that states one."""
+    """Return the stated uncertainties in SI; of several displacement signals the first that states one.
+
+    Sources that absolute runs read come last: theirs is that of places, and of displacements where no other states one.
+    """
     translation: float | None = None
     rotation: float | None = None
-    for _, _, signal in manifest.signals():
+    of_absolute = absolute_sources(manifest)
+    place: float | None = None
+    place_turn: float | None = None
+    for source, _, signal in sorted(manifest.signals(), key=lambda entry: entry[0] in of_absolute):
         if isinstance(signal, Pose) and signal.sigma is not None:
-            translation = translation or _scaled(signal.sigma.position, signal.unit_of("position").factor)
             quaternion = signal.orientation is None or signal.orientation[0] == "quaternion_wxyz"
             factor = 1.0 if quaternion else signal.unit_of("rotation").factor
-            rotation = rotation or _scaled(signal.sigma.rotation, factor)
+            stated = _scaled(signal.sigma.position, signal.unit_of("position").factor)
+            stated_turn = _scaled(signal.sigma.rotation, factor)
+            translation, rotation = translation or stated, rotation or stated_turn
+            if source in of_absolute:
+                place, place_turn = place or stated, place_turn or stated_turn
         elif isinstance(signal, Deflection) and signal.sigma is not None:
             translation = translation or _scaled(signal.sigma.translation, signal.unit_of("translation").factor)
             rotation = rotation or _scaled(signal.sigma.rotation, signal.unit_of("rotation").factor)
     rods, gauges = stated_sigma(manifest, Lengths), stated_sigma(manifest, Displacement)
     motors = _motor_sigma(manifest)
-    return Sigma(translation, rotation, load.force_sigma, load.moment_sigma, rods, gauges, motors)
+    return Sigma(translation, rotation, load.force_sigma, load.moment_sigma, rods, gauges, motors, place, place_turn)
 
 
 def holding(setup: MeasurementSetup) -> MeasurementSetup:

@@ -74,6 +74,7 @@ def show_validation(console: Console, result: ValidateResult) -> None:
     if result.elasticity is not None:
         console.print(f"elasticity: {result.elasticity.why}")
     slices = {
+        "experiment": result.by_experiment,
         "body": result.by_body,
         "run": result.by_run,
         "direction": result.by_direction,

@@ -230,7 +230,7 @@ def _findings(search: Search, before: Rms) -> list[Finding]:
             finding,
             size_m=size_at_tool(scan, trial),
             places=trial.places,
-            by_experiment=errors_by_experiment(scan, trial, before, finding.heldout_rms_after) or None,
+            by_experiment=errors_by_experiment(scan, trial) or None,
         )
         for trial, finding in ranking
     ]

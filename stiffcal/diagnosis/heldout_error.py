@@ -11,13 +11,12 @@ from stiffcal.diagnosis.results import ErrorInExperiment
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.observation import free_columns
-from stiffcal.identification.rows import MOTOR
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.validation.heldout import corrected_for_freedom, heldout_residuals
-from stiffcal.validation.validate import rms_of
+from stiffcal.validation.validate import experiments_of, rms_of
 
 
 def left_out_residual(scan: LoadScan, trial: Trial | None) -> Floats:
@@ -88,37 +87,29 @@ def poses_helped(scan: LoadScan, trial: Trial) -> int:
     return int(np.count_nonzero(trial.score.heldout < scan.base.heldout))
 
 
-def errors_by_experiment(scan: LoadScan, trial: Trial, before: Rms, after: Rms) -> list[ErrorInExperiment]:
-    """Return the errors by kind of experiment; empty where the scan is of one kind.
-
-    Parameters
-    ----------
-    before, after : rms of what is left out, without and with the candidate.
-    """
-    data = scan.fit.data
-    clamped_state = np.any(data.measured_mask[data.rows_of(MOTOR)], axis=0)
-    states_of_fold = members_of(scan.fold_of_state)
-    clamped = np.array([clamped_state[members].any() for members in states_of_fold], dtype=np.bool_)
-    absolute = np.array([data.absolute[members].any() for members in states_of_fold], dtype=np.bool_)
-    fell = trial.score.heldout < scan.base.heldout
-    kinds = {
-        Experiment.LOADS: ~clamped & ~absolute,
-        Experiment.CLAMPED: clamped,
-        Experiment.ABSOLUTE: absolute & ~clamped,
-    }
-    kinds = {kind: folds for kind, folds in kinds.items() if folds.any()}
-    if len(kinds) < 2:
+def errors_by_experiment(scan: LoadScan, trial: Trial) -> list[ErrorInExperiment]:
+    """Return the errors in what is left out, by kind of experiment; empty where the scan is of one kind."""
+    states = experiments_of(scan.fit.data)
+    if len(states) < 2:
         return []
-    return [
-        ErrorInExperiment(
-            experiment=kind,
-            before=before.motor_angle if kind is Experiment.CLAMPED else before.translation,
-            after=after.motor_angle if kind is Experiment.CLAMPED else after.translation,
-            n_fell=int(np.count_nonzero(fell[folds])),
-            n_folds=int(np.count_nonzero(folds)),
+    folds = members_of(scan.fold_of_state)
+    fell = trial.score.heldout < scan.base.heldout
+    before, after = left_out_residual(scan, None), left_out_residual(scan, trial)
+    errors = []
+    for kind, members in states.items():
+        own = scan.fit.data.subset(members)
+        measure = "motor_angle" if kind is Experiment.CLAMPED else "translation"
+        of_kind = np.array([members[states_of_fold].any() for states_of_fold in folds], dtype=np.bool_)
+        errors.append(
+            ErrorInExperiment(
+                experiment=kind,
+                before=rms_of(before[:, members], own)[measure],
+                after=rms_of(after[:, members], own)[measure],
+                n_fell=int(np.count_nonzero(fell[of_kind])),
+                n_folds=int(np.count_nonzero(of_kind)),
+            )
         )
-        for kind, folds in kinds.items()
-    ]
+    return errors
 
 
 def with_values_of(scan: LoadScan, trial: Trial) -> CompliantRobot:

@@ -60,7 +60,8 @@ class LoadScan(Scan):
         residual_dof = self.dof - self.n_columns
         if residual_dof < 1 or not data.free_offset:
             return 1.0, 1.0, 0.0
-        lags = int(np.clip(np.median(np.bincount(data.run)[np.unique(data.run)]) // 5, 1, LINGERING))
+        _, n_of_run = np.unique(data.run[data.carries_offset], return_counts=True)
+        lags = int(np.clip(np.median(n_of_run) // 5, 1, LINGERING))
         halves = [_half_square(data.run, data.measured_mask, white, lag) for lag in range(1, lags + 1)]
         (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / residual_dof
         if n_pairs < 2 or far <= 0.0:
@@ -157,9 +158,7 @@ def scan_candidates(
         return try_candidate(candidate, ground)
 
     trials, n_tried = scan_rows(ground, candidates, source.kept, try_one)
-    dof = int(np.count_nonzero(data.measured_mask)) - (
-        len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0
-    )
+    dof = int(np.count_nonzero(data.measured_mask)) - space.n_offsets
     return LoadScan(
         fit=fit, base=ground.base, trials=trials, folds=tuple(folds), groups=ground.groups, dof=dof,
         n_columns=len(columns), n_tried=n_tried, space=space, columns=base_columns, residual=residual,

@@ -113,7 +113,7 @@ def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequen
     measure = leading_measure(before)
     if measure == "translation":
         effect_text += f", by {1e3 * size_at_tool(scan, trial):.2g} mm rms at the tool"
-    kinds = errors_by_experiment(scan, trial, before, after)
+    kinds = errors_by_experiment(scan, trial)
     errors = [dict(rms.items()).get(measure) for rms in (before, after)]
     if kinds:
         effect_text += f"; with it the error falls {' and '.join(_in_experiment(kind) for kind in kinds)}."
@@ -139,7 +139,7 @@ def _in_experiment(error: ErrorInExperiment) -> str:
     where = {
         Experiment.LOADS: "poses of the loads",
         Experiment.CLAMPED: "positions or cycles of clamped runs",
-        Experiment.ABSOLUTE: "regions of absolute places",
+        Experiment.ABSOLUTE: "absolute places",
     }[error.experiment]
     text = f"in {error.n_fell} of {error.n_folds} held-out {where}"
     if error.before is None or error.after is None:

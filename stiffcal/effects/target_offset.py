@@ -53,7 +53,7 @@ class TargetOffset(DocumentedEffect):
         """A target must ride on the flange."""
         if all(target.body != chain.n_joints + 1 for target in states.setup.targets):
             return "a target on the flange: all targets sit on links"
-        if len(states) and states.absolute.all() and set(states.setup.target_names) <= set(states.setup.estimated):
+        if states.absolute.any() and set(states.setup.target_names) <= set(states.setup.estimated):
             return "a target whose place the manifest gives: those with estimate = true are found by the fit"
         return None
 

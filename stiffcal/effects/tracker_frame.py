@@ -42,8 +42,8 @@ class TrackerFrame(DocumentedEffect):
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """A place shows where the tracker stands; only displacements can be turned and not shifted."""
-        if len(states) and states.absolute.all():
-            return "displacements under load: of absolute places the tracker's frame is found by the fit"
+        if states.absolute.any():
+            return "displacements under load alone: from absolute places the tracker's frame is found by the fit"
         return None
 
     def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:

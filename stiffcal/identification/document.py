@@ -90,6 +90,8 @@ def noise_per_axis(fit: Fit) -> NoisePerAxis | None:
     if noise is None:
         return None
     force_clamped, moment_clamped = (None, None) if noise.clamped_wrench is None else noise.clamped_wrench
+    mixed = noise.absolute is not None and not fit.data.absolute.all()
+    translation_absolute, rotation_absolute = noise.absolute if mixed and noise.absolute is not None else (None, None)
     return NoisePerAxis(
         translation=noise.translation,
         rotation=noise.rotation,
@@ -100,6 +102,8 @@ def noise_per_axis(fit: Fit) -> NoisePerAxis | None:
         motor_angle=noise.motor_angle if layout.motors is not None else None,
         force_clamped=force_clamped,
         moment_clamped=moment_clamped,
+        translation_absolute=translation_absolute,
+        rotation_absolute=rotation_absolute,
     )
 
 

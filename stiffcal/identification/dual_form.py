@@ -209,7 +209,7 @@ def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats
     """
     if task.data.free_offset:
         rows = rows.copy()
-        for run in np.unique(task.data.run):
+        for run in np.unique(task.data.run[task.data.carries_offset]):
             in_run = task.data.run == run
             offset_columns = offsets[in_run].reshape(-1, offsets.shape[2])
             size = np.linalg.norm(offset_columns, axis=0)

@@ -132,6 +132,10 @@ class NoisePerAxis:
     """N, of clamped states, where it differs from that of the others."""
     moment_clamped: OrAbsent[float] = None
     """N·m, of clamped states, where it differs from that of the others."""
+    translation_absolute: OrAbsent[float] = None
+    """m, of absolute places, where it is stated apart from that of load states."""
+    rotation_absolute: OrAbsent[float] = None
+    """rad, likewise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

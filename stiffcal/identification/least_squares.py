@@ -171,7 +171,9 @@ def run_edges(run: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1]).astype(np.int64)
 
 
-def take_out_offsets(stack: Floats, run: NDArray[np.int64], whitening: Whitening) -> tuple[Floats, int]:
+def take_out_offsets(
+    stack: Floats, run: NDArray[np.int64], whitening: Whitening, carries: Booleans
+) -> tuple[Floats, int]:
     """Take each run's weighted mean out of every row of a stack: the generalised least-squares offset.
 
     Parameters
@@ -179,6 +181,7 @@ def take_out_offsets(stack: Floats, run: NDArray[np.int64], whitening: Whitening
     stack : (k, m, n) columns and residual, not yet whitened.
     run : (n,) run numbers, contiguous.
     whitening : of these states.
+    carries : (n,) True for the states of runs that carry an offset; the others stay as they are.
 
     Returns
     -------
@@ -190,7 +193,7 @@ def take_out_offsets(stack: Floats, run: NDArray[np.int64], whitening: Whitening
         weight = whitening.scale**2
         total = np.add.reduceat(weight, edges, axis=1)
         mean = np.add.reduceat(stack * weight, edges, axis=2) / np.where(total > 0.0, total, 1.0)
-        n_offsets = int(np.count_nonzero(total > 0.0))
+        estimated = total > 0.0
     else:
         precision = whitening.precision()
         sums = np.moveaxis(np.add.reduceat(times(precision, stack), edges, axis=2), -1, 0)
@@ -198,23 +201,32 @@ def take_out_offsets(stack: Floats, run: NDArray[np.int64], whitening: Whitening
         empty = np.diagonal(total, axis1=1, axis2=2) <= 0.0
         total = total + empty[:, :, None] * np.eye(total.shape[1])
         mean = np.moveaxis(np.linalg.solve(total, np.swapaxes(sums, 1, 2)), 0, -1).swapaxes(0, 1)
-        n_offsets = int(np.count_nonzero(~empty))
-    return stack - np.repeat(mean, counts, axis=2), n_offsets
+        estimated = ~empty.T
+    with_offset = carries[edges]
+    return stack - np.repeat(np.where(with_offset, mean, 0.0), counts, axis=2), int(
+        np.count_nonzero(estimated & with_offset)
+    )
 
 
-def _whitened_without_offsets(stack: Floats, run: NDArray[np.int64], whitening: Whitening) -> tuple[Floats, int]:
+def _whitened_without_offsets(
+    stack: Floats, run: NDArray[np.int64], whitening: Whitening, carries: Booleans
+) -> tuple[Floats, int]:
     """Return whitened rows (k, m · n), in any order, each run's offset taken out, and how many offsets there were.
 
     The same as `take_out_offsets` and then whitening, in a few products per run.
     """
     if whitening.lower is None:
-        stack, n_offsets = take_out_offsets(stack, run, whitening)
+        stack, n_offsets = take_out_offsets(stack, run, whitening, carries)
         return whitening.apply(stack).reshape(len(stack), -1), n_offsets
     m = stack.shape[1]
     white = whitening.apply(stack)
     rows, n_offsets = np.empty((len(stack), white[0].size)), 0
     edges = run_edges(run)
+    if not carries.all():
+        rows[:] = white.transpose(0, 2, 1).reshape(len(stack), -1)
     for start, end in zip(edges, np.append(edges[1:], len(run)), strict=True):
+        if not carries[start]:
+            continue
         # what a unit offset of each component becomes when whitened
         unit = np.swapaxes(whitening.lower[:, :, start:end], 0, 1).reshape(m, -1)
         total = unit @ unit.T
@@ -246,7 +258,8 @@ def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whiteni
         local = whitening.subset(columns)
         dof += int(np.count_nonzero(data.measured_mask[:, columns]))
         if data.free_offset:
-            rows, n_offsets = _whitened_without_offsets(stack, data.run[columns], local)
+            carries = data.carries_offset[columns]
+            rows, n_offsets = _whitened_without_offsets(stack, data.run[columns], local, carries)
             dof -= n_offsets
         else:
             rows = local.apply(stack).reshape(len(stack), -1)

@@ -73,6 +73,10 @@ class Noise:
     """Of force and moment in clamped states, N and N·m, where it is not that of the others: a sweep averages fewer
     readings than a hold. None: alike.
     """
+    absolute: tuple[float, float] | None = None
+    """Of translation and rotation of absolute places, m and rad, where it is not that of the others: repeated loads
+    scatter by how well they were set as well, and a place is often one reading. None: alike.
+    """
 
     @classmethod
     def of_kinds(cls, sizes: Floats, wrench: tuple[float, float], source: NoiseSource, dof: float) -> Noise:
@@ -99,6 +103,8 @@ class Noise:
             size[:, clamped] = np.repeat([[self.clamped_wrench[0]], [self.clamped_wrench[1]]], 3, axis=0)
         if data.clamped is not None:
             size = np.where(np.isfinite(data.clamped.wrench), data.clamped.wrench, size)
+        # Where no load hangs on the robot there is none to be uncertain of.
+        size[:, data.absolute & ~data.wrench.any(axis=0)] = 0.0
         return np.asarray(size)
 
 
@@ -173,7 +179,10 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
     result = np.zeros((m, m, data.n_states))
     result[range(m), range(m)] = own_variance(noise, data)
     if data.spread is not None:
-        rotation_part = noise.rotation**2 * data.spread.rotation
+        turns = np.full(data.n_states, noise.rotation)
+        if noise.absolute is not None:
+            turns[data.absolute] = noise.absolute[1]
+        rotation_part = turns**2 * data.spread.rotation
         rotation_part[range(m), range(m)] = 0.0
         result += rotation_part
     if sensitivity is not None:
@@ -190,13 +199,18 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
 def own_variance(noise: Noise, data: Observations) -> Floats:
     """Return (m, n) the variances of the rows without the wrench's share."""
     variance: Floats = np.repeat(noise.of_rows(data.kind)[:, None] ** 2, data.n_states, axis=1)
+    sizes = np.repeat([[noise.translation], [noise.rotation]], data.n_states, axis=1)
+    if noise.absolute is not None:
+        sizes[:, data.absolute] = np.array(noise.absolute)[:, None]
+        poses = data.kind <= ROTATION
+        variance[poses] = sizes[data.kind[poses]] ** 2
     if data.clamped is not None:
         motors = data.rows_of(MOTOR)
         variance[motors] = np.where(np.isfinite(data.clamped.motor), data.clamped.motor**2, variance[motors])
     if data.spread is not None:
         rows = data.kind <= ROTATION
         rotation_spread = np.einsum("aan->an", data.spread.rotation)[rows]
-        variance[rows] = noise.translation**2 * data.spread.translation[rows] + noise.rotation**2 * rotation_spread
+        variance[rows] = sizes[0] ** 2 * data.spread.translation[rows] + sizes[1] ** 2 * rotation_spread
     return variance
 
 
@@ -347,4 +361,21 @@ def stated_noise(sigma: Sigma, data: Observations) -> Noise | None:
     if any(stated[kind] is None for kind in np.unique(data.kind)):
         return None
     sizes = np.array([size or 0.0 for size in stated])
-    return Noise.of_kinds(sizes, (sigma.force or 0.0, sigma.moment or 0.0), "manifest", np.inf)
+    noise = Noise.of_kinds(sizes, (sigma.force or 0.0, sigma.moment or 0.0), "manifest", np.inf)
+    if not data.absolute.any() or sigma.absolute_translation is sigma.absolute_rotation is None:
+        return noise
+    absolute = sigma.absolute_translation or noise.translation, sigma.absolute_rotation or noise.rotation
+    return replace(noise, absolute=absolute)
+
+
+def with_stated_places(noise: Noise, stated: Noise | None, data: Observations) -> Noise:
+    """Return noise from repeated loads with that of absolute places as it is stated: no place is repeated.
+
+    Parameters
+    ----------
+    noise : from repeats of load states.
+    stated : the manifest's; None where it does not give it, and places then count like load states.
+    """
+    if stated is None or not data.absolute.any():
+        return noise
+    return replace(noise, absolute=stated.absolute or (stated.translation, stated.rotation))

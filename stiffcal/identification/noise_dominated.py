@@ -66,4 +66,4 @@ def _first_order(data: Observations, robot: CompliantRobot, columns: Sequence[Pa
 
 
 def _within_runs(columns: Floats, data: Observations, whitening: Whitening) -> Floats:
-    return take_out_offsets(columns, data.run, whitening)[0] if data.free_offset else columns
+    return take_out_offsets(columns, data.run, whitening, data.carries_offset)[0] if data.free_offset else columns

@@ -66,10 +66,14 @@ def _scaled_by_row(spread: PoseSpread, states: LoadStates, layout: RowLayout) ->
     m, n = len(layout.kind), len(states)
     size = np.ones((m, n))
     stated = states.setup.sigma
-    for kind, usual in ((TRANSLATION, stated.translation), (ROTATION, stated.rotation)):
+    usual_sizes = (
+        (TRANSLATION, stated.translation, stated.absolute_translation),
+        (ROTATION, stated.rotation, stated.absolute_rotation),
+    )
+    for kind, of_loads, of_places in usual_sizes:
+        usual = np.where(states.absolute, of_places or of_loads or np.nan, of_loads or np.nan)
         for row in np.flatnonzero(layout.kind == kind):
             own = states.sigma[:, layout.body[row], layout.component[row]]
-            if usual:
-                size[row] = np.where(np.isfinite(own), own / usual, 1.0)
+            size[row] = np.where(np.isfinite(own / usual), own / usual, 1.0)
     rotation = spread.rotation * size[:, None] * size[None]
     return PoseSpread(spread.translation * size**2, rotation)

@@ -33,8 +33,8 @@ class Projection:
     inverse_total: Floats
     """(R, m, m) inverse of each run's summed precision (m, R reciprocals where diagonal)."""
     offsets: tuple[tuple[Integers | slice, Floats], ...]
-    """Per run length L: which states, and (R_L, m · L, m) orthonormal whitened offsets of their runs; empty where runs
-    carry none.
+    """Per length L of the runs that carry an offset: which states, and (R_L, m · L, m) orthonormal whitened offsets of
+    their runs; empty where runs carry none.
     """
 
     @classmethod
@@ -51,6 +51,12 @@ class Projection:
         sums = np.moveaxis(np.add.reduceat(precision, edges, axis=2), -1, 0)
         return cls(data, whitening, edges, counts, precision, np.linalg.pinv(sums, hermitian=True), offsets)
 
+    @property
+    def n_offsets(self) -> int:
+        """How many components of runs' offsets are estimated: those that a run measured."""
+        measured = np.add.reduceat(self.data.measured_mask.astype(np.int64), self.edges, axis=1) > 0
+        return int(np.count_nonzero(measured & self.data.carries_offset[self.edges]))
+
     def centred(self, stack: Floats) -> Floats:
         """Return (k, m, n) with each run's weighted mean taken out (unchanged where runs carry no offset)."""
         stack = np.where(self.data.measured_mask, stack, 0.0)
@@ -66,7 +72,8 @@ class Projection:
                     weighted[:, a] += self.precision[a, b] * stack[:, b]
             sums = np.add.reduceat(weighted, self.edges, axis=2)
             mean = np.einsum("rab,kbr->kar", self.inverse_total, sums)
-        return np.where(self.data.measured_mask, stack - np.repeat(mean, self.counts, axis=2), 0.0)
+        mean = np.repeat(np.where(self.data.carries_offset[self.edges], mean, 0.0), self.counts, axis=2)
+        return np.where(self.data.measured_mask, stack - mean, 0.0)
 
     def rows(self, stack: Floats) -> Floats:
         """Return (k, m · n) whitened rows."""
@@ -92,8 +99,9 @@ def _offsets(
     """Yield, for each length of run, its states and an orthonormal basis of what the runs' offsets can make."""
     m = len(data.measured)
     unit = whitening.apply(np.where(data.measured_mask, np.eye(m)[:, :, None], 0.0))
-    for length in np.unique(counts):
-        picked = np.flatnonzero(counts == length)
+    with_offset = data.carries_offset[edges]
+    for length in np.unique(counts[with_offset]):
+        picked = np.flatnonzero((counts == length) & with_offset)
         states: Integers | slice = (edges[picked][:, None] + np.arange(length)).ravel()
         if len(picked) == len(counts):
             states = slice(0, data.n_states)

@@ -78,7 +78,7 @@ class Observations:
     layout: RowLayout
     """What the rows are."""
     free_offset: bool
-    """True where each run carries a free offset."""
+    """True where each run of displacements carries a free offset; absolute places have none (`carries_offset`)."""
     run: Integers
     """(n,) run number."""
     setup: MeasurementSetup
@@ -101,6 +101,11 @@ class Observations:
     def __post_init__(self) -> None:
         if self.absolute.size == 0:
             object.__setattr__(self, "absolute", np.zeros(len(self.run), dtype=np.bool_))
+
+    @property
+    def carries_offset(self) -> Booleans:
+        """(n,) True for the states of runs that carry a free offset."""
+        return np.asarray(~self.absolute & self.free_offset)
 
     @property
     def added(self) -> Floats | float:
@@ -229,7 +234,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         measured=np.where(measured_mask, measured, 0.0),
         measured_mask=measured_mask,
         layout=layout.subset(keep),
-        free_offset=not is_deflection and not states.absolute.any(),
+        free_offset=not is_deflection and not states.absolute.all(),
         run=states.run[keep],
         setup=states.setup,
         index=keep,

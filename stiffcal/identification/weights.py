@@ -9,7 +9,14 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.least_squares import take_out_offsets
-from stiffcal.identification.noise import ENOUGH_DOF, Noise, Whitening, noise_from_repeats, whiten
+from stiffcal.identification.noise import (
+    ENOUGH_DOF,
+    Noise,
+    Whitening,
+    noise_from_repeats,
+    whiten,
+    with_stated_places,
+)
 from stiffcal.identification.observation import Evaluation, Observations, evaluate
 from stiffcal.identification.rows import MOTOR, N_KINDS
 from stiffcal.identification.wrench_correction import along_sweep
@@ -68,7 +75,7 @@ def estimate_weights(
     if noise is None:
         repeats = noise_from_repeats(data, predicted, sensitivity, groups)
         enough = repeats is not None and (repeats.dof >= ENOUGH_DOF or stated is None)
-        noise = repeats if enough else stated
+        noise = with_stated_places(repeats, stated, data) if enough and repeats is not None else stated
     if noise is not None and not equal:
         return Weights(noise, noise, True, whiten(noise, data, sensitivity), sensitivity)
     assumed = raw_noise(data, noise) if equal else residual_noise(data, predicted)
@@ -177,7 +184,8 @@ def without_offsets(data: Observations, predicted: Floats | None, whitening: Whi
     """Return (m, n) measured minus predicted (nothing: measured alone), runs' offsets taken out, 0 where none."""
     residual = np.where(data.measured_mask, data.measured - (0.0 if predicted is None else predicted), 0.0)
     if data.free_offset:
-        residual = np.where(data.measured_mask, take_out_offsets(residual[None], data.run, whitening)[0][0], 0.0)
+        centred, _ = take_out_offsets(residual[None], data.run, whitening, data.carries_offset)
+        residual = np.where(data.measured_mask, centred[0], 0.0)
     return residual
 
 

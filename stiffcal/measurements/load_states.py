@@ -48,6 +48,10 @@ class Sigma:
     """Of a gauge's displacement along its direction, m."""
     motor_angle: float | None = None
     """Of a motor's angle at the joint's side, rad, where clamped runs count them."""
+    absolute_translation: float | None = None
+    """m per axis, of a place in an absolute run; None: as ``translation``."""
+    absolute_rotation: float | None = None
+    """rad per axis, likewise; None: as ``rotation``."""
 
 
 @dataclass(frozen=True)

@@ -241,6 +241,8 @@ def _setup_document(states: LoadStates) -> Document:
                 "length_m": setup.sigma.length,
                 "gauge_m": setup.sigma.gauge,
                 "motor_angle_rad": setup.sigma.motor_angle,
+                "absolute_translation_m": setup.sigma.absolute_translation,
+                "absolute_rotation_rad": setup.sigma.absolute_rotation,
             },
             "tared": setup.tared,
             "markers": [
@@ -284,6 +286,7 @@ def _setup(document: Document) -> MeasurementSetup:
         sigma=Sigma(
             sigma["translation_m"], sigma["rotation_rad"], sigma["force_N"], sigma["moment_Nm"],
             sigma.get("length_m"), sigma.get("gauge_m"), sigma.get("motor_angle_rad"),
+            sigma.get("absolute_translation_m"), sigma.get("absolute_rotation_rad"),
         ),
         tared=str(document["tared"]),
         rods=tuple(_rods(rods) for rods in document.get("rods", ())),

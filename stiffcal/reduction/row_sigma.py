@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import MeasurementSetup
@@ -52,13 +52,16 @@ def stated_row_by_row(gathered: RawStates, setup: MeasurementSetup, place: Float
     return sigma
 
 
-def with_typical_sigma(setup: MeasurementSetup, sigma: Floats) -> MeasurementSetup:
+def with_typical_sigma(setup: MeasurementSetup, sigma: Floats, absolute: Booleans) -> MeasurementSetup:
     """Return the set-up with the root mean square of what is stated row by row as its uncertainty.
+
+    Where rows of absolute runs alone state it, it is that of places.
 
     Parameters
     ----------
     setup : as the manifest gives it.
     sigma : (n, B, 6) m and rad, NaN where none is stated.
+    absolute : (n,) True for rows of absolute runs.
     """
     sizes = [
         float(np.sqrt(np.mean(values[np.isfinite(values)] ** 2))) if np.isfinite(values).any() else None
@@ -67,6 +70,13 @@ def with_typical_sigma(setup: MeasurementSetup, sigma: Floats) -> MeasurementSet
     if sizes == [None, None]:
         return setup
     translation, rotation = sizes
+    if not absolute.all() and not np.isfinite(sigma[~absolute]).any():
+        of_places = replace(
+            setup.sigma,
+            absolute_translation=translation or setup.sigma.absolute_translation,
+            absolute_rotation=rotation or setup.sigma.absolute_rotation,
+        )
+        return replace(setup, sigma=of_places)
     stated = replace(
         setup.sigma, translation=translation or setup.sigma.translation, rotation=rotation or setup.sigma.rotation
     )

@@ -31,6 +31,8 @@ from stiffcal.reduction.raw_states import (
 from stiffcal.reduction.references import reference_states
 from stiffcal.reduction.row_sigma import stated_row_by_row, with_typical_sigma
 
+ABSOLUTE = "absolute"
+"""The kind of experiment in which a row is a place by itself."""
 STANDARD_GRAVITY = 9.80665  # m/s², where the robot file's gravity has no length
 
 
@@ -182,7 +184,11 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
     sigma = stated_row_by_row(
         raw_states, setup, np.where(np.isfinite(deflection[:, :, :3]), deflection[:, :, :3], position)
     )
-    setup = with_typical_sigma(setup, sigma)
+    absolute = np.array(
+        [name in manifest_runs and manifest_runs[name].experiment == ABSOLUTE for name in raw_states.run],
+        dtype=np.bool_,
+    )
+    setup = with_typical_sigma(setup, sigma, absolute)
     lengths = _side_by_side(raw_states, [f"lengths.{rod}" for rod in setup.rod_names])
     displacement = _side_by_side(raw_states, [f"displacement.{gauge.name}" for gauge in setup.gauges])
     measured = _anything_measured(position, rotation, deflection, lengths, displacement)
@@ -194,7 +200,7 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
         time=raw_states.time,
         hold=raw_states.hold,
         joints=_joint_angles(raw_states, chain, manifest_runs),
-        wrench=_wrench(raw_states, chain),
+        wrench=_wrench_of_places(_wrench(raw_states, chain), absolute, raw_states, setup.tared),
         position=position,
         rotation=rotation,
         deflection=deflection,
@@ -300,6 +306,30 @@ def _wrench(raw_states: RawStates, chain: Chain) -> Floats:
         gravity = chain.gravity if np.any(chain.gravity) else np.array([0.0, 0.0, -STANDARD_GRAVITY])
         return np.concatenate([raw_states.signals["mass"] * gravity, np.zeros((n, 3))], axis=1)
     return np.zeros((n, 6))
+
+
+def _wrench_of_places(wrench: Floats, absolute: Booleans, raw_states: RawStates, tared: str) -> Floats:
+    """Return the wrenches (n, 6) with those of absolute runs that log none as no load.
+
+    Raises
+    ------
+    InputError : rows of absolute runs read a wrench that was zeroed at a reference, which they have not.
+    """
+    if not absolute.any() or absolute.all():
+        return wrench
+    names = np.array(raw_states.run)
+    read = set(names[np.isfinite(wrench).any(axis=1)].tolist())
+    without = absolute & np.array([name not in read for name in names], dtype=np.bool_)
+    wrench = np.where(without[:, None], 0.0, wrench)
+    loaded = np.flatnonzero(absolute & (np.nan_to_num(wrench) != 0.0).any(axis=1))
+    if loaded.size and tared != "no":
+        k = int(loaded[0])
+        raise InputError.at(
+            FaultCode.KEY_CONFLICT, "campaign.toml", f"run {raw_states.run[k]}, row {int(raw_states.number[k])}",
+            f'a load is read in an absolute run, which has no reference at which the wrench was zeroed ("{tared}")',
+            'write tared = "no" where the reading is the whole load, or leave its columns empty in absolute runs',
+        )  # fmt: skip
+    return wrench
 
 
 def _poses(raw_states: RawStates, manifest: Manifest, setup: MeasurementSetup) -> tuple[Floats, Floats, Booleans]:

@@ -40,6 +40,7 @@ def validate_result(states: LoadStates, validation: Validation) -> ValidateResul
         by_branch=validation.by["branch"],
         by_joint_angle=validation.by["joint_angle"],
         by_body=validation.by.get("body"),
+        by_experiment=validation.by.get("experiment"),
         worst=[
             WorstState(
                 run=states.runs[states.run[i]].name,

@@ -50,6 +50,8 @@ class ValidateResult(CommandResult):
     """By the angle of each joint, rad."""
     by_body: OrAbsent[list[ErrorSlice]] = None
     """By the tracked body, where there are several."""
+    by_experiment: OrAbsent[list[ErrorSlice]] = None
+    """By the kind of experiment ("loads", "clamped", "absolute"), where several are fitted together."""
     distance: OrAbsent[Distances] = None
     """How far predicted and measured places are apart; None where no run is absolute."""
     ladder: OrAbsent[list[LadderStep]] = None

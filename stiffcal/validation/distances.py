@@ -11,7 +11,7 @@ from stiffcal.documents import Number, OrAbsent
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import TRANSLATION
-from stiffcal.validation.heldout import left_out_residuals
+from stiffcal.validation.heldout import left_out_residuals, with_load_folds
 from stiffcal.validation.region_folds import random_folds, region_folds
 
 
@@ -82,8 +82,9 @@ def distances_of(fit: Fit) -> Distances | None:
     if not fit.data.absolute.any() or summary_of(fit.residual, fit.data) is None:
         return None
     heldout: list[DistanceSummary | None] = []
-    for fold in (random_folds(fit.data), region_folds(fit.data)):
-        single = int(fold.max(initial=0)) == 0
+    for folds_of_places in (random_folds, region_folds):
+        fold = with_load_folds(fit.data, folds_of_places)
+        single = int(fold[fit.data.absolute].max(initial=0)) == 0
         heldout.append(None if single else summary_of(left_out_residuals(fit, fold).residual, fit.data))
     of_fit = summary_of(fit.residual, fit.data)
     return None if of_fit is None else Distances(of_fit, *heldout)

@@ -74,7 +74,9 @@ class Elasticity:
 
 
 def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:
-    """Return whether places show that joints give; None where no place was measured or the model holds no such joint.
+    """Return whether places show that joints give; None where the model holds no such joint.
+
+    None as well where no place was measured, and where runs with loads show it better than weight does.
 
     Parameters
     ----------
@@ -89,7 +91,7 @@ def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:
         and len(parameter.place.joints) == 1
         and not parameter.fixed
     ]
-    if not own or not fit.data.absolute.any():
+    if not own or not len(fit.data.absolute) or not fit.data.absolute.all():
         return None
     judge = _Judge(states, fit)
     verdicts = [(parameter, judge.verdict(parameter)) for parameter in own]

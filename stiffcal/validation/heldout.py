@@ -8,7 +8,7 @@ reference) is the weighted mean of its own residuals, and the lost degree of fre
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,8 +35,8 @@ class HeldoutResiduals:
     """Residuals in held-out poses."""
 
     scheme: str
-    """"leave-one-pose-out", "poses-region" (of absolute places), "holdout" (the manifest's runs), or "none" where there
-    is a single pose.
+    """"leave-one-pose-out", "poses-region" (of absolute places, next to which each pose of loads is left out),
+    "holdout" (the manifest's runs), or "none" where there is a single pose.
     """
     residual: Floats
     """(m, n) measured minus predicted, the run's own offset taken out and √(n/(n − 1)) applied; base axes."""
@@ -49,11 +49,31 @@ class HeldoutResiduals:
 
 
 def pose_folds(data: Observations) -> Integers:
-    """Return (n,) fold numbers: runs whose joints agree within 1° share one, clamped runs have their own."""
+    """Return (n,) fold numbers: runs whose joints agree within 1° share one.
+
+    Clamped runs have their own, and so have absolute places: what a load moves is not what a place is off by.
+    """
     edges = run_edges(data.run)
     fold_of_run = pose_groups(data.angles[:, edges].T, SAME_POSE)
+    if data.absolute.any() and not data.absolute.all():
+        _, fold_of_run = np.unique(2 * fold_of_run + data.absolute[edges], return_inverse=True)
     counts = np.diff(np.append(edges, data.n_states))
     return with_clamped_folds(data, np.asarray(np.repeat(fold_of_run, counts), dtype=np.int64))
+
+
+def with_load_folds(data: Observations, folds_of_places: Callable[[Observations], Integers]) -> Integers:
+    """Return (n,) fold numbers of a campaign with absolute places: theirs, and the poses of loads where there are some.
+
+    Parameters
+    ----------
+    folds_of_places : of observations of absolute places alone.
+    """
+    absolute = data.absolute
+    fold = np.zeros(data.n_states, dtype=np.int64)
+    fold[absolute] = folds_of_places(data.subset(absolute))
+    if not absolute.all():
+        fold[~absolute] = fold[absolute].max(initial=-1) + 1 + pose_folds(data.subset(~absolute))
+    return fold
 
 
 def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
@@ -68,7 +88,7 @@ def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     if any(is_holdout):
         return holdout_run_residuals(states, fit)
     by_region = bool(fit.data.absolute.any())
-    fold = region_folds(fit.data) if by_region else pose_folds(fit.data)
+    fold = with_load_folds(fit.data, region_folds) if by_region else pose_folds(fit.data)
     if fold.max(initial=0) == 0:
         whitening = _weights(fit, fit.data, fit.robot)
         residual = corrected_for_freedom(offset_free_residual(fit.robot, fit.data, whitening), fit.data)
@@ -122,7 +142,7 @@ def corrected_for_freedom(residual: Floats, data: Observations) -> Floats:
 def _without_model(data: Observations, whitening: Whitening) -> Floats:
     if not data.free_offset:
         return data.measured
-    centred = take_out_offsets(data.measured[None], data.run, whitening)[0][0]
+    centred = take_out_offsets(data.measured[None], data.run, whitening, data.carries_offset)[0][0]
     return corrected_for_freedom(np.where(data.measured_mask, centred, 0.0), data)
 
 
@@ -144,7 +164,7 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     difference = data.measured - np.concatenate([block.predicted for block in blocks], axis=1)
     stack = np.concatenate([stack, np.where(data.measured_mask, difference, 0.0)[None]])
     if data.free_offset:
-        stack, _ = take_out_offsets(stack, data.run, whitening)
+        stack, _ = take_out_offsets(stack, data.run, whitening, data.carries_offset)
     stack = np.where(data.measured_mask, stack, 0.0)
     white = whitening.apply(stack)
     folds = members_of(fold)

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, TypeAlias
 from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
 from stiffcal.measurements.rms import Rms
 
-SliceBy: TypeAlias = Literal["run", "direction", "load", "branch", "joint_angle", "body", "joint"]
+SliceBy: TypeAlias = Literal["run", "direction", "load", "branch", "joint_angle", "body", "joint", "experiment"]
 """What the data are cut into slices by."""
 
 

@@ -100,7 +100,7 @@ def check_campaign(
                 registration=None if registration is None else registration.summary,
             )
             if not quick or any_table:
-                if len(states) and states.absolute.all():
+                if states.absolute.any():
                     places = joints_from_places(campaign, states)
                     joints, unidentifiable = places.joints, places.missing
                     result = replace(result, observability=places.observability)

@@ -65,7 +65,8 @@ def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
     if not own:
         relative, text = None, "the model holds no compliance about its axis"
     elif own[0].value is None:
-        relative, text = None, "weight does not turn it in these poses: its stiffness cannot be identified from them"
+        what = "weight does not turn it" if fit.data.absolute.all() else "neither weight nor load turns it"
+        relative, text = None, f"{what} in these poses: its stiffness cannot be identified from them"
     elif not own[0].value or own[0].std is None:
         relative, text = None, "no compliance shows in these poses"
     else:

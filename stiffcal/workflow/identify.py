@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeGuard
 from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.model.campaign_effects import placed_robot
@@ -279,7 +280,7 @@ def _entry(result: IdentifyResult, data: Ingested) -> Document:
 def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
     """Return the error to expect in new poses: the numbers, and one sentence."""
     from stiffcal.validation.heldout import heldout_residuals
-    from stiffcal.validation.validate import rms_of
+    from stiffcal.validation.validate import experiments_of, rms_of
     from stiffcal.wording import angle, significant
 
     heldout = heldout_residuals(data.states, fit)
@@ -296,6 +297,17 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
     if fit.data.absolute.any():
         noise = fit.noise_length["translation"]
         against = "" if noise is None else f"; the instruments scatter by {1e3 * noise:.3g} mm"
+        by_kind = {
+            kind: rms_of(heldout.residual[:, members], heldout.data.subset(members))["translation"]
+            for kind, members in experiments_of(heldout.data).items()
+        }
+        of_loads = by_kind.get(Experiment.LOADS)
+        of_places = by_kind.get(Experiment.ABSOLUTE)
+        if of_loads is not None and of_places is not None:
+            return Rms.of(rms), (
+                f"expect places in regions that were not measured to be off by {1e3 * of_places:.3g} mm rms, and the "
+                f"displacement under load in new poses by {1e3 * of_loads:.3g} mm rms{against}"
+            )
         return Rms.of(rms), f"in regions that were not measured expect an error of {1e3 * error:.3g} mm rms{against}"
     return Rms.of(rms), (
         f"in new poses like these expect an error of {1e3 * error:.3g} mm rms, "

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
-
 from stiffcal.campaign.absolute_checks import absolute_faults
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.fault_codes import FaultCode
@@ -30,19 +28,24 @@ def test_a_place_must_be_measured() -> None:
     assert fault.code is FaultCode.SIGNAL_MISSING
 
 
-@pytest.mark.parametrize("kind", ["load", "clamped"])
-def test_loads_need_a_campaign_of_their_own(kind: str) -> None:
-    document = manifest().model_dump(by_alias=True, exclude_unset=True)
-    document["runs"] = [*document["runs"], {"id": "push", "experiment": kind}]
-    (fault,) = absolute_faults(Manifest.model_validate(document))
+def with_run(document: Manifest, **run: Any) -> Manifest:
+    written = document.model_dump(by_alias=True, exclude_unset=True)
+    written["runs"] = [*written["runs"], run]
+    return Manifest.model_validate(written)
+
+
+def test_clamped_runs_need_a_campaign_of_their_own() -> None:
+    (fault,) = absolute_faults(with_run(manifest(), id="drive", experiment="clamped"))
     assert fault.code is FaultCode.KEY_CONFLICT
-    assert "push" in fault.place
+    assert "drive" in fault.place
+    assert not list(absolute_faults(with_run(manifest(), id="push", experiment="load")))
 
 
-def test_displacements_need_one_too() -> None:
+def test_displacements_need_load_runs() -> None:
     deflection = {"translation": ["dx", "dy", "dz"], "units": {"translation": "mm"}, "body": "target1", "axes": "base"}
     (fault,) = absolute_faults(manifest(deflection=deflection))
     assert fault.code is FaultCode.KEY_CONFLICT
+    assert not list(absolute_faults(with_run(manifest(deflection=deflection), id="push", experiment="load")))
 
 
 def test_a_wrench_must_be_the_whole_load() -> None:
@@ -50,3 +53,18 @@ def test_a_wrench_must_be_the_whole_load() -> None:
     (fault,) = absolute_faults(manifest(wrench=wrench))
     assert fault.code is FaultCode.KEY_CONFLICT
     assert not list(absolute_faults(manifest(wrench=wrench | {"tared": "no"})))
+    # a table of all runs may hold loads of other runs: rows are looked at when they are read
+    assert not list(absolute_faults(with_run(manifest(wrench=wrench), id="push", experiment="load")))
+
+
+def test_a_zeroed_sensor_may_serve_other_runs_but_not_an_absolute_one() -> None:
+    wrench = {"columns": ["Fx", "Fy", "Fz"], "units": {"force": "N"}, "axes": "base", "point": "target1"}
+    written = with_run(manifest(), id="push", experiment="load").model_dump(by_alias=True, exclude_unset=True)
+    written["sources"]["ft"] = {"sampling": "states", "wrench": wrench}
+    written["sources"]["table"].pop("file")
+    written["runs"][0]["files"] = {"table": "raw/poses.csv"}
+    written["runs"][1]["files"] = {"table": "raw/push.csv", "ft": "raw/ft.csv"}
+    assert not list(absolute_faults(Manifest.model_validate(written)))
+    written["runs"][0]["files"]["ft"] = "raw/ft0.csv"
+    (fault,) = absolute_faults(Manifest.model_validate(written))
+    assert fault.place == "sources.ft.wrench.tared"

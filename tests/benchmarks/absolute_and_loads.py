@@ -1,0 +1,131 @@
+"""Places and loads of one robot together and each alone, over seeds: ``python -m tests.benchmarks.absolute_and_loads``.
+
+The robot is MuJoCo (`tests.laboratory.absolute_and_loads`). Of each seed: the standard uncertainty of the stiffness
+from both together over that from the loads alone, joint by joint; the distance of predicted from true places, without
+noise, in poses that were not measured, from both together and from the places alone; reduced χ².
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import chi2
+
+from stiffcal.arrays import Floats
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.geometry import with_geometry
+from stiffcal.identification.identify import identify_parameters, predict_observations
+from stiffcal.identification.observation import observe
+from stiffcal.measurements.load_states import LoadStates, RunInfo
+from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from tests.laboratory.absolute_and_loads import Truth, write_campaign
+from tests.laboratory.effect_bench import bare_states
+from tests.laboratory.robots import six_axis_joints
+
+N_UNSEEN = 300
+JOINTS = range(1, 7)
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One seed."""
+
+    std_ratio: Floats
+    """(6,) standard uncertainty of each joint's compliance, together over loads alone."""
+    place_error: tuple[float, float]
+    """m rms in poses that were not measured: together, places alone."""
+    reduced_chi2: float
+    """Of the fit of both together."""
+    stiffness_chi2: float
+    """Of the six compliances against the truth, by their joint covariance."""
+
+
+def std_of(fit: Fit) -> Floats:
+    """Return (6,) standard uncertainties of the joint compliances; infinite where one is not identified."""
+    parameters = [fit.parameter(f"joint-compliance.j{joint}.c") for joint in JOINTS]
+    return np.array([parameter.std or np.inf for parameter in parameters])
+
+
+def unmeasured(states: LoadStates, truth: Truth, robot: CompliantRobot, seed: int) -> LoadStates:
+    """Return rows of poses that were not measured, with their true places as the states' tracker frame has them."""
+    joints = six_axis_joints(np.random.default_rng([7, seed]), N_UNSEEN)
+    nothing = np.zeros((N_UNSEEN, 6))
+    turn, shift = states.setup.base_from_tracker[:3, :3], states.setup.base_from_tracker[:3, 3]
+    places = truth.places(robot.chain, joints, nothing) @ turn.T + shift
+    rows = bare_states(
+        list(range(N_UNSEEN)), joints, states.setup, position=places[:, None], wrench=nothing, time=np.zeros(N_UNSEEN)
+    )
+    runs = tuple(RunInfo(f"row {k + 1}", "absolute", of="unmeasured") for k in range(N_UNSEEN))
+    return replace(rows, runs=runs)
+
+
+def rms_distance(fit: Fit, rows: LoadStates) -> float:
+    """Return how far a fit's places are from the true ones, m rms."""
+    data = observe(rows, fit.robot.chain)
+    away = data.measured - predict_observations(fit.robot, data)
+    return float(np.sqrt(np.mean(np.sum(away**2, axis=0))))
+
+
+def compare(folder: Path, seed: int) -> Compared:
+    """Write the campaign of a seed, and fit both kinds of runs together and each alone."""
+    truth = write_campaign(folder, seed)
+    data = up_to_date_states(folder, RunContext())
+    states, robot = data.states, placed_robot(data.campaign)
+    springs = replace(robot, placed=tuple(p for p in robot.placed if p.effect.name == "joint-compliance"))
+    together = with_geometry(identify_parameters(states, robot), states)
+    loads_alone = states.select(~states.absolute)
+    loads = with_geometry(identify_parameters(loads_alone, springs), loads_alone)
+    places = identify_parameters(states.select(states.absolute), robot)
+    rows = unmeasured(states, truth, robot, seed)
+    names = [f"joint-compliance.j{joint}.c" for joint in JOINTS]
+    chosen = [together.free_names.index(name) for name in names]
+    away = np.array([together.robot.values()[name] for name in names]) - 1.0 / truth.stiffness
+    statistic = float(away @ np.linalg.solve(together.covariance[np.ix_(chosen, chosen)], away))
+    return Compared(
+        std_of(together) / std_of(loads),
+        (rms_distance(together, rows), rms_distance(places, rows)),
+        together.reduced_chi2 or np.nan,
+        statistic,
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print each seed and what is true of all of them."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=50)
+    parser.add_argument("--first", type=int, default=1)
+    wanted = parser.parse_args(arguments)
+    found = []
+    for seed in range(wanted.first, wanted.first + wanted.seeds):
+        with tempfile.TemporaryDirectory() as folder:
+            compared = compare(Path(folder) / "out", seed)
+        found.append(compared)
+        ratios = ", ".join(f"{ratio:.3f}" for ratio in compared.std_ratio)
+        together, alone = compared.place_error
+        print(
+            f"seed {seed}: ± over loads alone {ratios}; places {1e6 * together:.1f} µm, alone {1e6 * alone:.1f} µm; "
+            f"reduced χ² {compared.reduced_chi2:.3f}",
+            flush=True,
+        )
+    largest = max(float(compared.std_ratio.max()) for compared in found)
+    better = [
+        compared.std_ratio.max() < 1.0 and compared.place_error[0] < compared.place_error[1] for compared in found
+    ]
+    no_worse = sum(compared.place_error[0] <= compared.place_error[1] for compared in found)
+    statistic, dof = sum(compared.stiffness_chi2 for compared in found), 6 * len(found)
+    print(
+        f"largest ratio of ± {largest:.3f}; places no worse in {no_worse} of {len(found)}; better than each alone in "
+        f"{sum(better)} of {len(found)}; mean reduced χ² {np.mean([c.reduced_chi2 for c in found]):.4f}; stiffness "
+        f"against the truth χ² {statistic:.1f} of {dof}, p {chi2.sf(statistic, dof):.3f}"
+    )
+
+
+if __name__ == "__main__":
+    main()
