@@ -63,8 +63,8 @@ def plan(
 ) -> int:
     """Plan which poses and loads to measure.
 
-    What is possible stands in DIR/plan.toml: limits, boxes, the tracker's place, loads, minutes. -o writes a run sheet,
-    --campaign a folder for the logs that `check` reads while you measure.
+    What is possible stands in DIR/plan.toml: limits, boxes, the tracker's place, loads, minutes. -o writes a run sheet
+    (.csv or .pdf), --campaign a folder for the logs that `check` reads while you measure.
 
     Example: stiffcal plan campaigns/irb4400 --force 450 --runs 8 -o runs.csv
     """

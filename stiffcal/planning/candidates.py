@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
@@ -102,6 +102,35 @@ def possible_poses(
         taken.append(joints)
         n_taken += len(joints)
     return np.concatenate(taken)[:wanted], Rejected(drawn, collision, out_of_view, reflector)
+
+
+def near_poses(
+    chain: Chain, cell: Cell, target: Attachment, tips: tuple[Attachment, ...], joints: Floats, spread: float,
+    per_pose: int, seed: int,
+) -> tuple[Floats, Integers]:  # fmt: skip
+    """Draw possible poses around others.
+
+    Parameters
+    ----------
+    joints : (n, L) logged angles of the others, rad.
+    spread : standard deviation of each angle about them, rad.
+    per_pose : how many are drawn about each; fewer are possible.
+    chain, cell, target, tips, seed : as in `possible_poses`.
+
+    Returns
+    -------
+    near : (m, L) logged angles, rad.
+    source : (m,) which of the others each was drawn about.
+    """
+    rng = np.random.default_rng(seed)
+    source = np.repeat(np.arange(len(joints)), per_pose)
+    near = joints[source] + spread * rng.normal(size=(len(source), joints.shape[1]))
+    near = np.clip(near, cell.limits[:, 0], cell.limits[:, 1])
+    possible = is_free(chain, cell, tips, near)
+    if cell.tracker is not None:
+        viewed, accepted = can_measure(chain, cell.tracker, target, near)
+        possible &= viewed & accepted
+    return near[possible], source[possible]
 
 
 def is_free(chain: Chain, cell: Cell, tips: tuple[Attachment, ...], joints: Floats) -> Booleans:

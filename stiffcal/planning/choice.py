@@ -34,6 +34,7 @@ def choose_runs(
     wanted: Floats | None = None,
     limit: int | None = None,
     nonlinear: Booleans | None = None,
+    first: Integers | None = None,
 ) -> Choice | None:
     """Return the best choice of runs; None where no parameter can be identified.
 
@@ -46,6 +47,7 @@ def choose_runs(
     wanted : (q, p) rows of predictions, for `Criterion.PREDICTION`.
     limit : how often one candidate may be measured.
     nonlinear : (p,) True for nonlinear parameters; None: none is.
+    first : (n_runs,) a choice to begin with, next to others.
     """
     free, identified = identifiable(factors, known, nonlinear)
     if not free.any():
@@ -56,10 +58,10 @@ def choose_runs(
     wanted = None if wanted is None else wanted[:, free]
     if criterion is Criterion.WORST:
         # What so few runs cannot show at all would alone decide on the largest uncertainty. It stays in the fit.
-        first = best_design(own, n_runs, Criterion.DETERMINANT, known, None, limit)
-        aimed = identified[free] & (np.diagonal(first.covariance) <= LARGEST_RELATIVE**2)
+        certain = best_design(own, n_runs, Criterion.DETERMINANT, known, None, limit)
+        aimed = identified[free] & (np.diagonal(certain.covariance) <= LARGEST_RELATIVE**2)
         wanted = np.eye(int(np.count_nonzero(free)))[aimed] if aimed.any() else None
-    design = best_design(own, n_runs, criterion, known, wanted, limit, bears_losses=True)
+    design = best_design(own, n_runs, criterion, known, wanted, limit, bears_losses=True, first=first)
     # what all candidates together distinguish, these runs may not
     return Choice(design, free, identified & identifiable(factors[design.chosen], whole, nonlinear)[1])
 

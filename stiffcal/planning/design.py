@@ -90,6 +90,7 @@ def best_design(
     wanted: Floats | None = None,
     limit: int | None = None,
     bears_losses: bool = False,
+    first: Integers | None = None,
 ) -> Design:
     """Return the best design of n runs that exchange finds from the relaxed optimum's and the greedy start.
 
@@ -102,6 +103,7 @@ def best_design(
     wanted : (q, p) rows whose variances count for `Criterion.PREDICTION`; for `Criterion.WORST` those whose largest
         counts, None for each parameter's own.
     limit : how often one candidate may be measured; None: any number of times.
+    first : (n,) a design that exchange starts from as well.
     bears_losses : for `Criterion.WORST`, no uncertainty rests on one run more than it has to (`planning.lost_runs`).
 
     Raises
@@ -115,9 +117,12 @@ def best_design(
     factors = compressed(factors)
     weights, gains, bound = relaxed_optimum(factors, n_runs, criterion, start, rows)
     picked = np.union1d(np.argsort(gains, kind="stable")[-EXCHANGED:], np.flatnonzero(weights))
+    picked = picked if first is None else np.union1d(picked, first)
     factors, weights = factors[picked], weights[picked]
     most = n_runs if limit is None else limit
     starts = [_rounded(weights, n_runs, most), _greedy(factors, n_runs, criterion, start, rows, most)]
+    if first is not None:
+        starts.append(np.searchsorted(picked, first))
     best: Integers | None = None
     least = np.inf
     for chosen in starts:

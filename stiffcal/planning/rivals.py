@@ -94,7 +94,9 @@ def pairs_of_rivals(
     return pairs
 
 
-def separating_design(pairs: Sequence[PairInformation], n_runs: int, limit: int | None = None) -> Design:
+def separating_design(
+    pairs: Sequence[PairInformation], n_runs: int, limit: int | None = None, first: Integers | None = None
+) -> Design:
     """Return the n runs whose smallest separation of all pairs is largest; its loss is 1/√Δ of that pair.
 
     Parameters
@@ -102,6 +104,7 @@ def separating_design(pairs: Sequence[PairInformation], n_runs: int, limit: int 
     pairs : of one set of candidates.
     n_runs : how many runs.
     limit : how often one candidate may be measured.
+    first : (n_runs,) a design to begin with, next to others.
     """
     sizes = [pair.factors.shape[2] for pair in pairs]
     heights = [pair.factors.shape[1] for pair in pairs]
@@ -114,7 +117,7 @@ def separating_design(pairs: Sequence[PairInformation], n_runs: int, limit: int 
         known[left : left + size, left : left + size] = pair.known
         rows[number, left + size - 1] = 1.0
         top, left = top + height, left + size
-    return best_design(factors, n_runs, Criterion.WORST, known, rows, limit)
+    return best_design(factors, n_runs, Criterion.WORST, known, rows, limit, first=first)
 
 
 def _differences(others: Sequence[CompliantRobot], robot: CompliantRobot, data: Observations) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -44,26 +44,59 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
     InputError
         Where `output` cannot be written.
     """
-    laid_out = lay_out(content)
+    heading = PagesHeading(
+        title=_title(content),
+        kind=_kind(content),
+        campaign=content.provenance.campaign,
+        date=content.provenance.date,
+        maker=" ".join(content.provenance.versions[0]) if content.provenance.versions else "stiffcal",
+    )
+    write_pages(heading, lay_out(content), output, progress)
+    progress("report written", 1.0)
+
+
+@dataclass(frozen=True)
+class PagesHeading:
+    """What stands above pages, and on each of them."""
+
+    title: str
+    """Printed large."""
+    kind: str
+    """The work that the pages are about, under the title."""
+    campaign: str
+    """Its name."""
+    date: str
+    """ISO date, which the PDF carries as its own."""
+    maker: str
+    """What made the pages."""
+
+
+def write_pages(heading: PagesHeading, sections: Sequence[ReportSection], output: Path, progress: Progress) -> None:
+    """Write sections as a PDF; the same content gives the same bytes.
+
+    Parameters
+    ----------
+    heading : title and date.
+    sections : in order.
+    output : where to write; replaced in one step, only when the pages are complete.
+    progress : receives each picture's name.
+
+    Raises
+    ------
+    InputError
+        Where `output` cannot be written.
+    """
     try:
         with tempfile.TemporaryDirectory(prefix="stiffcal-report-") as folder:
-            pages = {
-                "title": _title(content),
-                "kind": _kind(content),
-                "campaign": content.provenance.campaign,
-                "date": content.provenance.date,
-                "maker": " ".join(content.provenance.versions[0]) if content.provenance.versions else "stiffcal",
-                "sections": _as_data(laid_out, Path(folder), progress),
-            }
+            pages = {**asdict(heading), "sections": _as_data(sections, Path(folder), progress)}
             progress("setting the pages", 0.95)
-            pdf = set_pages(pages, Path(folder), content.provenance.date)
+            pdf = set_pages(pages, Path(folder), heading.date)
         _write_whole(output, pdf)
     except OSError as error:
         place = "choose a place that can be written, with -o"
         raise InputError.at(
             FaultCode.FILE_UNWRITABLE, str(output), "", f"cannot be written ({error.strerror or error})", place
         ) from error
-    progress("report written", 1.0)
 
 
 def _title(content: ReportContent) -> str:

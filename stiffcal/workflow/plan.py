@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile, load_plan
 from stiffcal.errors import InputError
@@ -24,21 +25,21 @@ from stiffcal.workflow.plan_answer import (
     warnings_of,
 )
 from stiffcal.workflow.plan_candidates import candidates_of, with_ways
+from stiffcal.workflow.plan_choice import Purpose, chosen_runs
 from stiffcal.workflow.plan_means import cell_of
 from stiffcal.workflow.plan_model import (
     checked_balance,
     fixed_names,
     has_nonlinear_laws,
-    known_information,
     planned_model,
     with_rotation,
 )
 from stiffcal.workflow.plan_program import check_program, write_program
 from stiffcal.workflow.plan_rivals import NamedRival, named_rival, rival_models, rivals_of_diagnosis
+from stiffcal.workflow.plan_sheet import check_sheet, write_sheet
 from stiffcal.workflow.steps import RunContext, with_trial_model
 
 if TYPE_CHECKING:
-    from stiffcal.planning.choice import Choice
     from stiffcal.planning.results import PlanResult
 
 DEFAULT_RUNS = 12
@@ -58,7 +59,7 @@ class PlanRequest:
     force: float | None = None
     """Largest force, N; None: as plan.toml has it."""
     sheet: Path | None = None
-    """CSV file to write the run sheet to; None: nothing is written."""
+    """CSV or PDF file to write the run sheet to; None: nothing is written."""
     rivals: tuple[str, ...] = ()
     """Effects with their places that the runs are to distinguish, as "backlash j4"; empty: as ``purpose`` has it."""
     program: Path | None = None
@@ -88,65 +89,48 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     from functools import partial
 
     from stiffcal.identification.geometry import geometry_columns
-    from stiffcal.planning.choice import choice_of_design, choose_runs
     from stiffcal.planning.design import Criterion
     from stiffcal.planning.expected import expected_fit
     from stiffcal.planning.information import information_of_runs, prediction_rows
     from stiffcal.planning.results import PlanResult
-    from stiffcal.planning.rivals import Rival, pairs_of_rivals, separating_design
 
     context, request = context or RunContext(), request or PlanRequest()
     folder = Path(folder)
     campaign = with_trial_model(load_campaign(folder, check_files=False), context)
+    _check_experiments(campaign)
     plan = load_plan(folder)
     if request.force is not None:
         plan = plan.model_copy(update={"load": plan.load.model_copy(update={"force_N": request.force})})
     if request.program is not None:
         check_program(request.program, campaign)
+    if request.sheet is not None:
+        check_sheet(request.sheet)
     model = planned_model(campaign, plan, context)
     named = _named_rivals(campaign, request, context)
     rivals = rival_models(named, campaign, plan, context)
     context.progress("possible poses", 0.1)
     nonlinear = any(has_nonlinear_laws(entry.robot) for entry in (model, *rivals))
     candidates = candidates_of(campaign, plan, model, two_sided=nonlinear)
-    context.progress("information of each run", 0.3)
+    minutes_per_run = plan.minutes_per_run + plan.minutes_per_step * (candidates.wrench.shape[1] + 2)
+    n_runs = _number_of_runs(plan, request, minutes_per_run)
     fixed = fixed_names(campaign)
-    information = checked_balance(
-        lambda: information_of_runs(
-            model.robot, candidates.joints, candidates.wrench, model.setup, model.noise, with_rotation(campaign), fixed
-        )
-    )
-    wanted, criterion = None, Criterion(request.criterion)
+    wanted_of, criterion = None, Criterion(request.criterion)
     if request.purpose not in ("stiffness", LOOK_ALIKES):
         from stiffcal.compensation.load_table import read_load_table
 
         criterion = Criterion.PREDICTION
         table = read_load_table(Path(request.purpose), campaign.chain.joint_names, joints_needed=True)
-        wanted = checked_balance(
-            lambda: prediction_rows(model.robot, table.joints, table.wrench, model.setup, information.scale, fixed)
-        )
-    minutes_per_run = plan.minutes_per_run + plan.minutes_per_step * (candidates.wrench.shape[1] + 2)
-    n_runs = _number_of_runs(plan, request, minutes_per_run)
-    context.progress("choosing runs", 0.6)
-    known = known_information(model, information)
-    choice: Choice | None
-    if rivals:
-        pairs = checked_balance(
-            lambda: pairs_of_rivals(
-                [Rival(entry.robot, entry.covariance) for entry in rivals], candidates.joints, candidates.wrench,
-                model.setup, model.noise, with_rotation(campaign), fixed,
+
+        def wanted_of(scale: Floats) -> Floats:
+            return checked_balance(
+                lambda: prediction_rows(model.robot, table.joints, table.wrench, model.setup, scale, fixed)
             )
-        )  # fmt: skip
-        design = separating_design(pairs, n_runs, plan.repeats)
-        choice = choice_of_design(design, information.factors, known, information.nonlinear)
-        separations = separations_of(pairs, choice, named)
-    else:
-        choice = choose_runs(information.factors, n_runs, criterion, known, wanted, plan.repeats, information.nonlinear)
-        separations = None
-    if choice is None or not choice.identified.any():
-        reason = "no possible load turns any parameter of the model enough to identify it"
-        mend = "allow other directions, a larger force, or a load point with a lever arm"
-        raise InputError.at(FaultCode.DATA_MISSING, PLAN_FILE, "load", reason, mend)
+
+    context.progress("choosing runs", 0.3)
+    runs_chosen = chosen_runs(campaign, plan, model, candidates, Purpose(criterion, n_runs, rivals, wanted_of))
+    choice, information, known = runs_chosen.choice, runs_chosen.information, runs_chosen.known
+    candidates, wanted = runs_chosen.candidates, runs_chosen.wanted
+    separations = separations_of(runs_chosen.pairs, choice, named) if rivals else None
     context.progress("expected uncertainties", 0.8)
     chosen = choice.design.chosen
     of_chosen = information_of_runs(
@@ -209,11 +193,23 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         files = write_planned_campaign(request.campaign, campaign, result)
         result = replace(result, folder=str(request.campaign), files=files)
     if request.sheet is not None:
-        from stiffcal.workflow.plan_sheet import write_run_sheet
-
-        write_run_sheet(request.sheet, result)
+        write_sheet(request.sheet, campaign, result)
         result = replace(result, file=str(request.sheet))
     return result
+
+
+def _check_experiments(campaign: Campaign) -> None:
+    """Refuse campaigns without load runs: where a fixture clamps the robot or its own weight is the load.
+
+    Raises
+    ------
+    InputError : the campaign has runs, and none is a load run.
+    """
+    kinds = {run.experiment for run in campaign.manifest.runs}
+    if kinds and "load" not in kinds:
+        reason = f"plan chooses poses and loads of load runs, and all runs here are {' or '.join(sorted(kinds))} runs"
+        mend = 'plan in a campaign whose runs have experiment = "load", or leave [[runs]] out'
+        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, "campaign.toml", "runs", reason, mend)
 
 
 def _named_rivals(campaign: Campaign, request: PlanRequest, context: RunContext) -> list[NamedRival]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from stiffcal.planning.results import RunToMeasure
 
 
+# Poses that are drawn near the chosen ones to refine joint angles: near each, and near all of few.
+NEAR_EACH, NEAR_ALL = 12, 240
+
+
 @dataclass(frozen=True)
 class Candidates:
     """N pairs of a possible pose and a direction of load."""
@@ -29,6 +33,26 @@ class Candidates:
     """(N, L) rad."""
     wrench: Floats
     """(N, K, 6) the load steps."""
+
+    def subset(self, chosen: Integers) -> Candidates:
+        """Return some of them."""
+        return Candidates(self.joints[chosen], self.wrench[chosen])
+
+    def with_others(self, others: Candidates) -> tuple[Candidates, Integers]:
+        """Return these with the others that are not among them, and the places of all the others."""
+        rows = np.concatenate([table.reshape(len(table), -1) for table in (self.joints, self.wrench)], axis=1)
+        theirs = np.concatenate([table.reshape(len(table), -1) for table in (others.joints, others.wrench)], axis=1)
+        places = {row.tobytes(): k for k, row in reversed(list(enumerate(rows)))}
+        further: list[int] = []
+        for k, row in enumerate(theirs):
+            if places.setdefault(row.tobytes(), len(rows) + len(further)) == len(rows) + len(further):
+                further.append(k)
+        return self + others.subset(np.array(further, dtype=np.int64)), np.array(
+            [places[row.tobytes()] for row in theirs]
+        )
+
+    def __add__(self, others: Candidates) -> Candidates:
+        return Candidates(np.concatenate([self.joints, others.joints]), np.concatenate([self.wrench, others.wrench]))
 
 
 def candidates_of(campaign: Campaign, plan: PlanFile, model: PlanModel, two_sided: bool = False) -> Candidates:
@@ -59,6 +83,19 @@ def candidates_of(campaign: Campaign, plan: PlanFile, model: PlanModel, two_side
     loads = load_steps(campaign, plan, two_sided)
     n, directions = len(joints), len(loads)
     return Candidates(np.repeat(joints, directions, axis=0), np.tile(loads, (n, 1, 1)))
+
+
+def refined_around(
+    campaign: Campaign, plan: PlanFile, model: PlanModel, chosen: Candidates, spread: float
+) -> Candidates:
+    """Return runs with the chosen ones and possible poses near them, under the same loads."""
+    from stiffcal.planning.candidates import near_poses
+
+    near, source = near_poses(
+        campaign.chain, cell_of(campaign, plan), model.setup.targets[0], _tips(campaign, model), chosen.joints,
+        spread, max(NEAR_EACH, NEAR_ALL // len(chosen.joints)), plan.seed,
+    )  # fmt: skip
+    return chosen + Candidates(near, chosen.wrench[source])
 
 
 def _tips(campaign: Campaign, model: PlanModel) -> tuple[Attachment, ...]:

@@ -13,13 +13,13 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.plan_sheet import write_run_sheet
+from stiffcal.workflow.plan_sheet import write_sheet
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.planning.results import PlanResult
 
-RUN_SHEET = "runs.csv"
+RUN_SHEETS = ("runs.csv", "runs.pdf")
 
 
 def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -> list[str]:
@@ -70,8 +70,9 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(campaign.folder / name, folder / name)
         written.append(name)
-    write_run_sheet(folder / RUN_SHEET, plan)
-    return [*written, RUN_SHEET]
+    for sheet in RUN_SHEETS:
+        write_sheet(folder / sheet, campaign, plan)
+    return [*written, *RUN_SHEETS]
 
 
 def _endings(campaign: Campaign) -> dict[str, str]:

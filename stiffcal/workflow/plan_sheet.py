@@ -3,17 +3,53 @@
 from __future__ import annotations
 
 import csv
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiffcal.documents import Vector
+from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import refusal
 
+CSV, PDF = ".csv", ".pdf"
+
 if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
     from stiffcal.planning.results import PlanResult
+
+
+def check_sheet(file: Path) -> None:
+    """Check that a run sheet can be of this kind.
+
+    Raises
+    ------
+    InputError : its ending is neither .csv nor .pdf.
+    """
+    if file.suffix.lower() not in (CSV, PDF):
+        reason, mend = "a run sheet is a table or pages", f"let its name end with {CSV} or {PDF}"
+        raise InputError.at(FaultCode.OPTION_INVALID, str(file), "", reason, mend)
+
+
+def write_sheet(file: Path, campaign: Campaign, plan: PlanResult) -> None:
+    """Write the run sheet, as CSV or as PDF by the file's ending.
+
+    Raises
+    ------
+    InputError : the ending is another, or the file cannot be written.
+    """
+    check_sheet(file)
+    if file.suffix.lower() == CSV:
+        write_run_sheet(file, plan)
+        return
+    from stiffcal.report.run_sheet import build_run_sheet
+
+    today = datetime.now(UTC).date().isoformat()
+    robot = campaign.robot.name or "a robot"
+    build_run_sheet(plan, robot, campaign.manifest.name or "", tuple(campaign.manifest.sources), today, file)
 
 
 def write_run_sheet(file: Path, plan: PlanResult) -> None:

@@ -7,11 +7,14 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pypdf
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.planning.results import PlanResult
+from stiffcal.workflow import plan_choice
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
 from stiffcal.workflow.simulate import simulate_campaign
@@ -47,15 +50,32 @@ def test_every_parameter_has_its_expected_uncertainty(irb4400: Path) -> None:
     assert not plan.not_identified
 
 
-def test_a_plan_is_better_than_random_poses_at_full_load(irb4400: Path) -> None:
+def test_a_plan_is_better_than_random_poses_at_full_load(irb4400: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Half the runs of the plan do as well as random possible ones (in the median of them)."""
     half = plan_campaign(with_plan(irb4400, "runs = 8\n" + LOAD))
+    # random poses stay where they were drawn
+    monkeypatch.setattr(plan_choice, "SPREADS", ())
     worst = []
     for seed in range(7):
         # as many candidates as runs: nothing is left to choose
         text = f"runs = 16\nseed = {seed + 10}\nrepeats = 1\n" + LOAD + "directions = [[1.0, 0.3, -0.6]]\n"
         worst.append(plan_campaign(with_plan(irb4400, text, candidates=16)).gain[-1].worst_relative or np.inf)
     assert (half.gain[-1].worst_relative or np.inf) < np.median(worst)
+
+
+def test_refined_joint_angles_are_better_and_possible(irb4400: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "runs = 8\n[limits_deg]\nA1 = [-40.0, 30.0]\n" + LOAD
+    refined = plan_campaign(with_plan(irb4400, text), request=PlanRequest(criterion="determinant"))
+    monkeypatch.setattr(plan_choice, "SPREADS", ())
+    drawn = plan_campaign(irb4400, request=PlanRequest(criterion="determinant"))
+
+    def volume(plan: PlanResult) -> float:
+        return float(np.sum(np.log([parameter.relative or np.nan for parameter in plan.parameters])))
+
+    assert volume(refined) < volume(drawn) - 0.2
+    first = np.degrees([run.joints[0] for run in refined.runs])
+    assert first.min() >= -35.0 - 1e-9
+    assert first.max() <= 25.0 + 1e-9
 
 
 def test_minutes_decide_on_the_number_of_runs(irb4400: Path) -> None:
@@ -76,6 +96,20 @@ def test_the_run_sheet_has_every_state(irb4400: Path, tmp_path: Path) -> None:
     assert force == pytest.approx([0.0, 225.0, 450.0, 0.0], abs=0.2)
     angles = [float(first[0][f"A{k} [deg]"]) for k in range(1, 7)]
     assert angles == pytest.approx(np.degrees(plan.runs[0].joints), abs=0.01)
+
+
+def test_the_run_sheet_on_paper_has_every_run(irb4400: Path, tmp_path: Path) -> None:
+    sheet = tmp_path / "runs.pdf"
+    plan = plan_campaign(with_plan(irb4400, "runs = 3\n" + LOAD), request=PlanRequest(sheet=sheet))
+    text = " ".join(page.extract_text() for page in pypdf.PdfReader(sheet).pages)
+    for run in plan.runs:
+        assert run.id in text
+        for angle in np.degrees(run.joints):
+            assert f"{angle:.2f}" in text
+    assert all(parameter.name in text for parameter in plan.parameters)
+    with pytest.raises(InputError) as raised:
+        plan_campaign(irb4400, request=PlanRequest(sheet=tmp_path / "runs.docx"))
+    assert raised.value.code == FaultCode.OPTION_INVALID
 
 
 def test_a_plan_for_a_path_predicts_better_there(irb4400: Path, tmp_path: Path) -> None:
@@ -172,7 +206,7 @@ def test_the_campaign_folder_is_ready_for_the_logs(irb4400: Path, tmp_path: Path
     out = tmp_path / "next"
     request = PlanRequest(campaign=out)
     plan = plan_campaign(with_plan(irb4400, "runs = 3\n" + LOAD), request=request)
-    assert plan.files == ["campaign.toml", "robot.toml", "model.toml", "runs.csv"]
+    assert plan.files == ["campaign.toml", "robot.toml", "model.toml", "runs.csv", "runs.pdf"]
     made = load_campaign(out, check_files=False)
     assert [run.id for run in made.manifest.runs] == [run.id for run in plan.runs]
     first = made.manifest.runs[0]
@@ -197,3 +231,11 @@ def test_check_reads_the_folder_before_and_while_one_measures(irb4400: Path, tmp
         shutil.copy(tmp_path / "twin" / "raw" / f"pose1_{source}.{ending}", out / "raw" / f"run01_{name}.{ending}")
     checked = check_campaign(out)
     assert [run.id for run in checked.runs if run.n_states] == ["run01"]
+
+
+@pytest.mark.parametrize(("campaign", "kind"), [("joints/01", "clamped"), ("absolute/01", "absolute")])
+def test_campaigns_without_load_runs_are_refused(campaign: str, kind: str) -> None:
+    with pytest.raises(InputError) as raised:
+        plan_campaign(CAMPAIGNS / campaign, request=PlanRequest(force=450.0))
+    assert (raised.value.code, raised.value.file) == (FaultCode.CONTENT_UNSUPPORTED, "campaign.toml")
+    assert kind in raised.value.reason

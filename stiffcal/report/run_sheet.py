@@ -1,0 +1,153 @@
+"""The run sheet of a plan on paper: what to measure, in order, with room to tick it off."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.errors import Progress, no_progress
+from stiffcal.report.blocks import Facts, Items, Paragraph, PictureBlock, ReportSection, TableBlock, TableColumn
+from stiffcal.report.building import PagesHeading, write_pages
+from stiffcal.report.figures.gain import draw_gain
+from stiffcal.wording import significant
+
+if TYPE_CHECKING:
+    from stiffcal.planning.results import PlanResult, RunToMeasure
+
+NOT_KNOWN = "–"
+BOX = "□"
+
+
+def build_run_sheet(
+    plan: PlanResult, robot: str, campaign: str, sources: tuple[str, ...], date: str, output: Path,
+    progress: Progress = no_progress,
+) -> None:  # fmt: skip
+    """Write the run sheet as a PDF.
+
+    Parameters
+    ----------
+    plan : what to measure.
+    robot, campaign : their names.
+    sources : names of the logging devices, as campaign.toml has them.
+    date : ISO date that is printed.
+    output : where to write.
+    progress : receives each step.
+
+    Raises
+    ------
+    InputError : `output` cannot be written.
+    """
+    heading = PagesHeading(
+        title=f"Run sheet, {robot}", kind="Load-deflection calibration", campaign=campaign, date=date, maker="stiffcal"
+    )
+    sections = (_overview(plan, sources), _runs(plan), _steps(plan), _expected(plan))
+    write_pages(heading, sections, output, progress)
+
+
+def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
+    facts = [
+        ("Runs", f"{len(plan.runs)}, {plan.minutes:.0f} min"),
+        ("Log", ", ".join(sources) or NOT_KNOWN),
+        ("Values of the plan", plan.values_from),
+        ("Chosen from", f"{plan.candidates} pairs of pose and load, efficiency {plan.efficiency:.2f}"),
+    ]
+    notes = [
+        "Poses and joint moves were checked against joint limits, keep-out boxes and link capsules of plan.toml only.",
+        "They were not checked against the robot itself, cables, the load, or people.",
+        "In every run: read unloaded, at each load step in order, and unloaded again; hold each for the same time.",
+        "If time is short, measure the runs of highest rank first.",
+        *(
+            f"From {before} to {after} no free joint move was found: drive by hand."
+            for before, after in plan.blocked_moves
+        ),
+        *(
+            f"{loss.parameter} rests on {loss.run}: check its logs before the set-up is taken down."
+            for loss in plan.rests_on_one_run
+        ),
+    ]
+    return ReportSection("Before the first run", (Facts(tuple(facts)), Items(tuple(notes))))
+
+
+def _runs(plan: PlanResult) -> ReportSection:
+    columns = (
+        TableColumn("run", align="left"),
+        TableColumn("rank"),
+        *(TableColumn(name, "°") for name in plan.joint_names),
+        TableColumn("force, base axes", "N", align="left", width=1.0),
+        TableColumn("done", align="left"),
+    )
+    rows = []
+    for run in plan.runs:
+        rows += [("on the way", "", *_degrees(joints), "", "") for joints in run.approach]
+        largest = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3] + 0.0
+        force = ", ".join(f"{component:.0f}" for component in largest)
+        rows.append((run.id, str(run.rank), *_degrees(run.joints), force, BOX))
+    caption = "Runs in order of measuring; the force is the largest of each run."
+    return ReportSection("Runs", (TableBlock(columns, tuple(rows), caption),))
+
+
+def _steps(plan: PlanResult) -> ReportSection:
+    columns = (
+        TableColumn("runs", align="left", width=1.0),
+        TableColumn("direction, base axes", align="left"),
+        TableColumn("steps", "N", align="left", width=2.0),
+    )
+    alike: dict[tuple[str, str], list[str]] = {}
+    for run in plan.runs:
+        alike.setdefault(_load(run), []).append(run.id)
+    rows = tuple((", ".join(ids), direction, steps) for (direction, steps), ids in alike.items())
+    caption = (
+        "Load steps in order, along the direction; 0 is unloaded. Unloaded states before and after are not listed."
+    )
+    return ReportSection("Load steps", (TableBlock(columns, rows, caption),))
+
+
+def _expected(plan: PlanResult) -> ReportSection:
+    columns = (
+        TableColumn("parameter", align="left", width=1.0),
+        TableColumn("value"),
+        TableColumn("± 95 %"),
+        TableColumn("±", "%"),
+        TableColumn("unit", align="left"),
+    )
+    rows = tuple(
+        (
+            parameter.name, significant(parameter.value), _number(parameter.half_width),
+            _number(None if parameter.relative is None else 100.0 * parameter.relative), parameter.unit,
+        )
+        for parameter in plan.parameters
+    )  # fmt: skip
+    blocks: list[Paragraph | TableBlock | PictureBlock] = [
+        TableBlock(columns, rows, "Expected half widths of the 95 % intervals after all runs.")
+    ]
+    if plan.not_identified:
+        blocks.append(Paragraph(f"Not identified with these means: {', '.join(plan.not_identified)}."))
+    for entry in plan.separations or ():
+        blocks.append(
+            Paragraph(
+                f"Were {entry.truth} true, {entry.rival} would fit worse by χ² = {significant(entry.chi_square, 2)}."
+            )
+        )
+    if any(point.worst_relative is not None for point in plan.gain):
+        caption = "The largest of these half widths after the first runs of highest rank."
+        blocks.append(PictureBlock(partial(draw_gain, plan.gain), caption))
+    return ReportSection("What these runs bring", tuple(blocks))
+
+
+def _load(run: RunToMeasure) -> tuple[str, str]:
+    forces = run.wrench[:, :3]
+    largest = forces[int(np.argmax(np.linalg.norm(forces, axis=1)))]
+    direction = largest / np.linalg.norm(largest)
+    words = ", ".join(f"{part + 0.0:.2f}" for part in direction)
+    return f"({words})", ", ".join(f"{size + 0.0:.0f}" for size in forces @ direction)
+
+
+def _degrees(joints: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[str, ...]:
+    return tuple(f"{angle + 0.0:.2f}" for angle in np.degrees(joints))
+
+
+def _number(value: float | None) -> str:
+    return NOT_KNOWN if value is None else significant(value, 2)
