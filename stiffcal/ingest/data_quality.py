@@ -13,6 +13,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics, miss_words
@@ -27,6 +28,7 @@ from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_u
 
 # States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12
+MOST_ROWS_NAMED = 10
 
 
 class DataQuality:
@@ -97,7 +99,8 @@ def check_load_states(
     if faults:
         return faults, []
     rezeroed, perhaps = rezeroed_runs(chosen, chain)
-    warnings = loaded_references(chosen) + rezeroed_table(chosen, chain) + repeated_rows(chosen)
+    repeated = repeated_rows(states.select((loads[states.run] | states.absolute) & states.used))
+    warnings = loaded_references(chosen) + rezeroed_table(chosen, chain) + repeated + rows_without_place(states)
     warnings += [f"{fault.place}: {fault.reason}; {fault.mend}" for fault in (*rezeroed, *perhaps)]
     if not states.deflection_given and states.setup.targets:
         faults += check_kinematics(states, chain, estimated)
@@ -141,6 +144,16 @@ def _wrench_of(campaign: Campaign) -> tuple[str, str, tuple[str, ...]]:
         if isinstance(signal, Wrench):
             return signal.acts_on, f"sources.{source}.{name}", signal.columns
     return "robot", "wrench", ()
+
+
+def rows_without_place(states: LoadStates) -> list[str]:
+    """Return a warning for rows of absolute runs in which no target was measured."""
+    missing = np.flatnonzero(states.absolute & (states.set_aside_code == SetAsideCode.NOT_MEASURED.value))
+    if not missing.size:
+        return []
+    rows = ", ".join(str(int(row)) for row in states.row[missing[:MOST_ROWS_NAMED]])
+    more = f" and {missing.size - MOST_ROWS_NAMED} more" if missing.size > MOST_ROWS_NAMED else ""
+    return [f"no target was measured in row {rows}{more} of absolute runs: left out"]
 
 
 def loaded_references(states: LoadStates) -> list[str]:

@@ -30,6 +30,7 @@ from stiffcal.reduction.known_weights import weight_warnings
 from stiffcal.reduction.logs import is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.outliers import reject_outliers
+from stiffcal.reduction.place_faults import place_faults
 from stiffcal.reduction.raw_states import RawStates, no_states, of_run, stacked
 from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
@@ -219,6 +220,9 @@ def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, 
     any_held = any(run.experiment in holding_kinds for run in manifest.runs if run.id in set(gathered.run))
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
     states = load_states(gathered, manifest, chain, holding(setup) if any_held else setup)
+    if states.absolute.any():
+        # before the frames are found, which wrong rows would draw away
+        raise_faults(place_faults(states, chain))
     names = frames_to_estimate(manifest)
     if not names:
         return without_growth(states), None

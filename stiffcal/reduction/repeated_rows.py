@@ -10,16 +10,17 @@ MOST_NAMED = 10
 
 
 def repeated_rows(states: LoadStates) -> list[str]:
-    """Return a warning for rows with a load whose angles, loads and readings are all those of an earlier row.
+    """Return a warning for rows whose angles, loads and readings are all those of an earlier row.
 
-    Two readings of instruments never agree in every digit: one of the rows is a copy, and counts twice. Rows without a
-    load may be zeros that were written down, and are left alone.
+    Two readings of instruments never agree in every digit: one of the rows is a copy, and counts twice. Rows of load
+    runs without a load may be zeros that were written down, and are left alone.
 
     Parameters
     ----------
     states : load states; those set aside do not count.
     """
-    used = np.flatnonzero(states.used & np.any(np.nan_to_num(states.wrench) != 0.0, axis=1))
+    loaded = np.any(np.nan_to_num(states.wrench) != 0.0, axis=1)
+    used = np.flatnonzero(states.used & (loaded | states.absolute))
     n = len(used)
     if n < 2:
         return []
@@ -44,5 +45,6 @@ def repeated_rows(states: LoadStates) -> list[str]:
 
 
 def _place(states: LoadStates, state: int) -> str:
-    name, row = states.runs[int(states.run[state])].name, int(states.row[state])
+    info, row = states.runs[int(states.run[state])], int(states.row[state])
+    name = info.of or info.name
     return f"row {row}" if name == str(row) else f"run {name} row {row}"

@@ -1,0 +1,188 @@
+"""Tables of absolute places with one mistake each: refused in one line that names it, and nothing is identified."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import Fault, InputError, no_progress
+from stiffcal.fault_codes import FaultCode
+from stiffcal.ingest.reducing import ReducedCampaign, reduce_campaign
+from stiffcal.measurements.set_aside import SetAsideCode
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns" / "absolute"
+Table = dict[str, list[float]]
+ROW = 20
+PLACE = ("X1", "Y1", "Z1")
+Reduce = Callable[[str, Callable[[Table], None]], ReducedCampaign]
+
+
+@pytest.fixture
+def reduced(tmp_path: Path) -> Reduce:
+    """Return what is made of a bundled campaign whose table was changed."""
+
+    def reduce(name: str, change: Callable[[Table], None]) -> ReducedCampaign:
+        folder = Path(shutil.copytree(CAMPAIGNS / name, tmp_path / name, ignore=shutil.ignore_patterns("store")))
+        file = folder / "raw" / "poses.csv"
+        with file.open(encoding="utf-8") as lines:
+            head, *rows = csv.reader(lines)
+        table = {column: [float(row[k]) for row in rows] for k, column in enumerate(head)}
+        change(table)
+        text = [
+            ["" if np.isnan(value) else f"{value:.9g}" for value in row] for row in zip(*table.values(), strict=True)
+        ]
+        file.write_text("\n".join(",".join(row) for row in [list(table), *text]) + "\n", encoding="utf-8")
+        return reduce_campaign(load_campaign(folder), no_progress)
+
+    return reduce
+
+
+def fault_of(reduced: Reduce, name: str, change: Callable[[Table], None]) -> Fault:
+    """Return the one fault."""
+    with pytest.raises(InputError) as refused:
+        reduced(name, change)
+    (fault,) = refused.value.faults
+    assert "\n" not in fault.reason + fault.mend
+    return fault
+
+
+def scaled(column: str, factor: float, rows: slice = slice(None)) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
+        values = np.array(table[column])
+        values[rows] *= factor
+        table[column] = values.tolist()
+
+    return change
+
+
+def all_of(*changes: Callable[[Table], None]) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
+        for each in changes:
+            each(table)
+
+    return change
+
+
+def exchanged(table: Table, rows: slice) -> None:
+    for axis in "XYZ":
+        first, second = np.array(table[f"{axis}1"]), np.array(table[f"{axis}2"])
+        first[rows], second[rows] = second[rows].copy(), first[rows].copy()
+        table[f"{axis}1"], table[f"{axis}2"] = first.tolist(), second.tolist()
+
+
+@pytest.mark.parametrize(("campaign", "n_joints"), [("01", 6), ("05", 7)])
+def test_a_wrong_sign_is_named_by_its_joint(reduced: Reduce, tmp_path: Path, campaign: str, n_joints: int) -> None:
+    for joint in range(1, n_joints + 1):
+        fault = fault_of(reduced, campaign, scaled(f"A{joint}", -1.0))
+        assert (fault.code, fault.place) == (FaultCode.KINEMATICS_MISMATCH, f"joint A{joint}")
+        shutil.rmtree(tmp_path / campaign)
+
+
+@pytest.mark.parametrize(("campaign", "n_joints"), [("01", 6), ("05", 7)])
+def test_a_zero_that_is_off_is_named_by_its_joint(
+    reduced: Reduce, tmp_path: Path, campaign: str, n_joints: int
+) -> None:
+    for joint in range(2, n_joints):
+        for sign in (1.0, -1.0):
+
+            def off(table: Table, joint: int = joint, sign: float = sign) -> None:
+                table[f"A{joint}"] = [value + sign * 90.0 for value in table[f"A{joint}"]]
+
+            fault = fault_of(reduced, campaign, off)
+            assert fault.place == f"joint A{joint}"
+            # what has to be added to the logged angle
+            assert f"{'−' if sign > 0.0 else ''}90°" in fault.mend
+            shutil.rmtree(tmp_path / campaign)
+
+
+@pytest.mark.parametrize("joint", [1, 6])
+def test_the_first_and_the_last_zero_are_the_frames(reduced: Reduce, joint: int) -> None:
+    def off(table: Table) -> None:
+        table[f"A{joint}"] = [value + 90.0 for value in table[f"A{joint}"]]
+
+    assert reduced("01", off).result.n_states == 80
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1e-3, "a thousand times too small"), (1.0 / 25.4, "in inches")])
+def test_a_row_in_another_unit_is_named(reduced: Reduce, factor: float, words: str) -> None:
+    fault = fault_of(reduced, "01", all_of(*(scaled(axis, factor, slice(ROW, ROW + 1)) for axis in PLACE)))
+    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"run poses, row {ROW + 1}")
+    assert words in fault.reason
+
+
+def test_a_whole_table_in_another_unit_is_named(reduced: Reduce) -> None:
+    fault = fault_of(reduced, "01", all_of(*(scaled(axis, 1e-3) for axis in PLACE)))
+    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, "units.position")
+
+
+def test_angles_of_a_row_in_radians_are_named(reduced: Reduce) -> None:
+    change = all_of(*(scaled(f"A{k}", np.pi / 180.0, slice(ROW, ROW + 1)) for k in range(1, 7)))
+    fault = fault_of(reduced, "01", change)
+    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"run poses, row {ROW + 1}")
+
+
+def test_exchanged_targets_of_a_row_are_named(reduced: Reduce) -> None:
+    fault = fault_of(reduced, "03", lambda table: exchanged(table, slice(ROW, ROW + 1)))
+    assert fault.place == f"run poses, row {ROW + 1}"
+    assert "target1 and target2" in fault.reason
+
+
+def test_exchanged_columns_of_targets_are_named(reduced: Reduce) -> None:
+    fault = fault_of(reduced, "03", lambda table: exchanged(table, slice(None)))
+    assert fault.place == "poses.target1"
+    assert "target1 and target2" in fault.reason
+
+
+def test_angles_of_another_row_are_named(reduced: Reduce) -> None:
+    def copied(table: Table) -> None:
+        for joint in range(1, 7):
+            table[f"A{joint}"][ROW + 1] = table[f"A{joint}"][ROW]
+
+    fault = fault_of(reduced, "01", copied)
+    assert fault.place == f"run poses, row {ROW + 2}"
+    assert f"row {ROW + 1} to the last digit" in fault.reason
+
+
+def test_more_rows_than_are_listed_are_counted(reduced: Reduce) -> None:
+    with pytest.raises(InputError) as refused:
+        reduced("01", all_of(*(scaled(axis, 1e-3, slice(ROW, ROW + 7)) for axis in PLACE)))
+    assert [fault.code for fault in refused.value.faults] == [FaultCode.UNIT_IMPLAUSIBLE] * 4 + [FaultCode.MORE_FAULTS]
+    assert refused.value.faults[-1].reason.startswith("3 ")
+
+
+def test_a_pose_in_which_no_target_was_measured_is_set_aside_by_its_row(reduced: Reduce) -> None:
+    made = reduced("01", all_of(*(scaled(axis, np.nan, slice(ROW, ROW + 1)) for axis in PLACE)))
+    (warning,) = [text for text in made.result.warnings if "no target" in text]
+    assert f"row {ROW + 1} " in warning
+    states = made.states
+    (chosen,) = np.flatnonzero(~states.used)
+    assert int(states.row[chosen]) == ROW + 1
+    assert states.set_aside_code[chosen] == SetAsideCode.NOT_MEASURED.value
+
+
+def test_a_copied_row_is_a_warning(reduced: Reduce) -> None:
+    def copied(table: Table) -> None:
+        for column in table:
+            if column != "t":
+                table[column][ROW + 1] = table[column][ROW]
+
+    (warning,) = [text for text in reduced("01", copied).result.warnings if "repeats" in text]
+    assert f"run poses row {ROW + 2} repeats run poses row {ROW + 1}" in warning
+
+
+def test_poses_too_alike_do_not_determine_the_frames(reduced: Reduce) -> None:
+    def alike(table: Table) -> None:
+        rng = np.random.default_rng(1)
+        for joint in range(1, 7):
+            table[f"A{joint}"] = (table[f"A{joint}"][0] + 0.3 * rng.normal(size=len(table["t"]))).tolist()
+        for axis in PLACE:
+            table[axis] = (table[axis][0] + rng.normal(size=len(table["t"]))).tolist()
+
+    fault = fault_of(reduced, "01", alike)
+    assert fault.code is FaultCode.REGISTRATION_IMPOSSIBLE
