@@ -101,7 +101,7 @@ def place_faults(states: LoadStates, chain: Chain) -> list[Fault]:
     states : all states of the campaign, places in the axes of whatever frame.
     chain : the robot's kinematics as the robot file has it.
     """
-    rows = np.flatnonzero(states.absolute & states.used & np.isfinite(states.position).all(axis=2).any(axis=1))
+    rows = np.flatnonzero(states.absolute & states.used & np.any(np.isfinite(states.position).all(axis=2), axis=1))
     if len(rows) < LEAST_ROWS or not states.setup.targets:
         return []
     chosen = states.select(rows)
@@ -137,9 +137,9 @@ def _places(states: LoadStates, chain: Chain) -> _Places:
 
 def _meet(places: _Places) -> _Met:
     """Return the frames with which most rows meet: rows far from the others do not count."""
-    known = np.isfinite(places.measured).all(axis=2)
+    known: Booleans = np.asarray(np.isfinite(places.measured).all(axis=2))
     measured = np.where(known[:, :, None], places.measured, 0.0)
-    weight = known.astype(np.float64)
+    weight: Floats = known.astype(np.float64)
     n_targets = places.measured.shape[1]
     offset = places.offset.copy()
     turn, shift = np.eye(3), np.zeros(3)
@@ -156,7 +156,7 @@ def _meet(places: _Places) -> _Met:
         updated = np.where(known, 1.0 / (1.0 + (np.nan_to_num(distance) / scale) ** 2) ** 2, 0.0)
         if np.abs(updated - weight).max() < 1e-4:
             break
-        weight = updated
+        weight = np.asarray(updated)
     return _Met(turn, shift, offset)
 
 
