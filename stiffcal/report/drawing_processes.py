@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import gc
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
 
 # Fewer pictures are drawn before a second process is ready.
 LEAST_PICTURES = 4
+# Of a large picture there are about as many; what is unused then takes some ten megabytes.
+_OBJECTS_BETWEEN_COLLECTIONS = 100_000
 
 Picture = tuple[str, Callable[[], "Figure"], Path]
 """What progress calls it, what draws it, and the SVG file to write."""
@@ -40,7 +44,25 @@ def draw_pictures(pictures: Sequence[Picture], progress: Progress, processes: in
     def task(number: int) -> Callable[[], None]:
         return lambda: _draw(pictures[number], progress, number / len(pictures))
 
-    run_in_processes([task(number) for number in range(len(pictures))], processes)
+    with _rarely_collecting():
+        run_in_processes([task(number) for number in range(len(pictures))], processes)
+
+
+@contextmanager
+def _rarely_collecting() -> Iterator[None]:
+    """Let Python search for unused objects only now and then.
+
+    A picture is some ten thousand objects that refer to each other: the search would go through all of them, and
+    through those of all libraries, dozens of times for each picture.
+    """
+    thresholds = gc.get_threshold()
+    gc.freeze()
+    gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, *thresholds[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*thresholds)
+        gc.unfreeze()
 
 
 def _draw(picture: Picture, progress: Progress, share: float) -> None:

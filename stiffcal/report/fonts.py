@@ -73,8 +73,13 @@ def texts_of(value: Any) -> set[str]:
     return {text for item in items for text in texts_of(item)}
 
 
-def make_drawable(figure: Figure) -> None:
-    """Write out in a picture's texts what is hidden, and give letters that DejaVu lacks a font that has them."""
+def make_drawable(figure: Figure) -> bool:
+    """Write out in a picture's texts what is hidden, and give letters that DejaVu lacks a font that has them.
+
+    Returns
+    -------
+    Whether labels of ticks were given fonts of their own.
+    """
     has_unusual_ticks = False
     for panel in figure.axes:
         for axis in (panel.xaxis, panel.yaxis):
@@ -89,6 +94,7 @@ def make_drawable(figure: Figure) -> None:
         families = [_family(file) for file in further_fonts([written])]
         if families:
             text.set_fontfamily(["DejaVu Sans", *families])
+    return has_unusual_ticks
 
 
 def _texts(figure: Figure, with_ticks: bool) -> list[Text]:

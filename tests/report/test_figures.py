@@ -207,3 +207,19 @@ def test_a_fault_in_a_process_of_its_own_is_reported_here(tmp_path: Path) -> Non
     pictures = [(str(k), broken if k == 3 else FIGURES["load_path"], tmp_path / f"{k}.svg") for k in range(4)]
     with pytest.raises(RuntimeError, match="nothing to draw"):
         draw_pictures(pictures, no_progress, processes=2)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_axes_of_one_tick_look_as_matplotlib_draws_them(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    canvas.save_figure(FIGURES[name](), tmp_path / "light.png")
+    monkeypatch.setattr(canvas, "lighten_axes", lambda figure: None)
+    canvas.save_figure(FIGURES[name](), tmp_path / "usual.png")
+    assert (tmp_path / "light.png").read_bytes() == (tmp_path / "usual.png").read_bytes()
+
+
+def test_ticks_of_a_picture_are_not_made_one_by_one(tmp_path: Path) -> None:
+    figure = FIGURES["measured_against_predicted"]()
+    canvas.save_figure(figure, tmp_path / "light.svg", text_as_shapes=False)
+    assert all(len(axis.majorTicks) == 1 for axes in figure.axes for axis in (axes.xaxis, axes.yaxis))

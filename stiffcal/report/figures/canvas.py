@@ -16,6 +16,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.files import replacing
 from stiffcal.report.drawing_library import drawing_library
+from stiffcal.report.figures.light_axes import lighten_axes
 from stiffcal.report.figures.margins import place_panels
 from stiffcal.report.fonts import make_drawable, silence_font_notices
 
@@ -134,7 +135,8 @@ def save_figure(figure: Figure, path: Path, text_as_shapes: bool = True) -> None
         matplotlib.rcdefaults()
         style = _STYLE | {"svg.fonttype": "path" if text_as_shapes else "none"}
         matplotlib.rcParams.update(cast(Any, style))
-        make_drawable(figure)
+        if not make_drawable(figure):
+            lighten_axes(figure)
         with silence_font_notices(), replacing(path) as temporary:
             figure.savefig(temporary, format=kind, metadata=metadata, dpi=200)
 
@@ -167,9 +169,15 @@ def padded_limits(values: Sequence[float] | Floats, share: float = 0.06) -> tupl
 
 
 def zero_lines(axes: Axes) -> None:
-    """Draw thin lines through the origin."""
-    axes.axhline(0.0, color=QUIET, linewidth=0.5, zorder=0.5)
-    axes.axvline(0.0, color=QUIET, linewidth=0.5, zorder=0.5)
+    """Draw thin lines through the origin, which then lies within the panel."""
+    from matplotlib.lines import Line2D
+
+    # Not axhline: it works out the limits of all panels that share the axis, each time.
+    across, up = axes.get_yaxis_transform(), axes.get_xaxis_transform()
+    for x, y, transform in (((0.0, 1.0), (0.0, 0.0), across), ((0.0, 0.0), (0.0, 1.0), up)):
+        line = Line2D(x, y, transform=transform, color=QUIET, linewidth=0.5, zorder=0.5)
+        axes.add_artist(line)
+    axes.update_datalim([(0.0, 0.0)])
 
 
 def share_legend(figure: Figure, handles: Sequence[Any]) -> None:
