@@ -155,7 +155,7 @@ def _kept(data: Ingested, suspicion: Suspicion) -> Booleans:
     from stiffcal.diagnosis.suspects.words import without_steps
 
     firm = without_steps(suspicion)
-    return firm.keep(data.states) if firm.suspects else np.ones(len(data.states), dtype=np.bool_)
+    return firm.keep(data.states) if firm.suspects or firm.moved else np.ones(len(data.states), dtype=np.bool_)
 
 
 def _with_suspects(
@@ -176,7 +176,7 @@ def _with_suspects(
 
     data, sound = campaigns
     diagnosis = replace(diagnosis, suspects=[], suspects_not_checked=suspicion.not_checked)
-    if not suspicion.suspects:
+    if not suspicion.suspects and suspicion.moved is None:
         return diagnosis
     everything = search if sound is data else search_now(data, loss, context)
     searches = [(sound.states, search)] if sound is data else [(data.states, everything), (sound.states, search)]
@@ -185,9 +185,12 @@ def _with_suspects(
         return diagnosis
     answer = diagnosis_result(data.states, everything)
     remaining_runs = set(sound.states.run.tolist())
-    run_names = ", ".join(
+    left_out = [
         data.states.runs[suspect.run].name for suspect in suspicion.suspects if suspect.run not in remaining_runs
-    )
+    ]
+    if suspicion.moved is not None:
+        left_out.append(f"{int(suspicion.moved.leave_out.sum())} rows on one side of a move of the base")
+    run_names = ", ".join(left_out)
     return replace(
         diagnosis,
         with_suspects=WithSuspects(missing=answer.missing, unexplained=answer.unexplained),

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
     from stiffcal.identification.fit import Fit
+    from stiffcal.identification.moved_base import MovedBase
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.model.summary import EffectAt
 
@@ -43,14 +44,20 @@ def suspicion_of(
     from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
     from stiffcal.diagnosis.suspects.result import NotCheckedReason
     from stiffcal.diagnosis.suspects.selection import not_checked
-    from stiffcal.identification.identify import Settings
+    from stiffcal.identification.identify import Settings, identify_parameters
+    from stiffcal.identification.moved_base import moved_base
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import placed_robot
     from stiffcal.model.equilibrium import NoBalanceError
 
     try:
         settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
-        return find_suspects(states, placed_robot(campaign), settings, progress, present)
+        robot = placed_robot(campaign)
+        suspicion = find_suspects(states, robot, settings, progress, present)
+        if states.absolute.any():
+            fit = present or identify_parameters(states, robot, settings, progress)
+            suspicion = replace(suspicion, moved=moved_base(fit, states))
+        return suspicion
     except (InputError, NoBalanceError):
         return Suspicion(not_checked=not_checked(NotCheckedReason.NO_FIT))
 
@@ -70,7 +77,7 @@ def described(
     searches : what is missing from the model, with the states that were searched; the last one that holds a suspect
         gives the effects that explain it as well.
     """
-    from stiffcal.diagnosis.suspects.words import suspects_of
+    from stiffcal.diagnosis.suspects.words import suspect_of_move, suspects_of
 
     suspects = suspects_of(suspicion, states, campaign.chain)
     if searches:
@@ -79,7 +86,28 @@ def described(
             replace(suspect, explained_by=effects.get(found.run, []))
             for suspect, found in zip(suspects, suspicion.suspects, strict=True)
         ]
-    return [replace(suspect, exclude=_exclusion(suspect, campaign, states)) for suspect in suspects]
+    suspects = [replace(suspect, exclude=_exclusion(suspect, campaign, states)) for suspect in suspects]
+    if suspicion.moved is not None:
+        suspects.append(_with_exclusion(suspect_of_move(suspicion.moved, states), suspicion.moved, campaign, states))
+    return suspects
+
+
+def _with_exclusion(suspect: Suspect, moved: MovedBase, campaign: Campaign, states: LoadStates) -> Suspect:
+    """Return the suspect with the lines that leave out the rows on the shorter side of the move."""
+    from stiffcal.campaign.absolute_checks import absolute_sources
+    from stiffcal.diagnosis.suspects.result import exclusion_lines
+
+    holding = [
+        name
+        for name, source in campaign.manifest.sources.items()
+        if source.is_states and name in absolute_sources(campaign.manifest) and source.body_poses()
+    ]
+    if not holding:
+        return suspect
+    rows = [int(row) for row in states.row[moved.leave_out]]
+    name = holding[0]
+    run = "" if campaign.manifest.sources[name].run is not None else suspect.run
+    return replace(suspect, exclude=exclusion_lines(name, rows, "before or after the base was moved", run))
 
 
 def _explaining(

@@ -25,6 +25,7 @@ from stiffcal.diagnosis.suspects.variants import LARGEST_LOAD, Variant, trial_st
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.moved_base import MovedBase
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import NoBalanceError
@@ -93,10 +94,13 @@ class Suspicion:
     """For each suspect the present model without that run alone; None after the first few of many suspects."""
     not_checked: RunsNotChecked | None = None
     """What was not compared with the other runs, and why; None where all was."""
+    moved: MovedBase | None = None
+    """A move of the base between two rows of absolute runs; None where there is none."""
 
     def keep(self, states: LoadStates) -> Booleans:
-        """Return (n,) True for the states that are not a suspect's."""
-        return ~np.isin(states.run, [suspect.run for suspect in self.suspects])
+        """Return (n,) True for the states that are not a suspect's, and on the longer side of a move of the base."""
+        kept = ~np.isin(states.run, [suspect.run for suspect in self.suspects])
+        return kept if self.moved is None else kept & ~self.moved.leave_out
 
 
 def find_suspects(

@@ -91,7 +91,10 @@ def not_checked(code: NotCheckedReason, *numbers: int) -> RunsNotChecked:
             "runs were compared with each other in {0} of {1} states, evenly spaced in each run: a single bad reading "
             "among the rest was not looked for"
         ),
-        NotCheckedReason.ABSOLUTE_ROWS: "rows of absolute runs are not compared with each other in this version",
+        NotCheckedReason.ABSOLUTE_ROWS: (
+            "rows of absolute runs are not compared one by one: gross mistakes are refused when a table is read, and a "
+            "move of the base between two rows is looked for"
+        ),
         NotCheckedReason.CLAMPED_RUNS: "clamped runs are not compared with each other in this version",
         NotCheckedReason.NO_EFFECT: "runs were not compared with each other: the model holds no effect",
         NotCheckedReason.NO_FIT: "runs were not compared with each other: the model cannot be fitted to them",

@@ -12,6 +12,7 @@ from stiffcal.diagnosis.suspects.result import FitWithout, Suspect, SuspectKind,
 from stiffcal.diagnosis.suspects.time_order import TimeOrder
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import fit_rms
+from stiffcal.identification.moved_base import MovedBase
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.consistency import work_of_load
@@ -116,6 +117,28 @@ def _likely(suspect: FoundSuspect, states: LoadStates) -> str:
             )
         return f"the reading of the target is off{size}: a bump, or a mistyped number; measure it again or leave it out"
     return "no single mistake of units, signs, labels or order explains it: measure it again or leave it out"
+
+
+def suspect_of_move(moved: MovedBase, states: LoadStates) -> Suspect:
+    """Return a move of the base as a result: the first row after it."""
+    info = states.runs[int(states.run[moved.state])]
+    row = int(states.row[moved.state])
+    size, turn = (float(np.linalg.norm(vector)) for vector in (moved.shift, moved.turn))
+    return Suspect(
+        run=info.of or info.name,
+        row=row,
+        kind=SuspectKind.BUMP,
+        why=(
+            f"from row {row} on all places are off by one motion: {1e3 * size:.3g} mm and {1e3 * turn:.2g} mrad, "
+            f"{moved.standard_errors:.2g} standard errors"
+        ),
+        likely=(
+            f"the base or the tracker was moved before row {row}: what stands on one side of it only may be fitted; "
+            "leave the other side out or measure it again"
+        ),
+        factor=None,
+        without=None,
+    )
 
 
 def without_steps(suspicion: Suspicion) -> Suspicion:
