@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.loading import Campaign, load_campaign
+from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.planning.candidates import Cell
 from stiffcal.planning.results import PlanResult
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
+from stiffcal.workflow.plan_means import cell_of
+from stiffcal.workflow.plan_program import write_program
 from tests.laboratory.hostile_names import ALLOWED
-from tests.workflow.test_plan import LOAD, irb4400, with_plan
+from tests.workflow.test_plan import CAMPAIGNS, LOAD, irb4400, with_plan
 
 __all__ = ["irb4400"]  # the fixture
 BOX = "[[keep_out]]\nmin_m = [1.2, -0.5, 0.0]\nmax_m = [2.0, 0.5, 0.9]\n"
@@ -34,6 +41,17 @@ STOPS = {
 }
 COMMENTS = {".src": "; ", ".mod": "  ! ", ".script": "  # ", ".ls": "  !"}
 ENDINGS = sorted(STOPS)
+
+
+Planned: TypeAlias = tuple[Campaign, PlanResult, Cell]
+
+
+@pytest.fixture(scope="module")
+def planned() -> Planned:
+    """Return a plan of paper 002's robot."""
+    campaign = load_campaign(CAMPAIGNS / "irb4400", check_files=False)
+    plan = plan_campaign(CAMPAIGNS / "irb4400", request=PlanRequest(runs=4, force=450.0))
+    return campaign, plan, cell_of(campaign, PlanFile.model_validate({}))
 
 
 def targets(text: str, ending: str) -> Floats:
@@ -101,20 +119,23 @@ def test_the_head_states_what_was_checked(irb4400: Path, ending: str) -> None:
 
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("name", [*sorted(ALLOWED.values())[:12], "x; PTP {AXIS: A1 90}", '"; Stop; !', ";ENDFOLD"])
-def test_names_stay_in_comments(irb4400: Path, ending: str, name: str) -> None:
-    """With a hostile name of the robot all lines but comments are the same."""
+def test_names_stay_in_comments(planned: Planned, tmp_path: Path, ending: str, name: str) -> None:
+    """With hostile names of the robot and a joint all lines but comments are the same."""
 
     def code(text: str) -> list[str]:
         lines = [re.sub(r"^ *\d+:", "", line) for line in text.splitlines()]
         return [line for line in lines if not line.startswith(COMMENTS[ending])]
 
-    _, plain = written(irb4400, ending)
-    robot = (irb4400 / "robot.toml").read_text(encoding="utf-8")
-    quoted = "".join(f"\\U{ord(character):08X}" for character in name)
-    (irb4400 / "robot.toml").write_text(
-        re.sub('name = ".*"', lambda _: f'name = "{quoted}"', robot, count=1), encoding="utf-8"
-    )
-    _, hostile = written(irb4400, ending)
+    campaign, plan, cell = planned
+    texts = []
+    for robot_name in ("a robot", name):
+        file = tmp_path / f"poses{ending}"
+        robot = campaign.robot.model_copy(update={"name": robot_name})
+        write_program(
+            file, replace(campaign, robot=robot), replace(plan, joint_names=(name, *plan.joint_names[1:])), cell
+        )
+        texts.append(file.read_text(encoding="ascii"))
+    plain, hostile = texts
     assert code(hostile) == code(plain)
     assert "ENDFOLD" not in hostile
 
