@@ -129,6 +129,7 @@ def _show_next_measurement(console: Console, result: DiagnoseResult) -> None:
             f"there they differ by {length(measurement.difference_m)}",
             soft_wrap=True,
         )
+        console.print("runs that settle it: stiffcal plan DIR --for look-alikes --force N")
     elif len(result.missing) == 1 and result.missing[0].alternatives:
         console.print(
             "\nno single load in reach distinguishes the foremost of these look-alikes by more than the noise"

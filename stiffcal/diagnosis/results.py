@@ -250,7 +250,9 @@ class SeparatingMeasurement:
     separates: list[EffectAt]
     """The two."""
     gain: Number
-    """The difference over the noise of one reading; null where that is not known."""
+    """What a refit of either model to all data and this load leaves of the difference, over the noise; null where the
+    noise is not known.
+    """
     difference_m: float
     """m, of the two predictions at the tool."""
 

@@ -20,8 +20,9 @@ from functools import partial
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.noise import Noise
-from stiffcal.identification.observation import Observations, predicted, rests
+from stiffcal.identification.least_squares import reduce_blocks
+from stiffcal.identification.noise import Noise, Whitening
+from stiffcal.identification.observation import Observations, evaluate, free_columns, predicted, rests
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.planning.design import VAGUE, Criterion, Design, best_design, compressed
@@ -34,8 +35,25 @@ class Rival:
 
     robot: CompliantRobot
     """With values."""
-    covariance: dict[str, dict[str, float]]
-    """Of its parameters, by full names, as data already fix them; empty where nothing was measured."""
+    names: tuple[str, ...]
+    """Full names of k of its parameters that data already fix; empty where nothing was measured."""
+    information: Floats
+    """(k, k) the inverse of their covariance, in the units of what the laws multiply with."""
+
+    @classmethod
+    def of_covariance(cls, robot: CompliantRobot, covariance: dict[str, dict[str, float]]) -> Rival:
+        """Return a model with the covariance of its fit, by full names; empty where nothing was measured."""
+        names = tuple(covariance)
+        matrix = np.array([[covariance[a][b] for b in names] for a in names]).reshape(len(names), len(names))
+        return cls(robot, names, np.linalg.inv(matrix) if names else matrix)
+
+    @classmethod
+    def of_data(cls, robot: CompliantRobot, data: Observations, whitening: Whitening, fixed: frozenset[str]) -> Rival:
+        """Return a model with what observations would fix of its parameters at its present values."""
+        columns = free_columns(robot, fixed)
+        names = tuple(robot.placed[column.placed].parameter_name(column.symbol) for column in columns)
+        factor = reduce_blocks(evaluate(robot, data, columns), data, whitening).factor
+        return cls(robot, names, factor.T @ factor)
 
 
 @dataclass(frozen=True)
@@ -129,9 +147,9 @@ def _differences(others: Sequence[CompliantRobot], robot: CompliantRobot, data: 
 def _known(rival: Rival, names: tuple[str, ...], scale: Floats) -> Floats:
     p = len(names)
     known = np.zeros((p + 1, p + 1))
-    places = [k for k, name in enumerate(names) if name in rival.covariance]
-    if places:
-        matrix = np.array([[rival.covariance[names[a]][names[b]] for b in places] for a in places])
-        information = np.linalg.inv(matrix / scale[places][:, None] / scale[places])
+    own = [k for k, name in enumerate(rival.names) if name in names]
+    if own:
+        places = [names.index(rival.names[k]) for k in own]
+        information = rival.information[np.ix_(own, own)] * scale[places][:, None] * scale[places]
         known[np.ix_(places, places)] = 0.5 * (information + information.T)
     return known

@@ -7,12 +7,34 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.identification.noise import Noise
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
+from stiffcal.planning.rivals import Rival, pairs_of_rivals, separating_design
 
 # Poses drawn; the best of 400 lies within a few per cent of the best there is in six dimensions of smooth functions.
 POSES = 400
+
+
+# Of the drawn poses with loads, those that differ most are compared with the models refitted.
+REFITTED = 200
+
+
+@dataclass(frozen=True)
+class KnownPair:
+    """What the campaign fixes of two models."""
+
+    first: Rival
+    """With the information that the campaign's data hold on its parameters."""
+    second: Rival
+    """Likewise."""
+    noise: Noise
+    """Of one load state."""
+    with_rotation: bool
+    """Orientations are measured too."""
+    fixed: frozenset[str]
+    """Full names of parameters that are not fitted."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +48,7 @@ class Separation:
     difference: float
     """Of the two predictions, m."""
     gain: float
-    """Difference over the noise of one reading."""
+    """Difference over the noise of one reading; with all that is known, what a refit leaves of it over the noise."""
 
 
 def separating_measurement(
@@ -37,8 +59,12 @@ def separating_measurement(
     wrench: Floats,
     noise: float,
     seed: int = 0,
+    known: KnownPair | None = None,
 ) -> Separation | None:
-    """Return the pose and load at which two models' displacements differ most.
+    """Return the pose and load that separate two models most.
+
+    Without ``known`` that is where their displacements differ most; with it, where the difference is largest that a
+    refit of either model to all data cannot take up (`rivals`: the same design as of `plan`, of one run).
 
     Poses are drawn within the joint limits (a third beyond the measured span where none are given); loads are the
     campaign's largest, along and against each axis of the sensor.
@@ -51,6 +77,7 @@ def separating_measurement(
     wrench : (n, 6) the campaign's wrenches.
     noise : standard uncertainty of a reading, m.
     seed : of the drawing.
+    known : what the campaign fixes of both models' parameters already.
     """
     chain = first.chain
     rng = np.random.default_rng(seed)
@@ -69,9 +96,19 @@ def separating_measurement(
         return None
     # What differs in proportion to nothing — an offset — does not show: both count from the unloaded state.
     difference = np.sqrt(np.sum((displacements[0] - displacements[1])[:, 0, :3] ** 2, axis=1))
-    best = int(np.argmax(difference))
-    size = float(difference[best])
-    return Separation(poses[best], forces[best], size, size / noise if noise > 0.0 else np.inf)
+    if known is None:
+        best = int(np.argmax(difference))
+        size = float(difference[best])
+        return Separation(poses[best], forces[best], size, size / noise if noise > 0.0 else np.inf)
+    tried = np.argsort(difference, kind="stable")[-REFITTED:]
+    rivals = (known.first, known.second)
+    pairs = pairs_of_rivals(
+        rivals, poses[tried], forces[tried][:, None], setup, known.noise, known.with_rotation, known.fixed
+    )
+    chosen = separating_design(pairs, 1).chosen
+    best = int(tried[chosen[0]])
+    gain = float(np.sqrt(min(pair.separation(chosen) for pair in pairs)))
+    return Separation(poses[best], forces[best], float(difference[best]), gain)
 
 
 def _largest_loads(wrench: Floats) -> Floats:

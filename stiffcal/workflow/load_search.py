@@ -91,14 +91,24 @@ def _next_measurement(data: Ingested, search: Search) -> SeparatingMeasurement |
     from stiffcal.diagnosis.heldout_error import with_values_of
     from stiffcal.diagnosis.ranking import effect_at
     from stiffcal.identification.document import finite
-    from stiffcal.planning.separate import separating_measurement
+    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.planning.rivals import Rival
+    from stiffcal.planning.separate import KnownPair, separating_measurement
 
     scan, states = search.first, data.states
+    fixed = fixed_parameters(data.campaign.model)
     noise = scan.fit.noise.translation if scan.fit.noise is not None else 0.0
     for pair in look_alike_pairs(search):
         first, second = (with_values_of(scan, trial) for trial in pair)
-        separation = separating_measurement(first, second, states.setup, states.joints, states.wrench, noise)
-        if separation is not None and (noise == 0.0 or separation.gain >= 1.0):
+        known = None
+        if scan.fit.noise is not None and scan.fit.whitening is not None:
+            turns = bool(np.isfinite(states.rotation).any())
+            one, other = (Rival.of_data(robot, scan.fit.data, scan.fit.whitening, fixed) for robot in (first, second))
+            known = KnownPair(one, other, scan.fit.noise, turns, fixed)
+        separation = separating_measurement(
+            first, second, states.setup, states.joints, states.wrench, noise, known=known
+        )
+        if separation is not None and separation.difference >= noise:
             return SeparatingMeasurement(
                 pose_deg=np.degrees(separation.joints).tolist(),
                 load=separation.wrench.tolist(),

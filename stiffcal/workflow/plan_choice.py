@@ -99,7 +99,7 @@ def _chosen(
     pairs: list[PairInformation] = []
     choice: Choice | None
     if purpose.rivals:
-        rivals = [Rival(entry.robot, entry.covariance) for entry in purpose.rivals]
+        rivals = [Rival.of_covariance(entry.robot, entry.covariance) for entry in purpose.rivals]
         pairs = checked_balance(lambda: pairs_of_rivals(rivals, candidates.joints, candidates.wrench, *means))
         design = separating_design(pairs, purpose.n_runs, plan.repeats, first)
         choice = choice_of_design(design, information.factors, known, information.nonlinear)

@@ -49,7 +49,14 @@ def refitted(joints: Floats, wrench: Floats, setup: MeasurementSetup) -> Fit:
 
 def pairs(joints: Floats, wrench: Floats, setup: MeasurementSetup) -> list[PairInformation]:
     other = refitted(*runs(0, 8)).robot
-    return pairs_of_rivals([Rival(TRUTH, {}), Rival(other, {})], joints, wrench, setup, NOISE, with_rotation=False)
+    return pairs_of_rivals(
+        [Rival.of_covariance(TRUTH, {}), Rival.of_covariance(other, {})],
+        joints,
+        wrench,
+        setup,
+        NOISE,
+        with_rotation=False,
+    )
 
 
 def test_the_separation_is_what_a_refit_of_the_wrong_model_leaves() -> None:
@@ -74,6 +81,28 @@ def test_the_design_separates_both_ways_better_than_random_runs() -> None:
 
 def test_models_that_predict_the_same_are_not_separated() -> None:
     joints, wrench, setup = runs(3, 20)
-    same = pairs_of_rivals([Rival(TRUTH, {}), Rival(TRUTH, {})], joints, wrench, setup, NOISE, with_rotation=False)
+    same = pairs_of_rivals(
+        [Rival.of_covariance(TRUTH, {}), Rival.of_covariance(TRUTH, {})],
+        joints,
+        wrench,
+        setup,
+        NOISE,
+        with_rotation=False,
+    )
     design = separating_design(same, 4)
     assert all(pair.separation(design.chosen) < 1e-6 for pair in same)
+
+
+def test_what_was_measured_counts_as_the_covariance_of_its_fit_does() -> None:
+    joints, wrench, setup = runs(4, 10)
+    fit = refitted(joints, wrench, setup)
+    assert fit.whitening is not None
+    of_data = Rival.of_data(fit.robot, fit.data, fit.whitening, frozenset())
+    names = [name for name in of_data.names if name in fit.free_names]
+    at = [of_data.names.index(name) for name in names]
+    own = [fit.free_names.index(name) for name in names]
+    np.testing.assert_allclose(
+        np.sqrt(np.diagonal(np.linalg.inv(of_data.information[np.ix_(at, at)]))),
+        np.sqrt(np.diagonal(fit.covariance)[own]),
+        rtol=0.02,
+    )
