@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.identification.noise import Noise
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import Balance, NoBalanceError, solve_balance
 from stiffcal.planning import separate
-from stiffcal.planning.separate import POSES, Separation, separating_measurement
+from stiffcal.planning.rivals import Rival
+from stiffcal.planning.separate import POSES, KnownPair, Separation, separating_measurement
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes
 from tests.laboratory.simulated_states import joint_springs
 
@@ -179,3 +181,29 @@ def test_models_without_a_balance_are_not_separated(monkeypatch: pytest.MonkeyPa
     chain = six_axes()
     robots = joint_springs(chain, SIX_STIFFNESS), softer(chain, 2)
     assert separating_measurement(*robots, force_sensor_setup(chain), MEASURED, WRENCH, NOISE) is None
+
+
+def test_what_a_refit_takes_up_separates_nothing() -> None:
+    """Two values of one stiffness: data that fix them leave the difference, a refit without data takes all of it up."""
+    chain = six_axes()
+    robots = joint_springs(chain, SIX_STIFFNESS), softer(chain, 2)
+    noise = Noise(NOISE, 0.0, 0.0, 0.0, "manifest", np.inf)
+    gains = []
+    for relative in (1e-4, 10.0):
+        rivals = [
+            Rival.of_covariance(
+                robot,
+                {
+                    name: {n: (relative * size) ** 2 * (n == name) for n in robot.values()}
+                    for name, size in robot.values().items()
+                },
+            )
+            for robot in robots
+        ]
+        known = KnownPair(rivals[0], rivals[1], noise, False, frozenset())
+        found = separation(chain, known=known)
+        assert found.difference <= separation(chain).difference * (1.0 + 1e-9)
+        gains.append(found.gain)
+    # an unloaded reading and one more come with the loaded one: the noise of their mean counts
+    assert gains[0] == pytest.approx(separation(chain).difference / NOISE * np.sqrt(2.0 / 3.0), rel=0.05)
+    assert gains[1] < 0.02 * gains[0]
