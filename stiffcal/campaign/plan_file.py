@@ -97,6 +97,8 @@ class PlanFile(TomlTable):
     candidates : random poses to choose from. seed : of their drawing.
     repeats : how often one pose with one load may be measured.
     limits_deg : of the logged angles, by joint name, tighter than robot.toml's. margin_deg : distance to every limit.
+    prior_range : where a nonlinear parameter (a knee, a band) may lie, by full name; absent: a third to three times the
+        typical value where model.toml and the fit give none. The plan serves both ends and the value itself.
     keep_out : boxes that no link may enter. link_radius_m : of the capsules around the links.
     lowest_m : height in base axes that no link may go below.
     """
@@ -114,6 +116,7 @@ class PlanFile(TomlTable):
     noise: PlannedNoise = PlannedNoise()
     tracker: PlannedTracker | None = None
     limits_deg: dict[str, Interval] = Field(default_factory=dict)
+    prior_range: dict[str, Interval] = Field(default_factory=dict)
     margin_deg: NotNegative = 5.0
     keep_out: Annotated[tuple[KeepOutBox, ...], Field(strict=False), at_most(200, "merge boxes")] = ()
     link_radius_m: PositiveLength = 0.15

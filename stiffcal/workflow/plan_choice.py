@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,14 @@ from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.plan_candidates import Candidates, refined_around
-from stiffcal.workflow.plan_model import PlanModel, checked_balance, fixed_names, known_information, with_rotation
+from stiffcal.workflow.plan_model import (
+    PlanModel,
+    checked_balance,
+    fixed_names,
+    known_information,
+    prior_scenarios,
+    with_rotation,
+)
 
 if TYPE_CHECKING:
     from stiffcal.planning.choice import Choice
@@ -86,7 +94,7 @@ def _chosen(
     purpose: Purpose,
     first: Integers | None = None,
 ) -> ChosenRuns:
-    from stiffcal.planning.choice import choice_of_design, choose_runs
+    from stiffcal.planning.choice import choice_of_design
     from stiffcal.planning.information import information_of_runs
     from stiffcal.planning.rivals import Rival, pairs_of_rivals, separating_design
 
@@ -104,12 +112,50 @@ def _chosen(
         design = separating_design(pairs, purpose.n_runs, plan.repeats, first)
         choice = choice_of_design(design, information.factors, known, information.nonlinear)
     else:
-        choice = choose_runs(
-            information.factors, purpose.n_runs, purpose.criterion, known, wanted, plan.repeats,
-            information.nonlinear, first,
-        )  # fmt: skip
+        choice = _choice_for_ranges(campaign, plan, model, candidates, purpose, (information, known, wanted), first)
     if choice is None or not choice.identified.any():
         reason = "no possible load turns any parameter of the model enough to identify it"
         mend = "allow other directions, a larger force, or a load point with a lever arm"
         raise InputError.at(FaultCode.DATA_MISSING, PLAN_FILE, "load", reason, mend)
     return ChosenRuns(candidates, information, known, wanted, choice, pairs)
+
+
+def _choice_for_ranges(
+    campaign: Campaign,
+    plan: PlanFile,
+    model: PlanModel,
+    candidates: Candidates,
+    purpose: Purpose,
+    nominal: tuple[RunInformation, Floats | None, Floats | None],
+    first: Integers | None,
+) -> Choice | None:
+    """Return the choice that serves the model and both ends of the prior ranges of its unknown nonlinear parameters.
+
+    The parameters of each of these count as parameters of their own: what is worst or mean is that over all of them.
+    """
+    from stiffcal.planning.choice import Choice, choose_runs
+    from stiffcal.planning.information import information_of_runs
+
+    information, known, wanted = nominal
+    means = (model.setup, model.noise, with_rotation(campaign), fixed_names(campaign))
+    p = len(information.names)
+    factors = [information.factors]
+    robots = prior_scenarios(plan, model)
+    for robot in robots[1:]:
+        runs = checked_balance(partial(information_of_runs, robot, candidates.joints, candidates.wrench, *means))
+        factors.append(runs.factors * (information.scale / runs.scale))
+    count = len(robots)
+    blocks = np.zeros((len(candidates.joints), count * factors[0].shape[1], count * p))
+    for number, block in enumerate(factors):
+        rows = slice(number * block.shape[1], (number + 1) * block.shape[1])
+        blocks[:, rows, number * p : (number + 1) * p] = block
+    choice = choose_runs(
+        blocks, purpose.n_runs, purpose.criterion, _repeated(known, count), _repeated(wanted, count), plan.repeats,
+        np.tile(information.nonlinear, count), first,
+    )  # fmt: skip
+    return None if choice is None else Choice(choice.design, choice.free[:p], choice.identified[:p])
+
+
+def _repeated(matrix: Floats | None, count: int) -> Floats | None:
+    """Return a matrix as often along the diagonal."""
+    return None if matrix is None else np.asarray(np.kron(np.eye(count), matrix), dtype=np.float64)

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from stiffcal.planning.information import RunInformation
 
 Computed = TypeVar("Computed")
+# Of a nonlinear parameter without a value: from a third to three times the typical one.
+RANGE_FACTOR = 3.0
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,45 @@ def known_information(model: PlanModel, information: RunInformation) -> Floats |
     known = np.zeros((len(information.names),) * 2)
     known[np.ix_(places, places)] = np.linalg.inv(matrix / scale[:, None] / scale)
     return 0.5 * (known + known.T)
+
+
+def prior_scenarios(plan: PlanFile, model: PlanModel) -> list[CompliantRobot]:
+    """Return the robot with its values, and with the unknown nonlinear parameters at both ends of their ranges.
+
+    Raises
+    ------
+    InputError : a range is of no nonlinear parameter of the model, empty, or beyond what is possible.
+    """
+    from stiffcal.model.effect import ParameterRole
+
+    specs = {
+        placed.parameter_name(spec.symbol): spec
+        for placed in model.robot.placed
+        for spec in placed.specs(ParameterRole.NONLINEAR)
+        if not spec.discrete
+    }
+    ends: dict[str, tuple[float, float]] = {}
+    for name in sorted(specs.keys() & model.assumed):
+        typical = specs[name].typical
+        factor = RANGE_FACTOR if typical > 0.0 else 1.0 / RANGE_FACTOR
+        ends[name] = typical / factor, typical * factor
+    for name, (low, high) in plan.prior_range.items():
+        place = f"prior_range.{name}"
+        if name not in specs:
+            mend = f"nonlinear parameters: {', '.join(sorted(specs)) or 'none'}"
+            reason = "the model has no nonlinear parameter of this name"
+            raise InputError.at(FaultCode.PARAMETER_UNKNOWN, PLAN_FILE, place, reason, mend)
+        if not specs[name].lower <= low < high <= specs[name].upper:
+            mend = f"write the lower end first, from {specs[name].lower:g} to {specs[name].upper:g} {specs[name].unit}"
+            raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, place, "no possible range", mend)
+        ends[name] = low, high
+    if not ends:
+        return [model.robot]
+    clipped = {
+        name: tuple(min(max(end, specs[name].lower), specs[name].upper) for end in both) for name, both in ends.items()
+    }
+    extremes = [model.robot.with_values({name: both[side] for name, both in clipped.items()}) for side in (0, 1)]
+    return [model.robot, *extremes]
 
 
 def has_nonlinear_laws(robot: CompliantRobot) -> bool:

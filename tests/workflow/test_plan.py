@@ -11,13 +11,18 @@ import pypdf
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.plan_file import load_plan
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.planning.design import information
+from stiffcal.planning.information import information_of_runs
 from stiffcal.planning.results import PlanResult
 from stiffcal.workflow import plan_choice
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
+from stiffcal.workflow.plan_model import planned_model, with_rotation
 from stiffcal.workflow.simulate import simulate_campaign
+from stiffcal.workflow.steps import RunContext
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 LOAD = "[load]\nforce_N = 450.0\n"
@@ -239,3 +244,55 @@ def test_campaigns_without_load_runs_are_refused(campaign: str, kind: str) -> No
         plan_campaign(CAMPAIGNS / campaign, request=PlanRequest(force=450.0))
     assert (raised.value.code, raised.value.file) == (FaultCode.CONTENT_UNSUPPORTED, "campaign.toml")
     assert kind in raised.value.reason
+
+
+TWO_SLOPE = """schema = "stiffcal/model/1"
+[[effects]]
+type = "joint-compliance"
+joints = [1, 2, 3, 4, 5, 6]
+[[effects]]
+type = "two-slope"
+joints = [2]
+"""
+
+
+def test_an_unknown_knee_is_planned_for_over_its_range(irb4400: Path) -> None:
+    """A knee that lies elsewhere in the range is known better by the plan for the range than by one for a value."""
+    (irb4400 / "model.toml").write_text(TWO_SLOPE, encoding="utf-8")
+    text = "runs = 8\n" + LOAD
+    wide = plan_campaign(with_plan(irb4400, text + '[prior_range]\n"two-slope.j2.knee" = [10.0, 300.0]\n'))
+    narrow = plan_campaign(with_plan(irb4400, text + '[prior_range]\n"two-slope.j2.knee" = [29.9, 30.1]\n'))
+    assert any(not np.array_equal(a.joints, b.joints) for a, b in zip(wide.runs, narrow.runs, strict=True))
+    # both senses, since the law has a knee
+    assert all((run.wrench[:, :3] @ run.wrench[3, :3] < 0.0).any() for run in wide.runs)
+
+    def with_knee(plan: PlanResult, knee: float) -> float:
+        """Return the largest relative uncertainty that the plan's runs bring where the knee lies here."""
+        campaign = load_campaign(irb4400, check_files=False)
+        model = planned_model(campaign, load_plan(irb4400), RunContext())
+        robot = model.robot.with_values({"two-slope.j2.knee": knee})
+        runs = information_of_runs(
+            robot, np.stack([run.joints for run in plan.runs]), np.stack([run.wrench for run in plan.runs]),
+            model.setup, model.noise, with_rotation(campaign),
+        )  # fmt: skip
+        total = information(runs.factors).sum(axis=0)
+        return float(np.sqrt(np.diagonal(np.linalg.inv(total)).max()))
+
+    worst = [max(with_knee(plan, knee) for knee in (10.0, 30.0, 300.0)) for plan in (wide, narrow)]
+    assert worst[0] < worst[1]
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ('"two-slope.j3.knee" = [10.0, 20.0]', FaultCode.PARAMETER_UNKNOWN),
+        ('"joint-compliance.j2.c" = [1e-7, 1e-6]', FaultCode.PARAMETER_UNKNOWN),
+        ('"two-slope.j2.knee" = [20.0, 10.0]', None),
+    ],
+)
+def test_a_wrong_range_is_named(irb4400: Path, line: str, code: FaultCode | None) -> None:
+    (irb4400 / "model.toml").write_text(TWO_SLOPE, encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        plan_campaign(with_plan(irb4400, LOAD + f"[prior_range]\n{line}\n"))
+    assert raised.value.file == "plan.toml"
+    assert code is None or raised.value.code == code
