@@ -14,6 +14,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.signals import (
+    DeadWeight,
     Deflection,
     Displacement,
     Hold,
@@ -29,14 +30,14 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import rotation_from_vector, rpy_from_rotation, vector_from_rotation
 from stiffcal.quaternions import quaternion_from_rotation
-from stiffcal.simulation.motion import MotionProgram
+from stiffcal.simulation.motion import MotionProgram, PoseProgram
 from stiffcal.simulation.sensors import Channels
 from stiffcal.simulation.settings import TrueRobot
 from stiffcal.simulation.true_motion import TrueRun
 
 # Decimals that text logs are written with: a digit finer than these steps (SI) adds nothing to any instrument.
 _WRITTEN_STEP = {
-    "length": 1e-8, "position": 1e-8, "translation": 1e-8, "angle": 1e-8, "rotation": 1e-8, "force": 1e-4,
+    "mass": 1e-6, "length": 1e-8, "position": 1e-8, "translation": 1e-8, "angle": 1e-8, "rotation": 1e-8, "force": 1e-4,
     "moment": 1e-4, "torque": 1e-6, "temperature": 1e-3, "time": 1e-6, "velocity": 1e-8, "current": 1e-6,
 }  # fmt: skip
 _QUATERNION_DECIMALS = 9
@@ -176,6 +177,9 @@ def true_reading(signal: Signal, samples: SamplingContext, place: str) -> Signal
         program = samples.true_run.planned.program
         start = program.start[program.hold_at(samples.time)]
         return SignalSamples(Channels(("none",)), np.maximum(samples.time - start, 0.0)[:, None])
+    program = samples.true_run.planned.program
+    if isinstance(signal, DeadWeight) and isinstance(program, PoseProgram):
+        return SignalSamples(Channels(("none",)), program.payload_at(samples.path)[:, None])
     raise InputError.at(
         FaultCode.SIMULATION_UNSUPPORTED,
         "campaign.toml",

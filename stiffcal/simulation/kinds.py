@@ -16,6 +16,9 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
+    from numpy.random import Generator
+
+    from stiffcal.arrays import Floats
     from stiffcal.measurements.load_states import Attachment
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.simulation.settings import Loads, SimulatedRun
@@ -37,6 +40,10 @@ class RunSetup:
     """Where they really are."""
     start_s: float
     """s, on the campaign's clock."""
+    limits: Floats
+    """(L, 2) rad, the robot file's limits of the logged joint angles."""
+    rng: Generator
+    """For what the run draws."""
 
     def driven_joint(self) -> int:
         """Return the driven joint, from 1.

@@ -23,7 +23,7 @@ class MotionProgram(LoadProgram):
     joints: Floats
     """(s, L) logged joint angles, rad, as the motors are driven."""
     moved_joint: int
-    """Number of the moved joint, from 1."""
+    """Number of the moved joint, from 1; 0 where no joint is moved alone."""
     wrench_at_node: Floats
     """(s, 6) N, N·m, base axes, about the load point: what the surroundings do to the robot."""
     torque: Floats
@@ -53,6 +53,54 @@ class MotionProgram(LoadProgram):
 
     def _between(self, values: Floats, path: Floats) -> Floats:
         return np.stack([np.interp(path, self.node, column) for column in values.T], axis=1)
+
+
+@dataclass(frozen=True)
+class PoseProgram(MotionProgram):
+    """Poses taken one after the other, a hold each, without a way between that any instrument logs."""
+
+    payload: Floats
+    """(m,) kg hung on at the load point."""
+
+    def payload_at(self, path: Floats) -> Floats:
+        """Return (n,) kg at path coordinates; a pose's payload counts from its hold's start."""
+        return np.asarray(self.payload[np.clip(np.searchsorted(self.end, path), 0, self.payload.size - 1)])
+
+    def velocity_at(self, path: Floats) -> Floats:
+        """Return (n, L) zero: the robot rests in every pose."""
+        return np.zeros((path.size, self.joints.shape[1]))
+
+
+def pose_program(joints: Floats, payload: Floats, interval_s: float) -> PoseProgram:
+    """Return poses at equal times: wrench and torques are filled in where it is played.
+
+    Parameters
+    ----------
+    joints : (m, L) logged joint angles, rad. payload : (m,) kg. interval_s : from one pose to the next.
+    """
+    size = len(payload)
+    middle: Floats = np.linspace(0.5, size - 0.5, size) * interval_s
+    none = np.zeros(size, dtype=np.int64)
+    # a quarter of the time to either side: the robot moves in the rest
+    start, end = middle - 0.25 * interval_s, middle + 0.25 * interval_s
+    return PoseProgram(
+        wrench=np.zeros((size, 6)),
+        direction=none - 1,
+        sign=none,
+        level=np.ones(size),
+        branch=none,
+        cycle=none,
+        ramp_from=np.append(start[:1], end[:-1]),
+        ramp_to=start,
+        start=start,
+        end=end,
+        node=middle,
+        joints=joints,
+        moved_joint=0,
+        wrench_at_node=np.zeros((size, 6)),
+        torque=np.zeros_like(joints),
+        payload=payload,
+    )
 
 
 def motion_program(node: Floats, joints: Floats, moved_joint: int) -> MotionProgram:

@@ -48,6 +48,7 @@ class Stream(IntEnum):
     MISPLACED = 5
     ZERO = 6
     HIDDEN = 7
+    GEOMETRY = 8
 
 
 def stream(seed: int, use: Stream, *place: int) -> np.random.Generator:

@@ -25,12 +25,18 @@ from stiffcal.simulation.cycles import load_program
 from stiffcal.simulation.instruments import frames_measured_by
 from stiffcal.simulation.kinds import RunSetup, run_simulation
 from stiffcal.simulation.recording import Stream, stream
-from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
+from stiffcal.simulation.settings import FILE_NAME, SimulationSettings, TrueRobot
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight
 
 
-def robot_with_values(campaign: Campaign) -> CompliantRobot:
+def robot_with_values(campaign: Campaign, errors: TrueRobot | None = None, seed: int = 0) -> CompliantRobot:
     """Return the robot as the campaign's model file describes it.
+
+    Parameters
+    ----------
+    campaign : the folder.
+    errors : of `simulate.toml`: how large geometry errors are that model.toml leaves without a value; None: none drawn.
+    seed : for these.
 
     Raises
     ------
@@ -38,6 +44,8 @@ def robot_with_values(campaign: Campaign) -> CompliantRobot:
         an effect or place is not known, or a parameter has no value: one fault each.
     """
     robot = compliant_robot(campaign.chain, campaign.model, model_effects(campaign))
+    if errors is not None:
+        robot = _with_drawn_geometry(robot, errors, seed)
     raise_faults(
         [
             Fault(
@@ -53,6 +61,18 @@ def robot_with_values(campaign: Campaign) -> CompliantRobot:
         ]
     )
     return robot
+
+
+def _with_drawn_geometry(robot: CompliantRobot, errors: TrueRobot, seed: int) -> CompliantRobot:
+    """Return the robot with values drawn for parameters of geometry (with an assembly tolerance) that have none."""
+    rng, size = stream(seed, Stream.GEOMETRY), {"m": errors.geometry_error_m, "rad": errors.geometry_error_rad}
+    drawn = {}
+    for placed_effect in robot.placed:
+        for spec in placed_effect.effect.parameters:
+            if spec.tolerance is None or spec.symbol in placed_effect.values or not size.get(spec.unit):
+                continue
+            drawn[placed_effect.parameter_name(spec.symbol)] = size[spec.unit] * float(rng.standard_normal())
+    return robot.with_values(drawn)
 
 
 def true_frames(campaign: Campaign, settings: SimulationSettings) -> dict[str, Attachment]:
@@ -163,7 +183,8 @@ def draw_acts(
         kind, moved = (entry.experiment, entry.moved_joint) if entry is not None else ("load", None)
         simulation = run_simulation(kind)
         if simulation is not None:
-            setup = RunSetup(run, moved, loads, frames, now)
+            rng = stream(seed, Stream.LOADS, number)
+            setup = RunSetup(run, moved, loads, frames, now, campaign.chain.limits, rng)
             planned_runs.append(simulation.plan(settings.motion_of(kind, run), setup))
             now += planned_runs[-1].program.duration
             continue

@@ -175,6 +175,12 @@ class TrueRobot(TomlTable):
         description="standard deviation per axis of the absolute position: constant in a run, absent in deflection",
     )
     orientation_error_rad: NotNegative = 0.0
+    geometry_error_m: NotNegative = Field(
+        0.0,
+        description="standard deviation of the axes' shifts to which model.toml gives no value (link-geometry);"
+        " 0: each needs a value",
+    )
+    geometry_error_rad: NotNegative = Field(0.0, description="the same of the axes' tilts and the joints' zeros")
     temperature_C: float = 22.0
     warming_K_per_hour: float = 0.0
     hidden: list[str] = Field(
@@ -237,7 +243,7 @@ def settings_type() -> type[SimulationSettings]:
     Examples
     --------
     >>> list(settings_type().model_fields)[:5]
-    ['schema_', 'seed', 'loads', 'clamped', 'friction']
+    ['schema_', 'seed', 'loads', 'absolute', 'clamped']
     """
     return _settings_type(motion_tables())
 

@@ -116,7 +116,7 @@ def simulate_runs(
         as `simulate_campaign`.
     """
     check_extent(settings, campaign.manifest)
-    robot = robot_with_values(campaign)
+    robot = robot_with_values(campaign, settings.robot, seed)
     absent = [
         name
         for name in settings.robot.hidden

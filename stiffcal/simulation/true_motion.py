@@ -158,7 +158,7 @@ def solve_true_runs(
     InputError
         the robot does not hold the load, or no side force is found that agrees with a guide.
     """
-    _refuse_setup_effects(robot)
+    refuse_setup_effects(robot)
     names = list(frames)
     true_run = []
     # One batch for each load point: it is part of the set-up.
@@ -263,7 +263,7 @@ def _solve(robot: CompliantRobot, batch: _LoadPointBatch, wrench: Floats, settle
     logged = batch.logged
     order = _order_of(robot, batch.planned_runs, batch.nodes)
     places = settle(robot.chain.model_angles(logged), wrench, setup, order)
-    shift = _observed_shift(robot, places.displacement, order)
+    shift = observed_shift(robot, places.displacement, order)
     turned = rotation_from_vector(shift[..., 3:]) @ places.rotation
     return Places(places.position + shift[..., :3], turned, places.displacement + shift, places.nodes)
 
@@ -321,7 +321,7 @@ def _time_on(program: LoadProgram, path: Floats) -> Floats:
     return np.asarray(np.interp(path, program.path(fine), fine))
 
 
-def _observed_shift(robot: CompliantRobot, displacement: Floats, order: StateOrder) -> Floats:
+def observed_shift(robot: CompliantRobot, displacement: Floats, order: StateOrder) -> Floats:
     """Return (n, B, 6) what observation effects (drift, a slip) add to the places of the targets."""
     observed = Observed(np.moveaxis(displacement, 0, -1), order)
     total = np.zeros_like(observed.displacement)
@@ -332,7 +332,7 @@ def _observed_shift(robot: CompliantRobot, displacement: Floats, order: StateOrd
     return np.moveaxis(total, -1, 0)
 
 
-def _refuse_setup_effects(robot: CompliantRobot) -> None:
+def refuse_setup_effects(robot: CompliantRobot) -> None:
     """Raise where the model holds turned or shifted frames: those are given in simulate.toml, where nothing can mix."""
     for placed_effect in robot.placed:
         if placed_effect.specs(ParameterRole.SETUP):

@@ -6,7 +6,23 @@ The states are those of load campaigns, one run per row; what is predicted is th
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stiffcal.experiments import ExperimentKind
 
-KIND = ExperimentKind("absolute", default_model=Path(__file__).with_name("default_model.toml"))
+if TYPE_CHECKING:
+    from stiffcal.experiments.absolute.simulation_settings import AbsolutePoses
+    from stiffcal.simulation.kinds import RunSimulation
+
+
+class AbsoluteKind(ExperimentKind):
+    """Runs of places, each pose once."""
+
+    def simulation(self) -> RunSimulation[AbsolutePoses]:
+        """Return the simulation of random poses."""
+        from stiffcal.experiments.absolute.simulation import AbsoluteSimulation
+
+        return AbsoluteSimulation()
+
+
+KIND = AbsoluteKind("absolute", default_model=Path(__file__).with_name("default_model.toml"))
