@@ -85,8 +85,9 @@ def export_campaign(
     else:
         from stiffcal.workflow.urdf_export import urdf_text
 
-        write_whole(output, urdf_text(data.campaign, identified))
-        holds = f"the robot as URDF with the joint stiffness of fit {identified.fit_id}"
+        setup = data.states.setup if len(data.states) else None
+        write_whole(output, urdf_text(data.campaign, identified, setup))
+        holds = f"the robot as URDF with the geometry and the joint stiffness of fit {identified.fit_id}"
     return ExportResult(warnings=[], file=str(output), holds=holds)
 
 

@@ -1,4 +1,8 @@
-"""The robot as URDF, each joint with the stiffness of its drive.
+"""The robot as URDF, calibrated where its geometry was identified, each joint with the stiffness of its drive.
+
+Errors of the links and of the zeros are in the joints' origins, masses stay in the frames of their joints; the tracker
+and the targets that were found together with them are links of their own. Springs and eccentricities are no part of a
+rigid robot: they stay in model.toml.
 
 URDF has no stiffness: it stands in an element of its own, which readers that do not know it pass over. Joint angles
 in the file are the chain's own; where logged angles are coupled, a comment states how they become these.
@@ -13,20 +17,26 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
-from stiffcal.mechanics.rotations import rpy_from_rotation
+from stiffcal.measurements.load_states import MeasurementSetup
+from stiffcal.mechanics.rotations import inverse_transform, rpy_from_rotation
+from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Inputs
 from stiffcal.model.summary import Where
 from stiffcal.results.identify_result import IdentifyResult
 
 
-def urdf_text(campaign: Campaign, identified: IdentifyResult) -> str:
+def urdf_text(campaign: Campaign, identified: IdentifyResult, setup: MeasurementSetup | None = None) -> str:
     """Return the robot as URDF.
 
     Parameters
     ----------
     campaign : whose robot it is.
-    identified : the fit whose joint stiffness is written.
+    identified : the fit whose geometry and joint stiffness is written.
+    setup : of the states that were fitted, with the frames where registration put them; None: frames are left out.
     """
-    chain = campaign.chain
+    robot = placed_robot(campaign).with_values(identified.values())
+    chain = robot.adjusted_chain
     root = ElementTree.Element("robot", name=chain.name or campaign.name)
     coupled = not np.allclose(chain.coupling, np.diag(np.diag(chain.coupling)))
     if coupled:
@@ -60,8 +70,47 @@ def urdf_text(campaign: Campaign, identified: IdentifyResult) -> str:
     ElementTree.SubElement(flange, "parent", link=parent)
     ElementTree.SubElement(flange, "child", link="flange")
     ElementTree.SubElement(root, "link", name="flange")
+    if setup is not None:
+        taken = {str(element.get("name")) for element in root}
+        for name, (body, transform) in fitted_frames(robot, setup).items():
+            if body in taken and name not in taken:
+                _fixed_frame(root, name, body, transform)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def fitted_frames(robot: CompliantRobot, setup: MeasurementSetup) -> dict[str, tuple[str, Floats]]:
+    """Return name to (body, (4, 4) body_from_frame) of the frames that were found together with the robot.
+
+    Parameters
+    ----------
+    robot : with the fitted values. setup : with the frames where registration put them.
+    """
+    n_joints = robot.chain.n_joints
+    inputs = Inputs(np.zeros((n_joints, 1)), np.zeros((6, 1)), setup)
+    frames = [placed for placed in robot.placed if placed.effect.moves_frames]
+    for placed in frames:
+        inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
+    result: dict[str, tuple[str, Floats]] = {}
+    for placed in frames:
+        name = placed.place.frame
+        if name in setup.target_names:
+            target = inputs.setup.targets[setup.target_names.index(name)]
+            if target.body == n_joints + 1:
+                result[name] = "flange", target.transform
+        else:
+            error = inputs.setup.tracker_error
+            registered = setup.base_from_tracker
+            result[name] = "base", registered if error is None else inverse_transform(error) @ registered
+    return result
+
+
+def _fixed_frame(root: ElementTree.Element, name: str, body: str, transform: Floats) -> None:
+    joint = ElementTree.SubElement(root, "joint", name=f"{name}_joint", type="fixed")
+    _origin(joint, transform)
+    ElementTree.SubElement(joint, "parent", link=body)
+    ElementTree.SubElement(joint, "child", link=name)
+    ElementTree.SubElement(root, "link", name=name)
 
 
 def _stiffness(joint: ElementTree.Element, identified: IdentifyResult, number: int) -> None:
