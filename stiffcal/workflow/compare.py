@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
@@ -12,6 +13,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.measured_frames import FRAME
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store.origin import worst_of
 from stiffcal.validation.change import CHANCE, change_of
@@ -46,7 +48,8 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         fits.append(up_to_date_fit(data, context))
         origins.append(data.store.origin_of(IDENTIFY))
     require_one_robot(chains, before, after)
-    first, second = ({parameter.name: parameter for parameter in fit.parameters} for fit in fits)
+    of_robot = [_of_the_robot(fit.parameters) for fit in fits]
+    first, second = ({parameter.name: parameter for parameter in parameters} for parameters in of_robot)
     shared = [name for name in first if name in second]
     if not shared:
         reason = f"its model shares no parameter with that of {before}"
@@ -60,13 +63,31 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         before=str(before),
         after=str(after),
         parameters=changes,
-        before_after=values_before_and_after(*(estimated_parameters(fit.parameters) for fit in fits)),
+        before_after=values_before_and_after(*(estimated_parameters(parameters) for parameters in of_robot)),
         only_before=[name for name in first if name not in second],
         only_after=[name for name in second if name not in first],
         p_value_all=_together(fits),
         changed=[name for name, p_value in chances.items() if p_value * len(chances) < CHANCE],
         origin=cast(Origin, worst_of(origins)),
     )
+
+
+def _of_the_robot(parameters: Sequence[IdentifiedParameter]) -> list[IdentifiedParameter]:
+    """Return the parameters that do not depend on where each campaign's own registration puts the tracker.
+
+    Frames count from there, and so do lengths and angles next to a tracker that was found together with them: of its
+    place along and about the first axis the registration decides, and the next links make up for it.
+    """
+    if all(parameter.effect != FRAME for parameter in parameters):
+        return list(parameters)
+    return [p for p in parameters if p.effect != FRAME and not _is_geometry(p)]
+
+
+def _is_geometry(parameter: IdentifiedParameter) -> bool:
+    from stiffcal.model.catalogue import find_effects
+
+    effect = find_effects().get(parameter.effect)
+    return effect is not None and effect.spec(parameter.name.rsplit(".", 1)[1]).tolerance is not None
 
 
 def require_one_robot(chains: list[Chain], before: Path, after: Path) -> None:
@@ -91,7 +112,8 @@ def _together(fits: list[IdentifyResult]) -> float | None:
     import numpy as np
     from scipy.special import chdtrc
 
-    names = [name for name in fits[0].free_parameters if name in fits[1].free_parameters]
+    first, second = ({parameter.name for parameter in _of_the_robot(fit.parameters)} for fit in fits)
+    names = [name for name in fits[0].free_parameters if name in fits[1].free_parameters and name in first & second]
     values, covariances = [], []
     for fit in fits:
         pick = [fit.free_parameters.index(name) for name in names]
@@ -122,6 +144,8 @@ def _amplitude(parameter: IdentifiedParameter) -> float:
 
 def _warnings(fits: list[IdentifyResult], before: Path, after: Path) -> list[str]:
     texts = []
+    if any(len(_of_the_robot(fit.parameters)) < len(fit.parameters) for fit in fits):
+        texts.append("geometry and frames are not compared: they count from where each registration puts the tracker")
     if fits[0].model != fits[1].model:
         texts.append("the two models differ: a change may come from the model and not from the robot")
     for folder, fit in zip((before, after), fits, strict=True):

@@ -33,6 +33,7 @@ from stiffcal.workflow.steps import (
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import ThresholdsFile
     from stiffcal.identification.fit import Fit
+    from stiffcal.model.composite import CompliantRobot
     from stiffcal.store.reading import Documents, Stored
 
 
@@ -181,6 +182,22 @@ def validate_now(
     return result
 
 
+def _with_own_frames(robot: CompliantRobot, data: Ingested) -> CompliantRobot:
+    """Return another campaign's robot with the frames of these absolute places, found again with nothing else free.
+
+    Tracker and targets stand elsewhere in every campaign; without absolute places none is found with the robot.
+    """
+    from stiffcal.identification.identify import Settings, identify_parameters
+
+    of_robot = tuple(placed for placed in robot.placed if not placed.effect.moves_frames)
+    frames = tuple(placed for placed in placed_robot(data.campaign).placed if placed.effect.moves_frames)
+    moved = replace(robot, placed=(*frames, *of_robot))
+    if not frames:
+        return moved
+    fixed = frozenset(placed.parameter_name(spec.symbol) for placed in of_robot for spec in placed.effect.parameters)
+    return identify_parameters(data.states, moved, Settings(fixed=fixed)).robot
+
+
 def _validate_other(
     data: Ingested, folder: Path, context: RunContext, thresholds: ThresholdsFile | None
 ) -> ValidateResult:
@@ -225,7 +242,7 @@ def _validate_other(
         raise InputError.at(
             FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "name a campaign with load runs"
         )
-    fit = replace(own, robot=robot)
+    fit = replace(own, robot=_with_own_frames(robot, data))
     validation = validate_fit(data.states, fit, residuals_of_model(data.states, fit))
     result = validate_result(data.states, validation)
     if origin == FOREIGN:
