@@ -8,6 +8,7 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+from stiffcal.cli.log import record
 from stiffcal.cli.progress import ProgressBar
 from stiffcal.cli.supervision import current
 from stiffcal.escapes import shell
@@ -30,9 +31,10 @@ class Answer:
         self.as_json = as_json
         self.progress = ProgressBar()
 
-    def notify(self, text: str) -> None:
+    def notify(self, text: str, level: str = "INFO") -> None:
         """Write one line to standard error: a step that is run first, a file that was written."""
         self.progress.stop()
+        record(text, level, is_printed=True)
         sys.stderr.write(escaped(mask(text)) + "\n")
         sys.stderr.flush()
 
@@ -66,7 +68,7 @@ class Answer:
             console.print("not computed by you: the logs are missing, and the results came with the folder")
         show(console, escaped_document(result))
         for warning in masked(result.warnings):
-            self.notify(f"warning: {warning}")
+            self.notify(f"warning: {warning}", "WARNING")
         if then:
             # Never wrapped: the line is there to be copied.
             console.out(f"\nnext: {mask(then)}", highlight=False)

@@ -25,6 +25,7 @@ from stiffcal.cli.endings import (
     report_traceback,
     report_usage,
 )
+from stiffcal.cli.log import logging_to, taken_out
 from stiffcal.cli.streams import guarded_streams
 from stiffcal.cli.supervision import Supervision, supervised
 from stiffcal.errors import InputError
@@ -63,6 +64,8 @@ COMMANDS = {
 }
 """Every command, with the first line of its help: what the list of commands is made of without importing them all."""
 
+_WITH_EVERY_COMMAND = "With every command: --verbose writes each step to standard error, --log FILE to a file."
+
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run `stiffcal` with `arguments` (the process's own where None) and leave with its exit code."""
@@ -95,7 +98,9 @@ def _run(given: list[str], supervision: Supervision) -> int:
             return OK
         if "--show-completion" in given[:1]:
             return _show_completion(given[1:])
-        code = supervision.run(_application(given))
+        given, verbose, log = taken_out(given)
+        with logging_to(verbose, log, given):
+            code = supervision.run(_application(given))
     except InputError as error:
         report_input_error(error, as_json)
         return WRONG_INPUT
@@ -163,7 +168,7 @@ def _application(given: list[str]) -> Callable[[], object]:
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
         epilog="DIR is a campaign folder, `.` where left out. Start with: stiffcal demo. Completion of commands and "
-        "options with the tab key: stiffcal --show-completion bash|zsh|fish",
+        f"options with the tab key: stiffcal --show-completion bash|zsh|fish. {_WITH_EVERY_COMMAND}",
     )
     if not named:
         app.callback(invoke_without_command=True)(_without_command)
@@ -177,7 +182,7 @@ def _application(given: list[str]) -> Callable[[], object]:
             f"no such command: {named}" + (f", did you mean {suggestions[0]}?" if suggestions else "")
         )
     function = getattr(importlib.import_module(f"stiffcal.cli.{named}"), named)
-    app.command(help=_help_of(function))(function)
+    app.command(help=_help_of(function), epilog=_WITH_EVERY_COMMAND)(function)
     command = typer.main.get_command(app)
     return lambda: command.main(args=given[1:], prog_name=f"stiffcal {named}", standalone_mode=False)
 

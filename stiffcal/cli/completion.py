@@ -8,6 +8,8 @@ from __future__ import annotations
 import importlib
 from collections.abc import Mapping
 
+from stiffcal.cli.log import LOG, VERBOSE
+
 SHELLS = ("bash", "zsh", "fish")
 
 _BASH = """\
@@ -63,7 +65,7 @@ def options_of(name: str) -> list[str]:
     app.command()(getattr(importlib.import_module(f"stiffcal.cli.{name}"), name))
     parameters = typer.main.get_command(app).params
     words = [word for one in parameters for word in (*one.opts, *one.secondary_opts) if word.startswith("--")]
-    return sorted({*words, "--help"})
+    return sorted({*words, "--help", LOG, VERBOSE})
 
 
 def _fish(commands: Mapping[str, str], options: Mapping[str, list[str]]) -> str:

@@ -10,17 +10,41 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.measurements.rms import Rms
+    from stiffcal.results.history_results import HistoryResult
     from stiffcal.results.validate_result import ValidateResult
 
 
 def after_validation(folder: Path, result: ValidateResult, store: str | None) -> str:
     """Return `diagnose` where the error in held-out poses exceeds the noise, or no noise is known; else `report`."""
+    return _after_error(folder, result.rms, result.noise, store)
+
+
+def _after_error(folder: Path, rms: Rms, known_noise: Rms | None, store: str | None) -> str:
     from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO
 
-    noise = {} if result.noise is None else dict(result.noise.items())
-    errors = {name: value for name, value in result.rms.items() if value is not None}
+    noise = {} if known_noise is None else dict(known_noise.items())
+    errors = {name: value for name, value in rms.items() if value is not None}
     adequate = [value <= ADEQUATE_RATIO * (noise.get(name) or 0.0) for name, value in errors.items()]
     return command_line("report" if adequate and all(adequate) else "diagnose", folder, store=store)
+
+
+def after_history(folder: Path, result: HistoryResult, diagnosis: DiagnoseResult | None, store: str | None) -> str:
+    """Return the step that follows the last fit.
+
+    Parameters
+    ----------
+    folder : the campaign folder. result : its fits. diagnosis : of the last fit; None where there is none.
+    store : where results are kept; None: in the folder.
+    """
+    if not result.fits or result.not_fitted_yet is not None:
+        return command_line("identify", folder, store=store)
+    last = result.fits[-1]
+    if last.heldout_rms is None:
+        return command_line("validate", folder, store=store)
+    if diagnosis is not None:
+        return after_diagnosis(folder, diagnosis, store)
+    return _after_error(folder, last.heldout_rms, last.noise, store)
 
 
 def after_diagnosis(folder: Path, result: DiagnoseResult, store: str | None, finished: str = "report") -> str:

@@ -6,6 +6,7 @@ import sys
 import threading
 from typing import TYPE_CHECKING
 
+from stiffcal.cli.log import is_verbose, record
 from stiffcal.escapes.terminal import escaped
 
 if TYPE_CHECKING:
@@ -33,10 +34,14 @@ class ProgressBar:
         self._bar: rich.progress.Progress | None = None
         self._task: rich.progress.TaskID | None = None
         self._timer: threading.Timer | None = None
+        self._last = ""
 
     def __call__(self, text: str, fraction: float | None = None) -> None:
         """Show what is being done and how much of it is."""
-        if not self._drawn:
+        if text != self._last:
+            self._last = text
+            record(text, "DEBUG")
+        if not self._drawn or is_verbose():
             return
         text = escaped(text)
         if self._bar is None:

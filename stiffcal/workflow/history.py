@@ -16,9 +16,10 @@ from stiffcal.results.history_results import HistoryEntry, HistoryResult, Stored
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.identify import NO_HISTORY
-from stiffcal.workflow.steps import HISTORY, IDENTIFY, RunContext, open_store, stored_document
+from stiffcal.workflow.steps import HISTORY, IDENTIFY, RunContext, open_store, stored_document, stored_result
 
 if TYPE_CHECKING:
+    from stiffcal.diagnosis.results import DiagnoseResult
     from stiffcal.store import Store
 
 
@@ -44,6 +45,21 @@ def read_history(folder: Path, context: RunContext | None = None) -> HistoryResu
     if last is None or present.same_as(last.model):
         return HistoryResult(warnings=[], fits=fits)
     return HistoryResult(warnings=["the model in model.toml is not fitted yet"], fits=fits, not_fitted_yet=present)
+
+
+def diagnosis_of_fit(folder: Path, context: RunContext, fit_id: str) -> DiagnoseResult | None:
+    """Return the stored diagnosis where it is of that fit, else None.
+
+    Raises
+    ------
+    InputError : the folder holds no campaign.
+    """
+    from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.workflow.diagnose import DIAGNOSE
+
+    campaign = load_campaign(Path(folder), check_files=False)
+    diagnosis = stored_result(open_store(campaign.folder, context), DIAGNOSE, DiagnoseResult)
+    return diagnosis if diagnosis is not None and diagnosis.fit_id == fit_id else None
 
 
 def stored_fits(store: Store) -> list[StoredFit]:

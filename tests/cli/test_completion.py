@@ -40,8 +40,8 @@ def test_bash_completes_commands(script: Path) -> None:
 
 @needs_bash
 def test_bash_completes_the_options_of_the_command(script: Path) -> None:
-    assert completed(script, "stiffcal", "identify", "--l") == ["--loss"]
-    assert completed(script, "stiffcal", "check", "--l") == []
+    assert completed(script, "stiffcal", "identify", "--lo") == ["--log", "--loss"]
+    assert completed(script, "stiffcal", "check", "--lo") == ["--log"]
     assert completed(script, "stiffcal", "check", "camp") == []  # names of files are the shell's own
 
 

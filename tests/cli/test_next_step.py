@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from stiffcal.cli.next_step import after_diagnosis, after_validation
+from stiffcal.cli.next_step import after_diagnosis, after_history, after_validation
 from stiffcal.measurements.rms import Rms
 
 FOLDER = Path("campaign")
@@ -43,3 +43,20 @@ def test_a_missing_effect_leads_to_improve_and_a_complete_model_to_the_report() 
     assert after_diagnosis(FOLDER, diagnosis(superfluous=["an effect"]), None) == "stiffcal improve campaign"
     assert after_diagnosis(FOLDER, diagnosis(), None) == "stiffcal report campaign"
     assert after_diagnosis(FOLDER, diagnosis(), None, finished="view") == "stiffcal view campaign"
+
+
+def history(heldout: Rms | None, is_fitted: bool = True) -> Any:
+    """Return a history of a single fit with a noise of 10 µm."""
+    fit = SimpleNamespace(id="1", heldout_rms=heldout, noise=Rms(1e-5, None))
+    return SimpleNamespace(fits=[fit], not_fitted_yet=None if is_fitted else object())
+
+
+def test_the_history_leads_on_from_its_last_fit() -> None:
+    large, small = Rms(1e-4, None), Rms(1e-5, None)
+    missing = diagnosis(missing=["an effect"])
+    assert after_history(FOLDER, history(large, is_fitted=False), missing, None) == "stiffcal identify campaign"
+    assert after_history(FOLDER, history(None), None, None) == "stiffcal validate campaign"
+    assert after_history(FOLDER, history(large), None, None) == "stiffcal diagnose campaign"
+    assert after_history(FOLDER, history(large), missing, None) == "stiffcal improve campaign"
+    assert after_history(FOLDER, history(large), diagnosis(), None) == "stiffcal report campaign"
+    assert after_history(FOLDER, history(small), None, "kept") == "stiffcal report campaign --store kept"
