@@ -47,7 +47,7 @@ def choose_runs(
     wanted : (q, p) rows of predictions, for `Criterion.PREDICTION`.
     limit : how often one candidate may be measured.
     nonlinear : (p,) True for nonlinear parameters; None: none is.
-    first : (n_runs,) a choice to begin with, next to others.
+    first : (n_runs,) a choice to begin with; None: none is known.
     """
     free, identified = identifiable(factors, known, nonlinear)
     if not free.any():

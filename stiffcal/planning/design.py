@@ -103,7 +103,7 @@ def best_design(
     wanted : (q, p) rows whose variances count for `Criterion.PREDICTION`; for `Criterion.WORST` those whose largest
         counts, None for each parameter's own.
     limit : how often one candidate may be measured; None: any number of times.
-    first : (n,) a design that exchange starts from as well.
+    first : (n,) the design that exchange starts from; None: from the relaxed optimum and from a greedy choice.
     bears_losses : for `Criterion.WORST`, no uncertainty rests on one run more than it has to (`planning.lost_runs`).
 
     Raises
@@ -120,9 +120,10 @@ def best_design(
     picked = picked if first is None else np.union1d(picked, first)
     factors, weights = factors[picked], weights[picked]
     most = n_runs if limit is None else limit
-    starts = [_rounded(weights, n_runs, most), _greedy(factors, n_runs, criterion, start, rows, most)]
-    if first is not None:
-        starts.append(np.searchsorted(picked, first))
+    if first is None:
+        starts = [_rounded(weights, n_runs, most), _greedy(factors, n_runs, criterion, start, rows, most)]
+    else:
+        starts = [np.searchsorted(picked, first)]
     best: Integers | None = None
     least = np.inf
     for chosen in starts:

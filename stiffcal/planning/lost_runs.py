@@ -12,8 +12,8 @@ MUCH_WIDER = 1.25
 # So much larger may the largest standard uncertainty with all runs become for it: 5 % in variance.
 PRICE = np.log(1.025)
 # Candidates that are tried in place of a run: the best without regard to losses.
-TRIED = 60
-MOST_PASSES = 4
+TRIED = 30
+MOST_PASSES = 2
 
 
 def bearing_losses(factors: Floats, chosen: Integers, start: Floats, rows: Floats, most: int) -> Integers:

@@ -98,7 +98,7 @@ class PlanResult(CommandResult):
     efficiency: float
     """Ratio of variances, 0 to 1: bound of the relaxed optimum over this plan (Kiefer and Wolfowitz, 1960)."""
     candidates: int
-    """Pairs of pose and load direction that the runs were chosen from."""
+    """Pairs of a drawn pose and a load that the runs were chosen from, before joint angles were refined."""
     values_from: str
     """Where the model's values are from, in words."""
     minutes: float

@@ -122,7 +122,7 @@ def separating_design(
     pairs : of one set of candidates.
     n_runs : how many runs.
     limit : how often one candidate may be measured.
-    first : (n_runs,) a design to begin with, next to others.
+    first : (n_runs,) a design to begin with; None: none is known.
     """
     sizes = [pair.factors.shape[2] for pair in pairs]
     heights = [pair.factors.shape[1] for pair in pairs]

@@ -129,6 +129,7 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     context.progress("choosing runs", 0.3)
     runs_chosen = chosen_runs(campaign, plan, model, candidates, Purpose(criterion, n_runs, rivals, wanted_of))
     choice, information, known = runs_chosen.choice, runs_chosen.information, runs_chosen.known
+    n_drawn = len(candidates.joints)
     candidates, wanted = runs_chosen.candidates, runs_chosen.wanted
     separations = separations_of(runs_chosen.pairs, choice, named) if rivals else None
     context.progress("expected uncertainties", 0.8)
@@ -171,7 +172,7 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         warnings=warnings,
         criterion="rivals" if rivals else criterion.value,
         efficiency=choice.design.efficiency,
-        candidates=len(candidates.joints),
+        candidates=n_drawn,
         values_from=model.values_from,
         minutes=plan.warm_up_minutes + n_runs * minutes_per_run,
         runs=runs,

@@ -76,10 +76,10 @@ def chosen_runs(
     InputError : no possible load turns any parameter's joint, or a load is more than the springs hold.
     """
     around = _chosen(campaign, plan, model, candidates, purpose)
-    near = candidates.subset(np.unique(around.choice.design.chosen))
     for spread in SPREADS:
-        around = _chosen(campaign, plan, model, refined_around(campaign, plan, model, near, spread), purpose)
-        near = around.candidates.subset(np.unique(around.choice.design.chosen))
+        places, first = np.unique(around.choice.design.chosen, return_inverse=True)
+        pool = refined_around(campaign, plan, model, around.candidates.subset(places), spread)
+        around = _chosen(campaign, plan, model, pool, purpose, first.ravel())
     # all candidates once more: the bound is of these, and a drawn pose may serve next to the refined ones
     chosen = around.candidates.subset(around.choice.design.chosen)
     whole, first = candidates.with_others(chosen)
