@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, mod
 from stiffcal.campaign.experiment_kinds import kind_names
 from stiffcal.campaign.file_formats import format_names, format_of, log_format
 from stiffcal.campaign.registered import OneOf
+from stiffcal.campaign.report_settings import ReportSettings
 from stiffcal.campaign.row_filter import ExcludedRows, RowCondition, check_excluded, count_of_rows, parse_rows
 from stiffcal.campaign.signal import Rows
 from stiffcal.campaign.signals import (
@@ -337,7 +338,7 @@ class Manifest(TomlTable):
     Attributes
     ----------
     name : the folder's name where left out. robot : path of the robot file, inside the campaign folder.
-    frames, tool, sources, ids, runs, exclude, thresholds, plugins : see their types.
+    frames, tool, sources, ids, runs, exclude, thresholds, report, plugins : see their types.
     """
 
     schema_id: Literal["stiffcal/campaign/1"] = Field(alias="schema")
@@ -350,6 +351,7 @@ class Manifest(TomlTable):
     runs: Annotated[tuple[Run, ...], Field(strict=False)] = ()
     exclude: Annotated[tuple[Exclusion, ...], Field(strict=False)] = ()
     thresholds: Thresholds = Thresholds()
+    report: ReportSettings = ReportSettings()
     plugins: Annotated[tuple[str, ...], Field(strict=False)] = ()
 
     look_alikes: ClassVar[dict[str, str]] = {

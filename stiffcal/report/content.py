@@ -7,12 +7,13 @@ the reason.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.campaign.report_settings import ReportSettings
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
 from stiffcal.experiments.presentation import Page
@@ -339,6 +340,8 @@ class ReportContent:
     """Joints between tracked bodies, each by itself; none with one tracked body."""
     link_pictures: tuple[LinkPicture, ...] = ()
     """Links with rods."""
+    settings: ReportSettings = field(default_factory=ReportSettings)
+    """Optional sections that the campaign asks for."""
     with_and_without: WithAndWithout | None = None
     """The same poses with the controller correcting and without; None where nothing was measured so."""
 

@@ -133,6 +133,7 @@ def report_content(
         joint_pictures=joint_pictures(data, identified),
         link_pictures=link_pictures(data, identified),
         with_and_without=with_and_without(data),
+        settings=data.campaign.manifest.report,
     )
     return with_diagnosis(content, data, identified)
 
