@@ -30,6 +30,7 @@ ASKED = {
     "clamped none": 0.98, "clamped 3x": 0.95, "clamped 1x": 0.85, "clamped two": 0.80, "clamped outside": 0.90,
     "friction none": 0.98, "friction 3x": 0.95, "friction 1x": 0.85, "friction two": 0.80, "friction outside": 0.90,
     "robot none": 0.98, "robot 3x": 0.95, "robot 1x": 0.85, "robot two": 0.80,
+    "absolute none": 0.98, "absolute 3x": 0.95, "absolute 1x": 0.85, "absolute two": 0.80, "absolute outside": 0.90,
 }  # fmt: skip
 
 

@@ -67,7 +67,7 @@ class Motion:
 
 def player_of(kind: str, number: int) -> Player:
     """Return what plays a campaign: MuJoCo the hinges of every second one of friction, our balance a whole robot."""
-    if kind.startswith("robot"):
+    if kind.startswith(("robot", "absolute")):
         return "balance"
     return "mujoco" if kind.startswith("friction") and number % 2 else "laws"
 

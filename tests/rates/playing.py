@@ -229,8 +229,11 @@ class Ruler:
 
     def size(self, one: PlacedEffect) -> float:
         """Return the rms over all measured components of what the joint springs cannot absorb."""
-        change = predict_observations(with_effects(self.truth, one), self.state.data) - self.state.predicted
-        return float(np.sqrt(np.mean(self.rest_of(change[None])[0] ** 2)))
+        return float(np.sqrt(np.mean(self.rest_of(self.change(one)[None])[0] ** 2)))
+
+    def change(self, one: PlacedEffect) -> Floats:
+        """Return (m, n) by how much an effect changes what is measured."""
+        return predict_observations(with_effects(self.truth, one), self.state.data) - self.state.predicted
 
     def _spring(self, one: PlacedEffect) -> float:
         """Return the rms of what the spring of the effect's joint gives, over the noise; infinite for other places."""

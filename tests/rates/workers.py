@@ -5,20 +5,20 @@ from __future__ import annotations
 import os
 import traceback
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 
 import numpy as np
 
-from tests.rates import benches, clamped_robots
+from tests.rates import absolute_robots, benches, clamped_robots
 from tests.rates.bench_scoring import judge_bench
 from tests.rates.faulty import judge_faulty, simulate_faulty
 from tests.rates.measuring import Player
 from tests.rates.playing import CLASSES, FAULTY, simulate_runs
 from tests.rates.scoring import Verdict, crashed, judge_campaign
 
-BENCHES = (*benches.CLASSES, *clamped_robots.CLASSES)
-"""Classes of clamped and turning joints."""
+BENCHES = (*benches.CLASSES, *clamped_robots.CLASSES, *absolute_robots.CLASSES)
+"""Classes of clamped and turning joints, and of absolute places."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,9 @@ def one_campaign(job: Job) -> Verdict:
     classes = (*CLASSES, *BENCHES)
     rng = np.random.default_rng([job.seed, classes.index(job.kind), job.number])
     try:
+        if job.kind in absolute_robots.CLASSES:
+            drawn = absolute_robots.draw_absolute(job.kind, rng, job.number)
+            return replace(judge_campaign(drawn, job.without), kind=job.kind)
         if job.kind in BENCHES:
             return judge_bench(job.kind, rng, job.player)
         if job.kind in FAULTY:

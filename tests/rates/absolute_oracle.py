@@ -1,0 +1,63 @@
+"""`python -m tests.rates.absolute_oracle --seed N`: one hidden effect of three times the noise in each campaign.
+
+Reduced χ² of a refit of the true effect, and the rms in regions left out: of the model that the search ends with over
+that of the refit, same regions. ``--chi2-only`` leaves the search out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.diagnosis.heldout_error import fitted_rms
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.model.catalogue import built_in_effects
+from tests.rates.absolute_robots import draw_absolute, oracle_of
+from tests.rates.workers import one_thread_each
+
+
+def study(job: tuple[int, int, bool]) -> tuple[float, float, str]:
+    """Return the refit's reduced χ², the search's error over the refit's (NaN without a search), and what is hidden."""
+    seed, number, search_too = job
+    campaign = draw_absolute("absolute 3x", np.random.default_rng([seed, number]), number)
+    oracle = oracle_of(campaign)
+    words = f"{campaign.hidden[0].effect.name} {campaign.hidden[0].place.label} ({campaign.settings})"
+    ratio = np.nan
+    if search_too:
+        final = search_missing(campaign.states, campaign.model, built_in_effects()).final
+        best, own = fitted_rms(campaign.states, oracle).translation, fitted_rms(campaign.states, final).translation
+        ratio = own / best if own and best else np.nan
+    return oracle.reduced_chi2 or np.nan, ratio, words
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Draw, fit, print."""
+    parser = argparse.ArgumentParser(prog="python -m tests.rates.absolute_oracle", description=__doc__)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--count", type=int, default=50)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--chi2-only", action="store_true")
+    chosen = parser.parse_args(arguments)
+    jobs = [(chosen.seed, number, not chosen.chi2_only) for number in range(chosen.count)]
+    reduced, ratios = [], []
+    with one_thread_each(chosen.workers) as pool:
+        for (_, number, _), (chi2, ratio, words) in zip(jobs, pool.map(study, jobs), strict=True):
+            reduced.append(chi2)
+            ratios.append(ratio)
+            print(f"{number}: reduced chi-square {chi2:.3f}, error over the refit's {ratio:.3f}, {words}", flush=True)
+    scatter = np.std(reduced, ddof=1) / np.sqrt(len(reduced))
+    print(f"mean reduced chi-square {np.mean(reduced):.4f} ± {scatter:.4f} (one standard error)")
+    if not chosen.chi2_only:
+        close = np.abs(np.array(ratios) - 1.0) <= 0.03
+        print(
+            f"error over the refit's: rms {np.sqrt(np.mean(np.square(ratios))):.4f}, "
+            f"within 3 %: {close.sum()} of {len(close)}"
+        )
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))
