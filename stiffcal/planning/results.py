@@ -73,7 +73,7 @@ class Separation:
     chi_square: float
     """By how much the rival's weighted sum of squares would be larger than the noise's, refitted to the same runs."""
     distinguished: bool
-    """Whether that is enough to name the true one alone."""
+    """Whether a test of the two would decide, at five standard deviations; `diagnose` asks for more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,7 +12,7 @@ from stiffcal.uncertainty import NORMAL_95
 from stiffcal.workflow.plan_candidates import Candidates
 from stiffcal.workflow.plan_model import PlanModel
 
-# χ² by which a model must fit better for the diagnosis to name it alone: five standard deviations.
+# χ² by which a model must fit better for a test of two to decide: five standard deviations.
 ENOUGH = 25.0
 
 if TYPE_CHECKING:
