@@ -1,0 +1,92 @@
+"""Fits of absolute places: seconds and memory grow no faster than the number of poses."""
+
+from __future__ import annotations
+
+import time
+import tracemalloc
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stiffcal.effects.joint_compliance import JointCompliance
+from stiffcal.effects.joint_eccentricity import JointEccentricity
+from stiffcal.effects.link_geometry import LinkGeometry
+from stiffcal.identification.identify import identify_parameters
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.composite import CompliantRobot
+from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+
+LIMIT_S = {1000: 1.0, 3000: 2.5, 10_000: 8.0}
+"""Processor seconds of one thread by number of poses (issue 16: 1000 poses ≤ 1 s, 11 000 ≤ 8 s)."""
+LIMIT_BYTES_PER_POSE = 25_000
+"""41 columns of three components of 8 bytes are 984 bytes; measured: 6000 to 12 000."""
+STEEPEST = 1.6
+"""Seconds per pose at 10 000 poses, at most, over those at 3000."""
+ORDERS = [{"order": 1.0} for _ in range(6)]
+
+
+@cache
+def campaign(n: int) -> tuple[LoadStates, CompliantRobot]:
+    """Return n poses of a robot with springs, geometry errors and eccentric joints, and the model without values."""
+    chain, rng = six_axes(), np.random.default_rng(1)
+    sizes = (2.5e-4, 2.5e-4, 5e-4, 5e-4)
+    errors = [dict(zip(("x", "y", "rx", "ry"), rng.normal(0.0, sizes), strict=True)) for _ in range(6)]
+    springs = [{"c": 1.0 / float(stiffness)} for stiffness in SIX_STIFFNESS]
+    eccentric = [{**order, "a": 1e-4, "b": -1e-4} for order in ORDERS]
+    true = CompliantRobot(
+        chain,
+        (
+            *on_all_joints(LinkGeometry(), 6, errors),
+            *on_all_joints(JointCompliance(), 6, springs),
+            *on_all_joints(JointEccentricity(), 6, eccentric),
+        ),
+    )
+    model = CompliantRobot(
+        chain,
+        (
+            *on_all_joints(LinkGeometry(), 6),
+            *on_all_joints(JointCompliance(), 6),
+            *on_all_joints(JointEccentricity(), 6, ORDERS),
+        ),
+    )
+    return measured_by(true, absolute_states(chain, n, 1), 2), model
+
+
+@cache
+def seconds(n: int) -> float:
+    """Return the processor seconds of a fit, the better of two: caches are filled once."""
+    states, model = campaign(n)
+    times = []
+    for _ in range(2):
+        start = time.process_time()
+        fit = identify_parameters(states, model)
+        times.append(time.process_time() - start)
+    assert fit.last_step is None
+    assert len(fit.free_names) >= 38
+    # 4 standard deviations of χ² with 3 n
+    assert fit.reduced_chi2 == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (3 * n)))
+    return min(times)
+
+
+@pytest.mark.parametrize("n", list(LIMIT_S))
+def test_processor_seconds(n: int) -> None:
+    assert seconds(n) < LIMIT_S[n]
+
+
+def test_seconds_grow_with_the_number_of_poses() -> None:
+    assert seconds(10_000) / 10_000 < STEEPEST * seconds(3000) / 3000
+
+
+@pytest.mark.parametrize("n", list(LIMIT_S))
+def test_memory_is_bounded_by_the_number_of_poses(n: int) -> None:
+    states, model = campaign(n)
+    tracemalloc.start()
+    try:
+        identify_parameters(states, model)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    print(f"{n} poses: {peak / n:.0f} bytes per pose")
+    assert peak < LIMIT_BYTES_PER_POSE * n
