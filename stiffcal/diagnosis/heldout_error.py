@@ -31,9 +31,10 @@ def left_out_residual(scan: LoadScan, trial: Trial | None) -> Floats:
     columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.regressor.columns])
     residual = scan.residual if trial is None else scan.residual - trial.regressor.fixed
     residual = residual.copy()
-    # Like every other rms, with what errors of the geometry leave.
+    # Like every other rms, with what errors of the geometry leave; a sag is a run's own unknown, as its offset is.
     own = np.ones(len(columns))
-    own[scan.n_columns : len(scan.columns)] = 0.0
+    n_sags = 0 if scan.geometry is None else len(scan.geometry.sag)
+    own[scan.n_columns : len(scan.columns) - n_sags] = 0.0
     for number, members in enumerate(members_of(scan.fold_of_state)):
         residual[:, members] -= np.tensordot(score.without[number] * own, columns[:, :, members], axes=1)
     # No other pose shows a slip: in its own it is judged by the load cycles, as its score is.

@@ -56,7 +56,7 @@ class LoadScan(Scan):
         from scipy.special import ndtr
 
         data = self.fit.data
-        white = self.space.rows(self.residual[None]).reshape(len(data.measured), -1)
+        white = self.space.rows(self._without_sag()[None]).reshape(len(data.measured), -1)
         residual_dof = self.dof - self.n_columns
         if residual_dof < 1 or not data.free_offset:
             return 1.0, 1.0, 0.0
@@ -73,6 +73,12 @@ class LoadScan(Scan):
             float(ndtr(-(1.0 - far / whole) * np.sqrt(n_independent))),
             float(correlation[0]),
         )
+
+    def _without_sag(self) -> Floats:
+        """Return (m, n) the residual; where runs have a sag of their own, it and the model are fitted to them."""
+        if self.geometry is None or not len(self.geometry.sag):
+            return self.residual
+        return np.asarray(self.residual - np.tensordot(self.base.solution, self.columns, axes=1))
 
     def mean_square(self) -> float:
         """Return the residuals' mean square over the first kind of readings, m² or rad²."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.identification.joints_at_rest import with_other_joints_at_rest
 from stiffcal.identification.pose_spread import PoseSpread, pose_spread
 from stiffcal.identification.rows import ROTATION, RowLayout, layout_of, with_gauges, with_motors, with_rods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
@@ -204,6 +205,7 @@ def _reference_of_runs(states: LoadStates) -> Integers:
 
 def observe(states: LoadStates, chain: Chain) -> Observations:
     """Turn load states into observations for a fit; readings set aside count as not measured."""
+    states = with_other_joints_at_rest(states, chain)
     reference = _reference_of_runs(states)
     is_deflection = states.deflection_given
     pieces: list[Floats] = []

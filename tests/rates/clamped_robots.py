@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.experiments.clamped.chain import drive_weight
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.clamped_inverse import clamped_inverse
 from stiffcal.simulation.settings import load_settings
@@ -47,31 +49,66 @@ def write_clamped_robot(folder: Path, kind: str, rng: np.random.Generator) -> Be
     sizes = {"none": (), "two": (3.0, 3.0)}.get(what) or ((float(what.removesuffix("x")),) if what != "none" else ())
     names = [str(name) for name in rng.choice(POOL, len(sizes), replace=False)]
     owners = [int(joint) for joint in rng.permutation(joints)[: len(sizes)]]
+    stances = {joint: [_draw_stance(rng, joint, float(largest[joint])) for _ in range(POSITIONS)] for joint in joints}
     hidden: dict[tuple[str, int], dict[str, float]] = {}
     amplitude = compliance * largest
     for name, size, joint in zip(names, sizes, owners, strict=True):
-        motion = _motion(float(largest[joint]), period)
-        base = np.stack([np.ones(motion.time.size), motion.torque])
-        values = draw_clamped_values(name, rng, float(largest[joint]))
         noise = float(np.hypot(ANGLE_NOISE, FORCE_NOISE * LEVER[joint] * compliance[joint]))
-        unit = beyond_base(CLAMPED[name](motion, values), base)
-        hidden[name, joint + 1] = scaled_to(values, size * noise / unit)
-        amplitude[joint] += float(np.abs(CLAMPED[name](motion, hidden[name, joint + 1])).max())
+        weights = [_weight(stance)[joint] for stance in stances[joint]]
+        motions = [_motion(float(largest[joint]), period, weight) for weight in weights]
+        values, added = _draw_law(name, rng, motions, size * noise, amplitude[joint])
+        hidden[name, joint + 1] = values
+        amplitude[joint] += added
     plan = folder.parent / "plan"
-    _write_plan(plan, rng, (joints, compliance, amplitude, period), hidden)
+    _write_plan(plan, stances, (compliance, amplitude, period), hidden)
     seed = int(rng.integers(1 << 30))
     simulate_campaign(load_campaign(plan, check_files=False), load_settings(plan), folder, seed=seed)
     settings = f"joints {joints[0] + 1} and {joints[1] + 1}, {POSITIONS} positions each"
     return Bench("clamped", hidden, sizes, settings)
 
 
-def _motion(largest: float, period: float) -> Motion:
-    """Return the cycles of torque of one position."""
+def _draw_law(
+    name: str, rng: np.random.Generator, motions: list[Motion], size: float, amplitude: float
+) -> tuple[dict[str, float], float]:
+    """Return values with which a law turns the joint by an rms of ``size`` beyond what a spring makes, and how far.
+
+    Parameters
+    ----------
+    motions : the joint's positions: about the weight's torque in each.
+    size : rad. amplitude : rad, what the spring makes of a cycle: a law that makes more is drawn again.
+
+    Raises
+    ------
+    ValueError : no values do in a hundred draws.
+    """
+    reach = max(float(np.abs(motion.torque).max()) for motion in motions)
+    for _ in range(100):
+        values = draw_clamped_values(name, rng, reach)
+        turned = [CLAMPED[name](motion, values) for motion in motions]
+        bases = [np.stack([np.ones(motion.time.size), motion.torque]) for motion in motions]
+        unit = np.sqrt(np.mean([beyond_base(part, base) ** 2 for part, base in zip(turned, bases, strict=True)]))
+        spans = [float(np.ptp(part)) for part in turned]
+        # a spring that softens gives way under the weight
+        gives_way = name == "cubic-stiffness" and values["c3"] < 0.0
+        if not gives_way and max(spans) * size < amplitude * unit:
+            return scaled_to(values, size / unit), max(spans) * size / unit
+    raise ValueError(f"{name} is not seen about this weight")
+
+
+def _weight(stance: Floats) -> Floats:
+    """Return (6,) torques of the weight about the joints in a stance (6,), degrees, N·m."""
+    campaign = load_campaign(SOURCE, check_files=False)
+    setup = measurement_setup(campaign.manifest, campaign.chain, resolve_frames(campaign.manifest, campaign.chain))
+    return drive_weight(campaign.chain, setup, campaign.chain.model_angles(np.radians(stance)[None]))
+
+
+def _motion(largest: float, period: float, weight: float) -> Motion:
+    """Return the cycles of torque of one position, about the weight's."""
     count = int(CYCLES * period * RATE)
     time = np.arange(count) / RATE
     wave = 1.0 - 4.0 * np.abs((time / period + 0.25) % 1.0 - 0.5)
     zero = np.zeros(count)
-    return Motion(np.zeros(count, dtype=np.int64), time, zero, largest * wave, zero, zero)
+    return Motion(np.zeros(count, dtype=np.int64), time, zero, weight + largest * wave, zero, zero)
 
 
 def _draw_stance(rng: np.random.Generator, joint: int, torque: float) -> Floats:
@@ -82,17 +119,17 @@ def _draw_stance(rng: np.random.Generator, joint: int, torque: float) -> Floats:
         stance = np.round(rng.uniform([-60, -30, 10, 20, 30, -90], [60, 20, 70, 80, 80, 90]), 1)
         inverse, drives = clamped_inverse(campaign.chain, campaign.chain.model_angles(np.radians(stance)[None]), held)
         far_from_singular = float(np.linalg.svd(drives, compute_uv=False)[-1]) > LEAST_SINGULAR
-        if far_from_singular and float(np.linalg.norm(inverse[joint, :3])) * torque < MOST_FORCE:
+        if far_from_singular and 2.0 * float(np.linalg.norm(inverse[joint, :3])) * torque < MOST_FORCE:
             return np.asarray(stance)
 
 
 def _write_plan(
     folder: Path,
-    rng: np.random.Generator,
-    drawn: tuple[list[int], Floats, Floats, float],
+    stances: dict[int, list[Floats]],
+    drawn: tuple[Floats, Floats, float],
     hidden: dict[tuple[str, int], dict[str, float]],
 ) -> None:
-    joints, compliance, amplitude, period = drawn
+    compliance, amplitude, period = drawn
     folder.mkdir(parents=True)
     shutil.copyfile(SOURCE / "robot.toml", folder / "robot.toml")
     text = (SOURCE / "campaign.toml").read_text(encoding="utf-8")
@@ -101,13 +138,14 @@ def _write_plan(
         + text[text.index("[sources.controller]") : text.index("[sources.drives]")]
     )
     runs, acts = [], []
-    for joint in joints:
-        for position in "abc"[:POSITIONS]:
+    for joint, of_joint in stances.items():
+        for position, stance in zip("abc", of_joint, strict=True):
             run = f"{position}{joint + 1}"
-            stance = _draw_stance(rng, joint, float(amplitude[joint] / compliance[joint]))
             runs.append(
                 f'[[runs]]\nid = "{run}"\nexperiment = "clamped"\nmoved_joint = {joint + 1}\n'
                 f'files = {{ ft = "raw/{run}_ft.csv", controller = "raw/{run}.csv" }}\n'
+                # a clock found from the motion closes the loop, and takes what creeps or rubs for its lag
+                "clock_ahead_s = { ft = 0.0 }\n"
             )
             acts.append(
                 f'[[runs]]\nid = "{run}"\njoints_deg = {stance.tolist()}\n'
@@ -117,9 +155,10 @@ def _write_plan(
     (folder / "simulate.toml").write_text(
         f'schema = "stiffcal/simulate/1"\n[clamped]\npoint = "ft_sensor"\ncycles = {CYCLES}\nperiod_s = {period:.2f}\n'
         f"rest_s = 1.5\npoints = 320\n[robot]\nhidden = {sorted({name for name, _ in hidden})}\n"
-        f"[sensors.ft]\nrate_hz = {2.0 * RATE}\n"
+        f'[sensors.ft]\nclock = "runs on"\nrate_hz = {2.0 * RATE}\n'
         f"white = {{ force_N = {FORCE_NOISE}, moment_Nm = {0.1 * FORCE_NOISE} }}\n"
-        f"[sensors.controller]\nrate_hz = {RATE}\nwhite = {{ angle_rad = {ANGLE_NOISE} }}\n" + "\n".join(acts),
+        f'[sensors.controller]\nclock = "runs on"\nrate_hz = {RATE}\n'
+        f"white = {{ angle_rad = {ANGLE_NOISE} }}\n" + "\n".join(acts),
         encoding="utf-8",
     )
     values = [f'"joint-compliance.j{joint + 1}.c" = {{ value = {c} }}' for joint, c in enumerate(compliance)]

@@ -73,7 +73,7 @@ class _Stretch:
     end: int
     """Reading after the last."""
     at_end: bool
-    """True for the last stretch of a half sweep, which is read at its end: laws with a memory turn there."""
+    """True where the motor turns after the last reading: it is read at its end, where laws with a memory turn."""
     is_averaged: bool
     """True where a few readings show no curvature: they are averaged."""
 
@@ -109,6 +109,8 @@ def clamped_states(
         return None
     # the turning point itself still belongs to the half sweep that it ends
     edges = sorted({0, *(corner + 1 for corner in corners if corner > 0), n})
+    # the first and the last extreme are the largest noise of a motor at rest, not where it turned
+    turns = frozenset(corner + 1 for corner in corners[1:-1])
     both = np.stack([angle, load], axis=1)
     windows = _windows(readings.time, both, edges)
     # what an encoder's steps make repeats with the cycle: differences of cycles do not hold it
@@ -118,14 +120,16 @@ def clamped_states(
         windows.noise(load).at_least(1e-12 * max(float(np.ptp(load)), 1e-300)),
     )
     noise = _Noise(series, stepped > 0.0)
-    stretches = _split(readings.time, both, noise, windows.pieces, edges)
+    stretches = _split(readings.time, both, noise, windows.pieces, edges, turns)
     weights = [_weights(readings.time, stretch) for stretch in stretches]
     bases = [_basis(readings.time[stretch.start : stretch.end]) for stretch in stretches]
 
     def sigma(values: Floats, of_cycles: bool = True) -> Floats:
         # noise of a slower log that was brought to the times of a faster one does not show in fast differences
-        series = windows.noise(values) if windows.repeated and of_cycles else _residual_noise(values, stretches, bases)
-        series = series.at_least(fast_noise(values))
+        if windows.repeated and of_cycles:
+            series = windows.noise(values)
+        else:
+            series = _residual_noise(values, stretches, bases).at_least(fast_noise(values))
         return np.array([series.of_weighted(weight) for weight in weights])
 
     # over many readings steps are dithered; over a few they weigh as the readings do
@@ -214,7 +218,8 @@ class _Windows:
 
         From differences of cycles where these repeat, unless ``of_cycles`` is False.
         """
-        if self.repeated and of_cycles:
+        of_cycles = self.repeated and of_cycles
+        if of_cycles:
             own = [(values[b : b + n] - values[a : a + n]) / np.sqrt(2.0) for a, b, n in self.pairs]
         else:
             own = [values[a : a + n] for a, _, n in self.pairs]
@@ -222,7 +227,10 @@ class _Windows:
         squares = np.array([np.mean(rest**2) for rest in remaining])
         straight = np.flatnonzero(squares <= BENT * np.median(squares)) if squares.size else np.zeros(0, dtype=np.int64)
         series = residual_noise([remaining[k] for k in straight], [self.bases[k] for k in straight])
-        return series if series is not None and not series.is_white else white(fast_noise(values))
+        if series is None or (series.is_white and not of_cycles):
+            # a parabola leaves of what bends more than fourth differences do
+            return white(fast_noise(values))
+        return series
 
 
 def _windows(time: Floats, both: Floats, edges: list[int]) -> _Windows:
@@ -263,10 +271,17 @@ def _residual_noise(values: Floats, stretches: list[_Stretch], bases: list[Float
     return residual_noise(remaining, bases) or white(fast_noise(values))
 
 
-def _split(time: Floats, both: Floats, noise: _Noise, pieces: int, edges: Sequence[int]) -> list[_Stretch]:
+def _split(
+    time: Floats, both: Floats, noise: _Noise, pieces: int, edges: Sequence[int], turns: frozenset[int]
+) -> list[_Stretch]:
     """Return the stretches of all half sweeps: equal ones, of which those that bend most are halved.
 
     Half sweeps that repeat each other are divided alike: what bends shows in their mean before it shows in one of them.
+
+    Parameters
+    ----------
+    time, both : (n,) and (n, 2) angle and load. pieces : of a half sweep, to begin with.
+    edges : first readings of the half sweeps, and the reading after the last. turns : those at which the motor turned.
     """
     stretches: list[_Stretch] = []
     for sweeps in _repeats(edges):
@@ -285,7 +300,7 @@ def _split(time: Floats, both: Floats, noise: _Noise, pieces: int, edges: Sequen
         for _, a, b in queue:
             ranges = _within(sweeps, length, a, b)
             averaged = _is_straight(time, both, noise, ranges)
-            stretches += [_Stretch(start, end, b == length, averaged) for start, end in ranges if end > start]
+            stretches += [_Stretch(start, end, end in turns, averaged) for start, end in ranges if end > start]
     return sorted(stretches, key=lambda stretch: stretch.start)
 
 
