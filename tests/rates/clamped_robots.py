@@ -27,6 +27,8 @@ LARGEST = np.array([700.0, 700.0, 500.0, 180.0, 150.0, 120.0])
 LEVER = np.array([1.5, 1.3, 1.0, 0.3, 0.3, 0.1])
 """m, by which the force sensor's noise is a torque about each joint, typically."""
 FORCE_NOISE, ANGLE_NOISE, RATE, CYCLES, POSITIONS = 0.5, 3e-6, 50.0, 3, 3
+LEAST_SHARE = 1e-3
+"""Of a law that a spring cannot make: one whose torque never comes near its play or knee has none."""
 MOST_FORCE = 3000.0
 """N, of the force sensor."""
 LEAST_SINGULAR = 0.1
@@ -88,9 +90,10 @@ def _draw_law(
         bases = [np.stack([np.ones(motion.time.size), motion.torque]) for motion in motions]
         unit = np.sqrt(np.mean([beyond_base(part, base) ** 2 for part, base in zip(turned, bases, strict=True)]))
         spans = [float(np.ptp(part)) for part in turned]
+        shows = unit > LEAST_SHARE * max(float(np.abs(part).max()) for part in turned)
         # a spring that softens gives way under the weight
         gives_way = name == "cubic-stiffness" and values["c3"] < 0.0
-        if not gives_way and max(spans) * size < amplitude * unit:
+        if shows and not gives_way and max(spans) * size < amplitude * unit:
             return name, scaled_to(values, size / unit), max(spans) * size / unit
     return None
 
