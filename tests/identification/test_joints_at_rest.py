@@ -25,7 +25,8 @@ def read_wrenches(other: float = 0.0) -> tuple[Floats, Floats, Floats]:
     torques = np.zeros((6, STATES))
     torques[DRIVEN], torques[4] = 300.0 * wave, other * (wave**2 - np.mean(wave**2))
     wrench = np.linalg.solve(jacobian().T, torques)
-    return wrench, wrench + SIZES[:, None] * rng.standard_normal((6, STATES)), wave
+    read = np.asarray(wrench + SIZES[:, None] * rng.standard_normal((6, STATES)))
+    return np.asarray(wrench), read, np.asarray(wave)
 
 
 def cleaned(read: Floats) -> tuple[Floats, float] | None:
