@@ -19,7 +19,7 @@ def jacobian() -> Floats:
 
 
 def read_wrenches(other: float = 0.0) -> tuple[Floats, Floats, Floats]:
-    """Return true and read wrenches (6, n) and the driven torque's sine; ``other`` N·m of its square on another joint."""
+    """Return true and read wrenches (6, n) and the driven torque's sine; ``other`` N·m of its square on another."""
     rng = np.random.default_rng(7)
     wave = np.sin(np.linspace(0.0, 6.0 * np.pi, STATES))
     torques = np.zeros((6, STATES))
