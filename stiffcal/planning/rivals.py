@@ -30,7 +30,7 @@ from stiffcal.planning.information import information_of_runs
 
 
 @dataclass(frozen=True)
-class Rival:
+class RivalModel:
     """A model that could be true."""
 
     robot: CompliantRobot
@@ -41,14 +41,16 @@ class Rival:
     """(k, k) the inverse of their covariance, in the units of what the laws multiply with."""
 
     @classmethod
-    def of_covariance(cls, robot: CompliantRobot, covariance: dict[str, dict[str, float]]) -> Rival:
+    def of_covariance(cls, robot: CompliantRobot, covariance: dict[str, dict[str, float]]) -> RivalModel:
         """Return a model with the covariance of its fit, by full names; empty where nothing was measured."""
         names = tuple(covariance)
         matrix = np.array([[covariance[a][b] for b in names] for a in names]).reshape(len(names), len(names))
         return cls(robot, names, np.linalg.inv(matrix) if names else matrix)
 
     @classmethod
-    def of_data(cls, robot: CompliantRobot, data: Observations, whitening: Whitening, fixed: frozenset[str]) -> Rival:
+    def of_data(
+        cls, robot: CompliantRobot, data: Observations, whitening: Whitening, fixed: frozenset[str]
+    ) -> RivalModel:
         """Return a model with what observations would fix of its parameters at its present values."""
         columns = free_columns(robot, fixed)
         names = tuple(robot.placed[column.placed].parameter_name(column.symbol) for column in columns)
@@ -79,7 +81,7 @@ class PairInformation:
 
 
 def pairs_of_rivals(
-    rivals: Sequence[Rival],
+    rivals: Sequence[RivalModel],
     joints: Floats,
     wrench: Floats,
     setup: MeasurementSetup,
@@ -144,7 +146,7 @@ def _differences(others: Sequence[CompliantRobot], robot: CompliantRobot, data: 
     return np.stack([predicted(other, data, *rests(other, data)) - own for other in others])
 
 
-def _known(rival: Rival, names: tuple[str, ...], scale: Floats) -> Floats:
+def _known(rival: RivalModel, names: tuple[str, ...], scale: Floats) -> Floats:
     p = len(names)
     known = np.zeros((p + 1, p + 1))
     own = [k for k, name in enumerate(rival.names) if name in names]

@@ -11,7 +11,7 @@ from stiffcal.identification.noise import Noise
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
-from stiffcal.planning.rivals import Rival, pairs_of_rivals, separating_design
+from stiffcal.planning.rivals import RivalModel, pairs_of_rivals, separating_design
 
 # Poses drawn; the best of 400 lies within a few per cent of the best there is in six dimensions of smooth functions.
 POSES = 400
@@ -25,9 +25,9 @@ REFITTED = 200
 class KnownPair:
     """What the campaign fixes of two models."""
 
-    first: Rival
+    first: RivalModel
     """With the information that the campaign's data hold on its parameters."""
-    second: Rival
+    second: RivalModel
     """Likewise."""
     noise: Noise
     """Of one load state."""
@@ -38,7 +38,7 @@ class KnownPair:
 
 
 @dataclass(frozen=True)
-class Separation:
+class ChosenMeasurement:
     """A measurement that two models disagree on most."""
 
     joints: Floats
@@ -60,7 +60,7 @@ def separating_measurement(
     noise: float,
     seed: int = 0,
     known: KnownPair | None = None,
-) -> Separation | None:
+) -> ChosenMeasurement | None:
     """Return the pose and load that separate two models most.
 
     Without ``known`` that is where their displacements differ most; with it, where the difference is largest that a
@@ -99,7 +99,7 @@ def separating_measurement(
     if known is None:
         best = int(np.argmax(difference))
         size = float(difference[best])
-        return Separation(poses[best], forces[best], size, size / noise if noise > 0.0 else np.inf)
+        return ChosenMeasurement(poses[best], forces[best], size, size / noise if noise > 0.0 else np.inf)
     tried = np.argsort(difference, kind="stable")[-REFITTED:]
     rivals = (known.first, known.second)
     pairs = pairs_of_rivals(
@@ -108,7 +108,7 @@ def separating_measurement(
     chosen = separating_design(pairs, 1).chosen
     best = int(tried[chosen[0]])
     gain = float(np.sqrt(min(pair.separation(chosen) for pair in pairs)))
-    return Separation(poses[best], forces[best], float(difference[best]), gain)
+    return ChosenMeasurement(poses[best], forces[best], float(difference[best]), gain)
 
 
 def _largest_loads(wrench: Floats) -> Floats:

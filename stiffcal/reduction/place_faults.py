@@ -48,9 +48,11 @@ LENGTH_FACTORS = {
     1e1: "ten times too small",
     1e-2: "a hundred times too large",
     1e2: "a hundred times too small",
-    25.4: "in inches where the others are in millimetres",
-    1.0 / 25.4: "in millimetres where the others are in inches",
+    25.4: "in inches",
+    1.0 / 25.4: "in millimetres",
 }
+# Of a single row, the unit that the others have.
+OTHER_UNIT = {25.4: " where the others are in millimetres", 1.0 / 25.4: " where the others are in inches"}
 TURNS = {np.pi / 2: "90°", -np.pi / 2: "−90°", np.pi: "180°"}
 
 
@@ -229,7 +231,7 @@ def _changes_of_the_table(states: LoadStates, chain: Chain, places: _Places) -> 
     for factor, words in LENGTH_FACTORS.items():
         yield _Change(
             FaultCode.UNIT_IMPLAUSIBLE, "units.position", f"places multiplied by {factor:.4g}",
-            f"all places are {words.split(' where ')[0]}: correct units of the position",
+            f"all places are {words}: correct units of the position",
             replace(places, measured=factor * places.measured),
         )  # fmt: skip
 
@@ -243,7 +245,9 @@ def _of_a_row(states: LoadStates, chain: Chain, places: _Places, met: _Met, usua
     names = states.setup.target_names
     for factor, words in LENGTH_FACTORS.items():
         if _meets(met, replace(row, measured=factor * row.measured), usual):
-            return Fault(FaultCode.UNIT_IMPLAUSIBLE, MANIFEST, where, f"its place is {words}", mend)
+            return Fault(
+                FaultCode.UNIT_IMPLAUSIBLE, MANIFEST, where, f"its place is {words}{OTHER_UNIT.get(factor, '')}", mend
+            )
     for order in _orders(row.position[0], len(names)):
         if _meets(met, replace(row, measured=row.measured[:, order]), usual):
             moved = [names[b] for b in range(len(names)) if order[b] != b]

@@ -92,7 +92,7 @@ def _next_measurement(data: Ingested, search: Search) -> SeparatingMeasurement |
     from stiffcal.diagnosis.ranking import effect_at
     from stiffcal.identification.document import finite
     from stiffcal.model.assembly import fixed_parameters
-    from stiffcal.planning.rivals import Rival
+    from stiffcal.planning.rivals import RivalModel
     from stiffcal.planning.separate import KnownPair, separating_measurement
 
     scan, states = search.first, data.states
@@ -103,7 +103,9 @@ def _next_measurement(data: Ingested, search: Search) -> SeparatingMeasurement |
         known = None
         if scan.fit.noise is not None and scan.fit.whitening is not None:
             turns = bool(np.isfinite(states.rotation).any())
-            one, other = (Rival.of_data(robot, scan.fit.data, scan.fit.whitening, fixed) for robot in (first, second))
+            one, other = (
+                RivalModel.of_data(robot, scan.fit.data, scan.fit.whitening, fixed) for robot in (first, second)
+            )
             known = KnownPair(one, other, scan.fit.noise, turns, fixed)
         separation = separating_measurement(
             first, second, states.setup, states.joints, states.wrench, noise, known=known

@@ -96,7 +96,7 @@ def _chosen(
 ) -> ChosenRuns:
     from stiffcal.planning.choice import choice_of_design
     from stiffcal.planning.information import information_of_runs
-    from stiffcal.planning.rivals import Rival, pairs_of_rivals, separating_design
+    from stiffcal.planning.rivals import RivalModel, pairs_of_rivals, separating_design
 
     means = (model.setup, model.noise, with_rotation(campaign), fixed_names(campaign))
     information = checked_balance(
@@ -107,7 +107,7 @@ def _chosen(
     pairs: list[PairInformation] = []
     choice: Choice | None
     if purpose.rivals:
-        rivals = [Rival.of_covariance(entry.robot, entry.covariance) for entry in purpose.rivals]
+        rivals = [RivalModel.of_covariance(entry.robot, entry.covariance) for entry in purpose.rivals]
         pairs = checked_balance(lambda: pairs_of_rivals(rivals, candidates.joints, candidates.wrench, *means))
         design = separating_design(pairs, purpose.n_runs, plan.repeats, first)
         choice = choice_of_design(design, information.factors, known, information.nonlinear)

@@ -13,7 +13,7 @@ from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.planning.rivals import PairInformation, Rival, pairs_of_rivals, separating_design
+from stiffcal.planning.rivals import PairInformation, RivalModel, pairs_of_rivals, separating_design
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
 from tests.laboratory.simulated_states import joint_springs
 from tests.laboratory.states_of_runs import states_of_runs
@@ -50,7 +50,7 @@ def refitted(joints: Floats, wrench: Floats, setup: MeasurementSetup) -> Fit:
 def pairs(joints: Floats, wrench: Floats, setup: MeasurementSetup) -> list[PairInformation]:
     other = refitted(*runs(0, 8)).robot
     return pairs_of_rivals(
-        [Rival.of_covariance(TRUTH, {}), Rival.of_covariance(other, {})],
+        [RivalModel.of_covariance(TRUTH, {}), RivalModel.of_covariance(other, {})],
         joints,
         wrench,
         setup,
@@ -82,7 +82,7 @@ def test_the_design_separates_both_ways_better_than_random_runs() -> None:
 def test_models_that_predict_the_same_are_not_separated() -> None:
     joints, wrench, setup = runs(3, 20)
     same = pairs_of_rivals(
-        [Rival.of_covariance(TRUTH, {}), Rival.of_covariance(TRUTH, {})],
+        [RivalModel.of_covariance(TRUTH, {}), RivalModel.of_covariance(TRUTH, {})],
         joints,
         wrench,
         setup,
@@ -97,7 +97,7 @@ def test_what_was_measured_counts_as_the_covariance_of_its_fit_does() -> None:
     joints, wrench, setup = runs(4, 10)
     fit = refitted(joints, wrench, setup)
     assert fit.whitening is not None
-    of_data = Rival.of_data(fit.robot, fit.data, fit.whitening, frozenset())
+    of_data = RivalModel.of_data(fit.robot, fit.data, fit.whitening, frozenset())
     names = [name for name in of_data.names if name in fit.free_names]
     at = [of_data.names.index(name) for name in names]
     own = [fit.free_names.index(name) for name in names]

@@ -14,8 +14,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import Balance, NoBalanceError, solve_balance
 from stiffcal.planning import separate
-from stiffcal.planning.rivals import Rival
-from stiffcal.planning.separate import POSES, KnownPair, Separation, separating_measurement
+from stiffcal.planning.rivals import RivalModel
+from stiffcal.planning.separate import POSES, KnownPair, ChosenMeasurement, separating_measurement
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes
 from tests.laboratory.simulated_states import joint_springs
 
@@ -75,7 +75,7 @@ def softer(chain: Chain, joint: int) -> CompliantRobot:
     return joint_springs(chain, stiffness)
 
 
-def separation(chain: Chain, joint: int = 2, **arguments: Any) -> Separation:
+def separation(chain: Chain, joint: int = 2, **arguments: Any) -> ChosenMeasurement:
     """Return what separates the robot from one with a softer joint."""
     found = separating_measurement(
         joint_springs(chain, SIX_STIFFNESS), softer(chain, joint), force_sensor_setup(chain), MEASURED, WRENCH,
@@ -191,7 +191,7 @@ def test_what_a_refit_takes_up_separates_nothing() -> None:
     gains = []
     for relative in (1e-4, 10.0):
         rivals = [
-            Rival.of_covariance(
+            RivalModel.of_covariance(
                 robot,
                 {
                     name: {n: (relative * size) ** 2 * (n == name) for n in robot.values()}
