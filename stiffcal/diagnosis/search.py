@@ -355,5 +355,7 @@ def decide(supported: Sequence[MissingEffect]) -> Decision:
 
 def _mere_noise(bench: SearchContext[S, F], scan: S, after: LackOfFit) -> bool:
     """Return whether what is left above a noise that was only stated is no structure, but more noise than stated."""
-    stated = scan.fit.noise is not None and scan.fit.noise.source == "manifest"
-    return stated and not after.drifts and not bench.follows(scan)
+    noise = scan.fit.noise
+    if noise is None or noise.source != "manifest":
+        return False
+    return after.ratio <= bench.most_understated and not after.drifts and not bench.follows(scan)

@@ -21,6 +21,7 @@ from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.diagnosis.search_results import F, Pace, S
 from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.diagnosis.structure import what_it_follows
+from stiffcal.diagnosis.thresholds import MOST_UNDERSTATED
 from stiffcal.diagnosis.whole_form import with_whole_form
 from stiffcal.diagnosis.wrong_geometry import wrong_geometry
 from stiffcal.identification.fit import Fit
@@ -77,6 +78,11 @@ class SearchContext(ABC, Generic[S, F]):
     @abstractmethod
     def follows(self, scan: S) -> list[ResidualDependence]:
         """Return what the residual of a scan's model follows, largest share first."""
+
+    @property
+    def most_understated(self) -> float:
+        """By what factor noise that was only stated can be larger, where what is left follows nothing."""
+        return np.inf
 
     def wrong_geometry(self, scan: S) -> WrongGeometry | None:
         """Return how wrong the robot's geometry is, where these data contradict it."""
@@ -255,6 +261,14 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
     def follows(self, scan: LoadScan) -> list[ResidualDependence]:
         """Return what the residual of a scan's model follows, largest share first."""
         return what_it_follows(scan, self.states)
+
+    @property
+    def most_understated(self) -> float:
+        """By what factor noise that was only stated can be larger, where what is left follows nothing.
+
+        Places that were measured once each show no repeats: there only a small part of what is left is noise.
+        """
+        return MOST_UNDERSTATED if self.problem.data.absolute.any() else np.inf
 
     def wrong_geometry(self, scan: LoadScan) -> WrongGeometry | None:
         """Return how wrong the robot's geometry is, where absolute places contradict it."""

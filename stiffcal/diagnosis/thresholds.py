@@ -7,6 +7,9 @@ ADEQUATE_RATIO = 1.05
 # The lack of fit must be as sure as this before something is called missing on its ground alone: with one campaign in
 # a hundred judged wrongly the rest of the two per cent allowed for false alarms is left to the candidates.
 LACK_OF_FIT_P = 0.005
+# An instrument is rarely worse than stated by more than this factor: of places measured once each, which show no
+# repeats, what is left beyond it is no noise.
+MOST_UNDERSTATED = 2.0
 # A candidate is supported where the held-out error falls by more than this share of the noise … (section 5.3)
 LEAST_FALL = 0.01
 # … and by more than this many standard errors over poses …

@@ -15,7 +15,7 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import Balance, NoBalanceError, solve_balance
 from stiffcal.planning import separate
 from stiffcal.planning.rivals import RivalModel
-from stiffcal.planning.separate import POSES, KnownPair, ChosenMeasurement, separating_measurement
+from stiffcal.planning.separate import POSES, ChosenMeasurement, KnownPair, separating_measurement
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes
 from tests.laboratory.simulated_states import joint_springs
 
