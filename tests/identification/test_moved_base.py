@@ -100,6 +100,8 @@ def test_the_diagnosis_judges_the_longer_side(tmp_path: Path) -> None:
     (suspect,) = diagnosis.suspects or []
     assert (suspect.run, suspect.row) == ("poses", ROW + 1)
     assert f"rows = {list(range(ROW + 1, len(rows) + 1))}" in suspect.exclude
-    # without leaving them out, an effect would have been named
+    # with them the model does not suffice, and no effect of the catalogue accounts for a move
     assert diagnosis.with_suspects is not None
-    assert diagnosis.with_suspects.missing
+    assert diagnosis.with_suspects.missing == []
+    assert diagnosis.with_suspects.unexplained
+    assert diagnosis.unexplained is False
