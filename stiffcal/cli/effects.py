@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 PLACES = {
     "joints": ("a joint, by number or name", "--joints 4"),
-    "links": ("a link with a beam in robot.toml, by name", "--links swing"),
+    "links": ("a link, by name", "--links swing"),
     "pairs": ("a pair of joints", "--pairs 5-6"),
     "set-up": ("the set-up: once per model", ""),
 }

@@ -31,6 +31,10 @@ REDUNDANT = (
     "alone it is exactly redundant with all compliances; only a known weight or torque in a law that is not straight "
     "determines it"
 )
+COMMON_SCALE = (
+    "nothing but weight acts: one common scale of moments and compliances is unknown, compliance times moment is "
+    "known; a known payload in part of the poses or a measured wrench determines it"
+)
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,10 @@ class GivenBefore:
     """(p,) True for geometry that other parameters make up for in every pose (`stiffcal.identification.gauge`)."""
     undriven: Booleans
     """(p,) True for parameters of joints that were not driven while the flange was clamped."""
+    common_scale: tuple[int, ...] = ()
+    """Numbers of moments and compliances with one unknown scale (`stiffcal.identification.load_scale`); the first keeps
+    its value.
+    """
 
 
 @dataclass(frozen=True)
@@ -106,6 +114,9 @@ def check_identifiability(
         reason = UNDRIVEN if before.undriven[i] else reason
         reason = REDUNDANT if is_redundant[i] else SAME_MOTION if before.same_motion[i] else reason
         ambiguities.append(Ambiguity((names[i],), "", reason))
+    if before.common_scale:
+        identifiable[before.common_scale[0]], left_out[before.common_scale[0]] = False, True
+        ambiguities.append(Ambiguity(tuple(names[i] for i in before.common_scale), "", COMMON_SCALE))
     remaining = np.flatnonzero(identifiable)
     condition = np.inf if len(remaining) < p else 1.0
     if len(remaining):
@@ -136,6 +147,7 @@ def check_identifiability(
         for number in _no_better_than(factor, left_out, before.tolerance):
             identifiable[number], left_out[number] = False, True
             ambiguities.append(Ambiguity((names[number],), "", NO_BETTER))
+    identifiable[list(before.common_scale)] = False
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
 
 

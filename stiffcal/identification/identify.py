@@ -20,7 +20,7 @@ from stiffcal.identification.fit import Ambiguity, Fit
 from stiffcal.identification.gauge import redundant_geometry
 from stiffcal.identification.identifiability import GivenBefore, Identifiability, check_identifiability
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
-from stiffcal.identification.load_scale import redundant_gains
+from stiffcal.identification.load_scale import common_scale, redundant_gains
 from stiffcal.identification.noise import Noise, noise_of_clamped, rms_by_measure, rms_length, stated_noise
 from stiffcal.identification.noise_dominated import noise_dominated_parameters
 from stiffcal.identification.nonlinear_start import lacks_nonlinear_value, start_nonlinear
@@ -95,6 +95,8 @@ class Settings:
     """Full names of gains that all compliances together make up for: not determined, they keep their values."""
     same_motion: frozenset[str] = field(default_factory=frozenset)
     """Full names of geometry and frame parameters that others make up for in every pose: they stay neutral."""
+    common_scale: tuple[str, ...] = ()
+    """Full names of moments and compliances with one unknown scale; the first of them keeps its value."""
 
 
 @dataclass(frozen=True)
@@ -211,6 +213,7 @@ def fit_observations(
         undriven=undriven_parameters(robot, problem.data),
         redundant=redundant_gains(robot, first.data, settings.fixed),
         same_motion=redundant_geometry(robot, first.data, settings.fixed),
+        common_scale=common_scale(robot, first.data, settings.fixed),
     )
     progress("first-order pass", 0.1)
     # of thinned sweeps only what begins the fit is wanted, not where their own wrenches are corrected to
@@ -333,7 +336,9 @@ def _check_identifiability(
     )
     specs = [robot.placed[c.placed].effect.spec(c.symbol) for c in columns]
     tolerance = np.array([np.inf if spec.tolerance is None else spec.tolerance for spec in specs])
-    given = GivenBefore(tolerance, same_motion, undriven)
+    numbers = {name: number for number, name in enumerate(names)}
+    scale = tuple(numbers[name] for name in settings.common_scale if name in numbers)
+    given = GivenBefore(tolerance, same_motion, undriven, scale)
     return check_identifiability(reduced.factor, names, widest, _are_nonlinear(columns), needed, under, scaling, given)
 
 
@@ -364,7 +369,8 @@ def _solve(
     target = reduced.target + reduced.factor @ start
     system = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)
     names = [robot.placed[column.placed].parameter_name(column.symbol) for column in columns]
-    keeps = shapes | np.array([name in settings.redundant for name in names], dtype=np.bool_)
+    scaled_alike = settings.common_scale[:1]
+    keeps = shapes | np.array([name in settings.redundant or name in scaled_alike for name in names], dtype=np.bool_)
     result = _solve_free(system, checked, keeps, start, lower, upper)
     if not checked.left_at_neutral.any():
         return result, checked

@@ -1,4 +1,7 @@
-"""Gains of the whole load: redundant with all compliances, unless a law is not straight in it.
+"""Scales of loads and weights that all compliances together make up for.
+
+Gains of the whole load are redundant, unless a law is not straight in it; moments of the links are, by one common
+scale, where nothing but weight acts.
 
 Where every law is in proportion to the load, displacement = compliance × load, and a load read s times too large gives
 compliances that are s times too small and the same displacements. A known weight or torque determines s only through a
@@ -12,12 +15,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.identification.observation import Observations, predicted, rests
+from stiffcal.arrays import Booleans, Floats
+from stiffcal.identification.observation import Observations, evaluate, free_columns, predicted, rests
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Kind, ParameterRole
 
 # A law that bends departs from proportion by a share of its displacement; rounding and the tolerance of the balance
 # make 1e-9 of it.
 STRAIGHT = 1e-6
+# Places of two models that differ by less than this are the same: rounding of levers and weights makes 1e-12 of it.
+SAME_PLACES = 1e-6
+_LAWS = (Kind.NODE_LAW, Kind.COUPLING)
 
 
 def redundant_gains(robot: CompliantRobot, data: Observations, fixed: frozenset[str]) -> frozenset[str]:
@@ -62,3 +70,64 @@ def _typical(placed: PlacedEffect) -> Mapping[str, float]:
     return {
         spec.symbol: placed.values.get(spec.symbol, spec.typical) for spec in effect.parameters if not spec.scales_load
     }
+
+
+def common_scale(robot: CompliantRobot, data: Observations, fixed: frozenset[str]) -> tuple[str, ...]:
+    """Return the full names of free moments and compliances that one common scale leaves unknown; empty where none is.
+
+    Under weight alone, moments s times as large and compliances s times as small give the same places. That is so where
+    what the free compliances make is a sum of what the free moments make. The first name, of the moment with the
+    largest share, is the one to keep its value.
+
+    Parameters
+    ----------
+    robot : chain and effects, with or without values.
+    data : the observations.
+    fixed : full names of parameters that keep their values.
+    """
+    weighing = [placed for placed in robot.placed if placed.effect.moves_masses]
+    if not weighing or not data.absolute.all():
+        return ()
+    linear = replace(robot, placed=tuple(replace(placed, values=_typical_law(placed)) for placed in robot.placed))
+    linear = replace(linear, deformed=False)
+    columns = [
+        column
+        for column in free_columns(linear, fixed)
+        if linear.placed[column.placed].effect.moves_masses
+        or (column.role is ParameterRole.AMPLITUDE and linear.placed[column.placed].effect.kind in _LAWS)
+    ]
+    sensitivities = np.concatenate([block.columns for block in evaluate(linear, data, columns)], axis=2)
+    rows = np.where(data.measured_mask, sensitivities, 0.0).reshape(len(columns), -1)
+    names, parts, moments = [], [], []
+    for column, row in zip(columns, rows, strict=True):
+        placed = linear.placed[column.placed]
+        names.append(placed.parameter_name(column.symbol))
+        moments.append(placed.effect.moves_masses)
+        parts.append(row if placed.effect.moves_masses else placed.amplitude(column.symbol) * row)
+    return _sharing(names, np.array(parts), np.array(moments, dtype=np.bool_))
+
+
+def _sharing(names: list[str], parts: Floats, moments: Booleans) -> tuple[str, ...]:
+    """Return who shares the scale, the largest moment first, where the laws' rows are a sum of the moments' rows."""
+    if moments.all() or not moments.any():
+        return ()
+    whole = parts[~moments].sum(axis=0)
+    length = np.linalg.norm(parts, axis=1)
+    moving = np.flatnonzero(moments & (length > 0.0))
+    if not whole.any() or not len(moving):
+        return ()
+    unit = (parts[moving] / length[moving, None]).T
+    share, *_ = np.linalg.lstsq(unit, whole, rcond=1e-12)
+    if np.linalg.norm(unit @ share - whole) > SAME_PLACES * np.linalg.norm(whole):
+        return ()
+    size = np.abs(share)
+    sharing = [int(i) for i in moving[np.argsort(-size, kind="stable")]]
+    laws = [int(i) for i in np.flatnonzero(~moments & (length > SAME_PLACES * np.linalg.norm(whole)))]
+    return tuple(names[i] for i in (*sharing, *laws))
+
+
+def _typical_law(placed: PlacedEffect) -> Mapping[str, float]:
+    """Return typical values of laws that give under load, and of moments: one that is zero has its scale too."""
+    if placed.effect.kind not in _LAWS and not placed.effect.moves_masses:
+        return placed.values
+    return {spec.symbol: placed.values.get(spec.symbol) or spec.typical for spec in placed.effect.parameters}

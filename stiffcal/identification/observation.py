@@ -14,6 +14,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.readings import Observations, observe
+from stiffcal.identification.weight_columns import weight_column
 from stiffcal.mechanics.kinematics import cross
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.deformed_chain import unit_wrenches
@@ -318,6 +319,9 @@ def _difference_columns(
     for row, column in enumerate(columns):
         placed_effect = model.placed[column.placed]
         if column.role is ParameterRole.AMPLITUDE or placed_effect.effect.moves_frames:
+            continue
+        if placed_effect.effect.moves_masses:
+            sensitivities[row] = weight_column(model, data, at_rest, placed_effect, column.symbol)
             continue
         if column.placed not in slopes:
             slopes[column.placed] = _shape_slopes(model, placed_effect, data, *at_rest)

@@ -24,6 +24,7 @@ from stiffcal.identification.observation import (
     predicted_rows,
     rests,
 )
+from stiffcal.identification.weight_columns import weight_column
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place
 from stiffcal.model.equilibrium import Rest, WeightOnlyRest
@@ -144,6 +145,11 @@ class Linearised:
         self, effect: Effect, place: Place, shape: Mapping[str, float], symbol: str, step: float
     ) -> Floats | None:
         """Return the derivative by a parameter that changes the inputs, by difference of the whole balance."""
+        if effect.moves_masses:
+            column = weight_column(
+                self.robot, self.data, (self.loaded, self.unloaded), PlacedEffect(effect, place), symbol
+            )
+            return column if column.any() else None
         unit_effect = PlacedEffect(effect, place, {**shape, symbol: effect.spec(symbol).value_of(step)})
         shifted = replace(self.robot, placed=(*self.robot.placed, unit_effect))
         loaded, unloaded = rests(shifted, self.data)

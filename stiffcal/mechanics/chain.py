@@ -105,6 +105,12 @@ class Chain:
         """J, the number of revolute joints."""
         return int(self.fixed.shape[0])
 
+    @property
+    def joint_of_link(self) -> dict[str, int]:
+        """Each link's name as a place of effects (in ``beams``, its name there) to the joint, from 1, that moves it."""
+        bending = {beam.joint: name for name, beam in self.beams.items()}
+        return {bending.get(k + 1, name): k + 1 for k, name in enumerate(self.link_names)}
+
     def model_angles(self, logged: Floats) -> Floats:
         """Turn logged joint angles (n, L), rad, into the chain's own (n, J), rad."""
         return np.asarray(logged @ self.coupling.T + self.offset, dtype=np.float64)

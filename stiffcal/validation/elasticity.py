@@ -16,6 +16,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.documents import Number
 from stiffcal.identification.fit import Fit, Parameter
 from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.load_scale import common_scale
 from stiffcal.identification.rows import TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import stacked_bodies
@@ -32,10 +33,13 @@ LEAST_LEVER = 0.01
 """Share of the arm's longest lever below which weight at the flange does not turn a joint."""
 ABOUT_THE_AXIS = 5
 
-JointVerdict: TypeAlias = Literal["identified", "no-torque", "not-above-zero", "error-not-lower", "like-eccentricity"]
+JointVerdict: TypeAlias = Literal[
+    "identified", "unknown-scale", "no-torque", "not-above-zero", "error-not-lower", "like-eccentricity"
+]
 ElasticityVerdict: TypeAlias = Literal["identified", "partly-identified", "not-identified"]
 _REASONS: dict[JointVerdict, str] = {
     "identified": "the error in regions left out falls with it, next to an eccentricity of the joint too",
+    "unknown-scale": "nothing but weight turns it, and one common scale of the links' moments is unknown",
     "no-torque": "weight does not turn it in these poses",
     "not-above-zero": "its compliance is not above zero by two standard deviations",
     "error-not-lower": "the error in regions left out does not fall with it",
@@ -145,9 +149,12 @@ class _Judge:
         fixed = frozenset(parameter.name for parameter in fit.parameters if parameter.fixed)
         self.settings = Settings(noise=fit.noise, fixed=fixed)
         self.present = self._squares(fit)
+        self.of_unknown_scale = frozenset(common_scale(fit.robot, fit.data, fixed))
 
     def verdict(self, parameter: Parameter) -> JointVerdict:
         """Judge one joint's compliance."""
+        if parameter.name in self.of_unknown_scale:
+            return "unknown-scale"
         if parameter.value is None:
             return "no-torque"
         if not _above_zero(parameter, self.fit):

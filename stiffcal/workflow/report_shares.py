@@ -30,7 +30,7 @@ def place_shares(data: Ingested, identified: IdentifyResult) -> tuple[PlaceShare
         if place.kind == "joints":
             key = (f"joint {place.joints[0]}", str(place.joints[0]), place.joints[0], False)
         elif place.kind == "links":
-            key = (place.link, place.link, robot.chain.beams[place.link].joint, True)
+            key = (place.link, place.link, robot.chain.joint_of_link[place.link], True)
         total[key] += entry.share
     shares = [PlaceShare(label, mark, share, joint, beyond) for (label, mark, joint, beyond), share in total.items()]
     return tuple(sorted(shares, key=lambda place: -place.share))

@@ -42,7 +42,7 @@ def view_effects(robot: CompliantRobot, states: LoadStates, pick: Integers, widt
         share = float(np.sum((added * whole)[main])) / total if total > 0.0 else 0.0
         joint, link = (placed.place.joints[0], False) if placed.place.kind == "joints" else (None, False)
         if placed.place.kind == "links":
-            joint, link = robot.chain.beams[placed.place.link].joint, True
+            joint, link = robot.chain.joint_of_link[placed.place.link], True
         name = f"{placed.effect.name} {placed.place.label}"
         effects.append(ViewEffect(name=name, joint=joint, link=link, share=share, part=part))
     return effects

@@ -32,6 +32,7 @@ NAMES = {
     "seat-shift", "tracker-frame", "wrench-frame", "target-offset", "load-point-offset", "wrench-bias", "clock-offset",
     "joint-friction", "stribeck", "friction-load", "friction-temperature", "torque-ripple", "viscous-power",
     "friction-asymmetry", "presliding", "fixture-compliance", "encoder-drift", "wrench-origin", "wrench-scale",
+    "link-geometry", "joint-offset", "joint-eccentricity", "link-weight",
 }  # fmt: skip
 # Physics, section 2: the symbols are fixed.
 SYMBOLS = {
@@ -48,6 +49,7 @@ SYMBOLS = {
     "torque-ripple": "a b order", "viscous-power": "factor power", "friction-asymmetry": "offset",
     "presliding": "stiffness angle", "fixture-compliance": "translation rotation", "encoder-drift": "rad_per_s",
     "wrench-origin": "x y z", "wrench-scale": "moment force",
+    "link-geometry": "x y rx ry", "joint-offset": "zero", "joint-eccentricity": "a b order", "link-weight": "mx my",
 }  # fmt: skip
 # First-order columns leave out that a law's own share moves the load point, and that the drives give under the torques
 # so changed: force × lever × compliance of the softest joint, 400 N × 1 m × 6e-5 rad/(N·m) at the wrist = 2.4 %.

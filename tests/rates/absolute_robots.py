@@ -40,12 +40,17 @@ NOISE = (2e-5, 4e-5)
 GEOMETRY = {"x": 2.5e-4, "y": 2.5e-4, "rx": 5e-4, "ry": 5e-4}
 STIFFNESS = {"01": 5e5, "02": 2.5e6, "03": 2.5e6, "05": 6e4, "06": 2.5e6, "07": 5e5}
 """N·m/rad of joints 2 and 3, typically; wrists are a fifth of it."""
-OF_TORQUE = ("backlash", "cubic-stiffness", "two-slope", "asymmetric-stiffness", "periodic-stiffness")
-"""Laws of a joint's own torque."""
+OF_TORQUE = (
+    "backlash", "cubic-stiffness", "two-slope", "asymmetric-stiffness", "periodic-stiffness", "axis-coupling",
+)  # fmt: skip
+"""Laws of the torque of a joint, or of either of two."""
 LEAST_TORQUE = 0.01
-"""Least rms torque of such a joint, over that of the joint with most: weight does not turn a vertical axis. What the
-sagging chain leaves there is of second order, and a law of it would have to be larger than on any machine.
+"""Least rms torque of such a joint (of two, of that with more), over that of the joint with most: weight does not turn
+a vertical axis. What the sagging chain leaves there is of second order, and a law of it would have to be larger than on
+any machine.
 """
+FARTHEST_CENTRE = 0.3
+"""m, by which a link's centre of mass is at most off."""
 MOST_ALIKE = 0.7
 """Largest cosine of two hidden effects."""
 
@@ -55,6 +60,13 @@ def _eccentric(rng: np.random.Generator) -> Values:
     return {"order": float(rng.integers(1, 3)), "a": float(np.cos(phase)), "b": float(np.sin(phase))}
 
 
+def _displaced(rng: np.random.Generator) -> Values:
+    direction = float(rng.uniform(0.0, 2.0 * np.pi))
+    return {"mx": float(np.cos(direction)), "my": float(np.sin(direction))}
+
+
+OF_PLACES = ("joint-eccentricity", "link-weight")
+"""Effects that absolute places alone show."""
 POOL: dict[str, Draw] = {
     name: INSIDE[name]
     for name in ("bearing-tilt", "link-beam", "link-springs", "axis-coupling", "backlash", "cubic-stiffness",
@@ -141,18 +153,21 @@ def _hide(what: str, rng: np.random.Generator, ruler: Ruler) -> tuple[tuple[Plac
 
 
 def _draw_effect(rng: np.random.Generator, state: Linearised) -> PlacedEffect:
-    """Draw an effect; eccentricities as often as any other."""
-    if rng.uniform() >= 1.0 / (1 + len(POOL)):
+    """Draw an effect; eccentricities and weights as often as any other."""
+    pick = rng.uniform() * (len(OF_PLACES) + len(POOL))
+    if pick >= len(OF_PLACES):
         drawn = draw_inside(rng, state, POOL)
         if drawn.effect.name in OF_TORQUE:
             chain, loads = state.robot.chain, state.loads.wrench
             torque = [np.std(drive_torque(chain, loads, joint + 1)) for joint in range(chain.n_joints)]
-            if torque[drawn.place.joints[0] - 1] < LEAST_TORQUE * max(torque):
+            if max(torque[joint - 1] for joint in drawn.place.joints) < LEAST_TORQUE * max(torque):
                 raise NoBalanceError("weight does not turn this joint")
         return drawn
-    effect = built_in_effects()["joint-eccentricity"]
+    name = OF_PLACES[int(pick)]
+    effect = built_in_effects()[name]
     places = effect.places(state.robot.chain)
-    return PlacedEffect(effect, places[int(rng.integers(len(places)))], _eccentric(rng))
+    values = _eccentric(rng) if name == "joint-eccentricity" else _displaced(rng)
+    return PlacedEffect(effect, places[int(rng.integers(len(places)))], values)
 
 
 def _sized(ruler: Ruler, one: PlacedEffect, size: float) -> PlacedEffect:
@@ -171,6 +186,11 @@ def _sized(ruler: Ruler, one: PlacedEffect, size: float) -> PlacedEffect:
     bare = float(np.sqrt(np.mean(ruler.space.rows(ruler.change(one)[None])[0] ** 2)))
     if bare > MOST_ABSORBED * size:
         raise NoBalanceError("it would have to be larger than on any machine")
+    if one.effect.name == "link-weight":
+        chain = ruler.state.robot.chain
+        mass = chain.link_mass[chain.joint_of_link[one.place.link] - 1]
+        if np.hypot(one.values["mx"], one.values["my"]) > FARTHEST_CENTRE * mass:
+            raise NoBalanceError("its centre would have to be farther off than on any machine")
     return one
 
 

@@ -1,0 +1,102 @@
+"""Links whose weight does not act where the robot file puts it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.absolute_places import lacks_absolute_places
+from stiffcal.model.effect import (
+    RZ,
+    Covariate,
+    DocumentedEffect,
+    Kind,
+    NodeLoads,
+    ParameterRole,
+    ParameterSpec,
+    Place,
+    Values,
+    joint_node,
+)
+
+_SOURCE = "a link of 60 kg whose centre of mass is 50 mm from where a drawing without motors and cables has it"
+# Sine of the angle to gravity below which an axis counts as vertical: weight turns it by no more than its own tilt.
+_VERTICAL = 1e-3
+_NO_MASSES = "the links' masses in robot.toml"
+
+
+class LinkWeight(DocumentedEffect):
+    """A link's first moment, its mass times the place of its centre, differs from the robot file's.
+
+    Law: the weight of link k turns about the origin of its joint's frame by R (m + (mx, my, 0)) × g, with m the first
+    moment of robot.toml, in the joint's axes. Every joint inboard carries the difference. Of mass and first moment of
+    a link only two numbers act on springs of joints: the mass and the part along the axis turn the joint before
+    alone, and stand in its numbers (regrouping; Gautier and Khalil 1990; Khalil and Dombre, Modeling, Identification
+    and Control of Robots, 2002, ch. 9).
+
+    Assumes masses that are right enough for the forces in links and bearings; what differs there by regrouping is of
+    second order.
+
+    Limits: weight shows through compliances alone, as compliance times moment. Where the numbers of all links are free
+    and nothing but weight acts, one common scale of moments and compliances is unknown: a known payload or a measured
+    wrench determines it. The link of a joint whose axis is vertical in every pose is no place.
+    """
+
+    name = "link-weight"
+    kind = Kind.CONFIGURATION
+    place_kind = "links"
+    summary = "the link's first moment differs from the robot file's"
+    parameters = tuple(
+        ParameterSpec(
+            f"m{axis}",
+            "kg·m",
+            f"true minus robot file's first moment along the joint's {axis} axis",
+            -1e4,
+            1e4,
+            3.0,
+            _SOURCE,
+            ParameterRole.SETUP,
+        )
+        for axis in "xy"
+    )
+    needs = ("absolute places of a robot whose links' masses are in robot.toml",)
+    looks_like = ("joint-compliance", "periodic-stiffness", "joint-eccentricity")
+    fingerprint = "the places sag by what a weight on one link makes, on all joints inboard of it, payload or not"
+    how_to_check = "Turn the joint slowly to and fro at several angles; the mean of both motor torques is weight."
+    moves_masses = True
+
+    def places(self, chain: Chain) -> list[Place]:
+        """Return the links with a mass, but for those before the first axis that is not vertical."""
+        down = chain.gravity / max(float(np.linalg.norm(chain.gravity)), 1e-12)
+        rotation, upright, places = np.eye(3), True, []
+        for name, joint in sorted(chain.joint_of_link.items(), key=lambda entry: entry[1]):
+            rotation = rotation @ chain.fixed[joint - 1][:3, :3]
+            upright = upright and float(np.linalg.norm(np.cross(rotation[:, 2], down))) < _VERTICAL
+            if not upright and chain.link_mass[joint - 1] > 0.0:
+                places.append(Place("links", (), name))
+        return places
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Displacements hardly depend on weight; without masses there is no weight."""
+        missing = lacks_absolute_places(states)
+        if missing is not None:
+            return missing
+        return None if chain.masses_known else _NO_MASSES
+
+    def adjusted_chain(self, place: Place, chain: Chain, values: Values) -> Chain:
+        """Shift the link's centre of mass across its joint's axis, by the moment over the mass."""
+        moment = np.array([values.get("mx", 0.0), values.get("my", 0.0)])
+        link = chain.joint_of_link[place.link] - 1
+        if not moment.any() or chain.link_mass[link] <= 0.0:
+            return chain
+        centres = chain.link_com.copy()
+        centres[link, :2] += moment / chain.link_mass[link]
+        return replace(chain, link_com=centres)
+
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+        """The torque on the link's joint."""
+        joint = chain.joint_of_link[place.link]
+        return Covariate(f"torque on joint {joint}", "N·m", loads.wrench[joint_node(joint), RZ])
