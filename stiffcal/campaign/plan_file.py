@@ -72,6 +72,22 @@ class KeepOutBox(TomlTable):
     max_m: Vector3
 
 
+class PlannedRegion(TomlTable):
+    """The work area: a box in which deflections (of absolute places: places) are to be predicted well.
+
+    Attributes
+    ----------
+    min_m, max_m : its corners, base axes; the first measured frame is inside.
+    force_N : of the loads there, along and against each base axis; absent: the plan's own loads.
+    """
+
+    min_m: Vector3
+    max_m: Vector3
+    force_N: Positive | None = None
+
+    look_alikes: ClassVar[dict[str, str]] = {"force": "force_N"}
+
+
 class PlannedNoise(TomlTable):
     """Standard uncertainty of one load state, where neither campaign.toml nor a fit has it.
 
@@ -91,12 +107,19 @@ class PlanFile(TomlTable):
 
     Attributes
     ----------
-    runs : how many runs to plan (a pose with its load steps each); absent: what `minutes` allows, else 12.
+    experiment : what is measured: "load", or "absolute" (each pose once, under the robot's own weight, and with each of
+        `dead_weights_kg` as payload). Absent: what the runs of campaign.toml are, else "load".
+    robot_class : "light" (10 kg, harmonic drives), "medium" (60 kg) or "heavy" (200 kg): what joint compliances without
+        a value are taken as. Absent: one typical value for all joints.
+    parameters : full names of the parameters whose largest uncertainty counts for "stiffness"; absent: all.
+    runs : how many runs to plan (a pose with its load steps each); absent: what `minutes` allows, else 12, and of
+        absolute places two thirds of the number of parameters where that is more.
     minutes : the time there is. warm_up_minutes : of these before the first run.
     minutes_per_run : to move and to attach the load. minutes_per_step : for each load step and unloaded state.
     candidates : random poses to choose from. seed : of their drawing.
     repeats : how often one pose with one load may be measured.
     limits_deg : of the logged angles, by joint name, tighter than robot.toml's. margin_deg : distance to every limit.
+    region : the work area, for `--for region`.
     prior_range : where a nonlinear parameter (a knee, a band) may lie, by full name; absent: a third to three times the
         typical value where model.toml and the fit give none. The plan serves both ends and the value itself.
     keep_out : boxes that no link may enter. link_radius_m : of the capsules around the links.
@@ -104,6 +127,9 @@ class PlanFile(TomlTable):
     """
 
     schema_id: Literal["stiffcal/plan-input/1"] = Field("stiffcal/plan-input/1", alias="schema")
+    experiment: Literal["load", "absolute"] | None = None
+    robot_class: Literal["light", "medium", "heavy"] | None = None
+    parameters: Annotated[tuple[Name, ...], Field(strict=False), at_most(200, "name fewer, or none for all")] = ()
     runs: Annotated[Counting, Field(le=MOST_RUNS)] | None = None
     minutes: Positive | None = None
     warm_up_minutes: NotNegative = 0.0
@@ -117,6 +143,7 @@ class PlanFile(TomlTable):
     tracker: PlannedTracker | None = None
     limits_deg: dict[str, Interval] = Field(default_factory=dict)
     prior_range: dict[str, Interval] = Field(default_factory=dict)
+    region: PlannedRegion | None = None
     margin_deg: NotNegative = 5.0
     keep_out: Annotated[tuple[KeepOutBox, ...], Field(strict=False), at_most(200, "merge boxes")] = ()
     link_radius_m: PositiveLength = 0.15

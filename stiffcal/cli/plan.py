@@ -26,7 +26,8 @@ def plan(
         typer.Option(
             "--for",
             metavar="WHAT",
-            help="stiffness; look-alikes (of the last diagnosis); or a CSV of poses and loads to predict well.",
+            help="stiffness; look-alikes (of the last diagnosis); region (of plan.toml); a CSV of poses and loads to "
+            'predict well; or a mix, as "stiffness=2, path.csv=1".',
         ),
     ] = "stiffness",
     tell: Annotated[
@@ -34,9 +35,13 @@ def plan(
         typer.Option(metavar="A B", help='Two effects to distinguish: --tell "backlash j4" "two-slope j4".'),
     ] = None,
     criterion: Annotated[
-        Literal["determinant", "worst"],
-        typer.Option(help="For stiffness: joint confidence region, or largest relative uncertainty."),
-    ] = "worst",
+        Literal["determinant", "worst"] | None,
+        typer.Option(
+            help="For stiffness: joint confidence region (of absolute places the default), or largest relative "
+            "uncertainty.",
+            show_default=False,
+        ),
+    ] = None,
     runs: Annotated[
         int | None,
         typer.Option(min=1, max=1000, help="How many runs; else plan.toml's budget.", show_default=False),
@@ -83,6 +88,8 @@ def show_plan(console: Console, result: PlanResult) -> None:
     """Draw the runs, the expected uncertainties, and what more runs would bring."""
     import numpy as np
 
+    from stiffcal.planning.wording import OWN_WEIGHT
+
     console.print(
         f"{len(result.runs)} runs, {result.minutes:.0f} min, chosen from {result.candidates} pairs of pose and load; "
         f"values from {result.values_from}"
@@ -91,37 +98,64 @@ def show_plan(console: Console, result: PlanResult) -> None:
     for run in result.runs:
         force = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3]
         angles = [f"{angle:.1f}" for angle in np.degrees(run.joints)]
-        table.add_row(run.id, str(run.rank), *angles, ", ".join(f"{component:.0f}" for component in force + 0.0))
+        load = ", ".join(f"{component:.0f}" for component in force + 0.0) if force.any() else OWN_WEIGHT
+        table.add_row(run.id, str(run.rank), *angles, load)
     console.print(table)
-    console.print("\nexpected uncertainty (half width of the 95 % interval)")
-    table = plain_table("parameter", "± %>")
-    for parameter in result.parameters:
-        known = NOT_KNOWN if parameter.relative is None else significant(100.0 * parameter.relative, 2)
-        table.add_row(parameter.name, known)
-    console.print(table)
-    if result.not_identified:
-        console.print(f"not identified with these means: {', '.join(result.not_identified)}")
+    _show_expected(console, result)
     if result.separations:
         console.print("\nwere one of the look-alikes true, how much worse the other would fit")
         table = plain_table("true", "fitted in its stead", "χ²>")
         for entry in result.separations:
             table.add_row(entry.truth, entry.rival, significant(entry.chi_square, 2))
         console.print(table)
-    if result.prediction_half_width_m is not None:
-        console.print(f"deflection along the path: ± {length(result.prediction_half_width_m)}")
-    console.print("\nafter the runs of highest rank")
-    table = plain_table("runs>", "min>", "largest ± %>")
-    for point in result.gain:
-        worst = NOT_KNOWN if point.worst_relative is None else significant(100.0 * point.worst_relative, 2)
-        table.add_row(str(point.runs), f"{point.minutes:.0f}", worst)
-    console.print(table)
-    console.print(
-        f"efficiency ({result.criterion}): {result.efficiency:.2f}, the variance that no plan undercuts over "
-        "this one's (Kiefer and Wolfowitz, 1960)"
-    )
+    _show_gain(console, result)
     if result.folder is not None:
         console.print(f"wrote {result.folder}, ready for the logs in raw/", soft_wrap=True)
     if result.program is not None:
         console.print(f"wrote {result.program}: read its head before the first start", soft_wrap=True)
     if result.file is not None:
         console.print(f"wrote {result.file}", soft_wrap=True)
+
+
+def _show_expected(console: Console, result: PlanResult) -> None:
+    from stiffcal.planning.wording import indices_text, remedy_text
+
+    console.print("\nexpected uncertainty (half width of the 95 % interval)")
+    with_units = result.experiment == "absolute"
+    table = plain_table("parameter", *(("±>", "unit") if with_units else ()), "± %>")
+    for parameter in result.parameters:
+        known = NOT_KNOWN if parameter.relative is None else significant(100.0 * parameter.relative, 2)
+        half = NOT_KNOWN if parameter.half_width is None else significant(parameter.half_width, 2)
+        table.add_row(parameter.name, *((half, parameter.unit) if with_units else ()), known)
+    console.print(table)
+    if with_units:
+        console.print("± % of geometry and frames is of the typical size of their errors")
+    if result.observability is not None:
+        console.print(indices_text(result.observability))
+    if result.not_identified:
+        console.print(f"not identified with these means: {', '.join(result.not_identified)}")
+    for remedy in result.remedies or ():
+        console.print(remedy_text(remedy))
+    if result.prediction_half_width_m is not None:
+        what = "place" if with_units else "deflection"
+        without = ", what is not identified left out" if result.not_identified else ""
+        console.print(f"{what} at {result.predicted_at}: ± {length(result.prediction_half_width_m)}{without}")
+
+
+def _show_gain(console: Console, result: PlanResult) -> None:
+    from stiffcal.planning.wording import another_hour_text
+
+    console.print("\nafter the runs of highest rank")
+    table = plain_table("runs>", "min>", "largest ± %>")
+    for point in result.gain:
+        worst = NOT_KNOWN if point.worst_relative is None else significant(100.0 * point.worst_relative, 2)
+        table.add_row(str(point.runs), f"{point.minutes:.0f}", worst)
+    console.print(table)
+    if result.another_hour is not None:
+        console.print(another_hour_text(len(result.runs), result.another_hour))
+    console.print(
+        f"efficiency ({result.criterion}): {result.efficiency:.2f}, the variance that no plan undercuts over "
+        "this one's (Kiefer and Wolfowitz, 1960)"
+    )
+    for goal in result.goals or ():
+        console.print(f"  {goal.goal}, {100.0 * goal.weight:.0f} % of the mix: {goal.efficiency:.2f} in this alone")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.fit import Fit
 
 
@@ -46,15 +47,26 @@ def observability_of(fit: Fit) -> ObservabilityIndices | None:
         return None
     specs = {parameter.name: parameter.spec for parameter in fit.parameters}
     size = np.array([abs(specs[name].amplitude_of(specs[name].typical)) or 1.0 for name in names])
-    deviations = np.sqrt(np.linalg.eigvalsh(fit.covariance / np.outer(size, size)))
+    return indices_of(fit.covariance / np.outer(size, size), fit.data.n_states)
+
+
+def indices_of(covariance: Floats, n_poses: int) -> ObservabilityIndices:
+    """Return the indices of a covariance.
+
+    Parameters
+    ----------
+    covariance : (p, p), each parameter in units of its typical size.
+    n_poses : how many poses it is of.
+    """
+    deviations = np.sqrt(np.linalg.eigvalsh(covariance))
     singular = 1.0 / np.maximum(deviations, np.finfo(np.float64).tiny)
     least, largest = float(singular.min()), float(singular.max())
     return ObservabilityIndices(
-        O1=float(np.exp(np.mean(np.log(singular)))) / float(np.sqrt(fit.data.n_states)),
+        O1=float(np.exp(np.mean(np.log(singular)))) / float(np.sqrt(n_poses)),
         O2=least / largest,
         O3=least,
         O4=least * least / largest,
         O5=1.0 / float(np.sum(1.0 / singular)),
-        n_poses=fit.data.n_states,
-        n_parameters=len(names),
+        n_poses=n_poses,
+        n_parameters=len(covariance),
     )

@@ -104,6 +104,36 @@ def possible_poses(
     return np.concatenate(taken)[:wanted], Rejected(drawn, collision, out_of_view, reflector)
 
 
+@dataclass(frozen=True)
+class Region:
+    """A box, edges along the base axes."""
+
+    low: Floats
+    """(3,) its lower corner, m."""
+    high: Floats
+    """(3,) its upper corner, m."""
+
+
+def poses_in_region(
+    chain: Chain, cell: Cell, target: Attachment, tips: tuple[Attachment, ...], region: Region, wanted: int,
+    drawn: int, seed: int,
+) -> Floats:  # fmt: skip
+    """Draw free poses whose target lies in a region; the tracker need not see them.
+
+    Parameters
+    ----------
+    region : where the target is to be.
+    wanted : number of poses; fewer where so many are not among those drawn.
+    drawn : number of poses that are drawn.
+    chain, cell, target, tips, seed : as in `possible_poses`.
+    """
+    low, high = cell.limits.T
+    joints = low + (high - low) * np.random.default_rng(seed).random((drawn, len(low)))
+    place, _ = attached_poses(chain, chain.model_angles(joints), target)
+    joints = joints[((place >= region.low) & (place <= region.high)).all(axis=1)]
+    return np.asarray(joints[is_free(chain, cell, tips, joints)][:wanted])
+
+
 def near_poses(
     chain: Chain, cell: Cell, target: Attachment, tips: tuple[Attachment, ...], joints: Floats, spread: float,
     per_pose: int, seed: int,

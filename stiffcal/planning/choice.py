@@ -8,7 +8,20 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.identifiability import check_identifiability
-from stiffcal.planning.design import VAGUE, Criterion, Design, best_design, information, loss_of
+from stiffcal.planning.design import (
+    VAGUE,
+    Criterion,
+    Design,
+    best_design,
+    compressed,
+    information,
+    inverse,
+    loss_of,
+    losses_after,
+    start_of,
+    sum_of,
+)
+from stiffcal.planning.goals import Goal
 
 # A parameter whose relative standard uncertainty stays above this with all candidates measured cannot be identified.
 LARGEST_RELATIVE = 1.0
@@ -35,6 +48,7 @@ def choose_runs(
     limit: int | None = None,
     nonlinear: Booleans | None = None,
     first: Integers | None = None,
+    named: Booleans | None = None,
 ) -> Choice | None:
     """Return the best choice of runs; None where no parameter can be identified.
 
@@ -48,22 +62,51 @@ def choose_runs(
     limit : how often one candidate may be measured.
     nonlinear : (p,) True for nonlinear parameters; None: none is.
     first : (n_runs,) a choice to begin with; None: none is known.
+    named : (p,) the parameters whose largest uncertainty counts, for `Criterion.WORST`; None: all.
+    """
+    prepared = goal_of_parameters(factors, n_runs, criterion, known, wanted, limit, nonlinear, named)
+    if prepared is None:
+        return None
+    goal, free, identified = prepared
+    design = best_design(
+        goal.factors, n_runs, criterion, goal.known, goal.wanted, limit, bears_losses=True, first=first
+    )
+    # what all candidates together distinguish, these runs may not
+    return Choice(design, free, identified & identifiable(factors[design.chosen], known, nonlinear)[1])
+
+
+def goal_of_parameters(
+    factors: Floats,
+    n_runs: int,
+    criterion: Criterion,
+    known: Floats | None,
+    wanted: Floats | None,
+    limit: int | None,
+    nonlinear: Booleans | None,
+    named: Booleans | None = None,
+    weight: float = 1.0,
+) -> tuple[Goal, Booleans, Booleans] | None:
+    """Return the goal with the parameters that can be identified, (p,) which these are, and (p,) which by themselves.
+
+    Parameters
+    ----------
+    factors, n_runs, criterion, known, wanted, limit, nonlinear, named : as in `choose_runs`.
+    weight : of the goal in a mix.
     """
     free, identified = identifiable(factors, known, nonlinear)
     if not free.any():
         return None
     own = factors[:, :, free]
-    whole = known
     known = None if known is None else known[np.ix_(free, free)]
     wanted = None if wanted is None else wanted[:, free]
     if criterion is Criterion.WORST:
         # What so few runs cannot show at all would alone decide on the largest uncertainty. It stays in the fit.
         certain = best_design(own, n_runs, Criterion.DETERMINANT, known, None, limit)
         aimed = identified[free] & (np.diagonal(certain.covariance) <= LARGEST_RELATIVE**2)
+        if named is not None and (aimed & named[free]).any():
+            aimed = aimed & named[free]
         wanted = np.eye(int(np.count_nonzero(free)))[aimed] if aimed.any() else None
-    design = best_design(own, n_runs, criterion, known, wanted, limit, bears_losses=True, first=first)
-    # what all candidates together distinguish, these runs may not
-    return Choice(design, free, identified & identifiable(factors[design.chosen], whole, nonlinear)[1])
+    return Goal(own, criterion, known, wanted, weight), free, identified
 
 
 def choice_of_design(
@@ -106,6 +149,27 @@ def identifiable(factors: Floats, known: Floats | None, nonlinear: Booleans | No
         nonlinear,
     )
     return ~checked.left_at_neutral, checked.identifiable
+
+
+def further_runs(factors: Floats, chosen: Integers, count: int, known: Floats | None, counted: Booleans) -> Integers:
+    """Return the candidates that one would measure next, one after the other.
+
+    Parameters
+    ----------
+    factors : (N, r, p) of the candidates.
+    chosen : the runs before.
+    count : how many more.
+    known : (p, p) information that there is already; None: none.
+    counted : (p,) the parameters whose largest uncertainty is to become smaller.
+    """
+    rows = np.eye(factors.shape[2])[counted]
+    matrix = start_of(factors.shape[2], known) + sum_of(factors, chosen)
+    factors = compressed(factors)
+    further = []
+    for _ in range(count):
+        further.append(int(np.argmin(losses_after(factors, inverse(matrix), Criterion.WORST, rows))))
+        matrix = matrix + factors[further[-1]].T @ factors[further[-1]]
+    return np.array(further, dtype=np.int64)
 
 
 def efficiency_of(factors: Floats, chosen: Integers, criterion: Criterion, other: Design) -> float:

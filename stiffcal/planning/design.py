@@ -112,8 +112,8 @@ def best_design(
     """
     if len(factors) == 0 or n_runs < 1:
         raise ValueError("a design needs candidates and at least one run")
-    rows = _wanted_rows(criterion, factors.shape[2], wanted)
-    start = _start(factors.shape[2]) if known is None else known + _start(factors.shape[2])
+    rows = wanted_rows(criterion, factors.shape[2], wanted)
+    start = start_of(factors.shape[2], known)
     factors = compressed(factors)
     weights, gains, bound = relaxed_optimum(factors, n_runs, criterion, start, rows)
     picked = np.union1d(np.argsort(gains, kind="stable")[-EXCHANGED:], np.flatnonzero(weights))
@@ -121,14 +121,14 @@ def best_design(
     factors, weights = factors[picked], weights[picked]
     most = n_runs if limit is None else limit
     if first is None:
-        starts = [_rounded(weights, n_runs, most), _greedy(factors, n_runs, criterion, start, rows, most)]
+        starts = [rounded(weights, n_runs, most), _greedy(factors, n_runs, criterion, start, rows, most)]
     else:
         starts = [np.searchsorted(picked, first)]
     best: Integers | None = None
     least = np.inf
     for chosen in starts:
         improved = _exchange(factors, chosen, criterion, start, rows, most)
-        loss = _loss(inverse(start + _sum(factors, improved)), criterion, rows)
+        loss = value_of(inverse(start + sum_of(factors, improved)), criterion, rows)
         if loss < least:
             best, least = improved, loss
     assert best is not None
@@ -136,7 +136,7 @@ def best_design(
         from stiffcal.planning.lost_runs import bearing_losses
 
         best = bearing_losses(factors, best, start, rows, most)
-        least = _loss(inverse(start + _sum(factors, best)), criterion, rows)
+        least = value_of(inverse(start + sum_of(factors, best)), criterion, rows)
     order = _ordered(factors, best, start, rows, criterion)
     course = np.empty((n_runs, factors.shape[2]))
     matrix = start.copy()
@@ -149,10 +149,16 @@ def best_design(
 
 def loss_of(covariance: Floats, criterion: Criterion, wanted: Floats | None = None) -> float:
     """Return the criterion's value of a covariance (p, p); see `Design.loss`."""
-    return _loss(covariance, criterion, _wanted_rows(criterion, len(covariance), wanted))
+    return value_of(covariance, criterion, wanted_rows(criterion, len(covariance), wanted))
 
 
-def _wanted_rows(criterion: Criterion, p: int, wanted: Floats | None) -> Floats:
+def wanted_rows(criterion: Criterion, p: int, wanted: Floats | None) -> Floats:
+    """Return (q, p) the rows whose variances count; of a mean variance at most p of them.
+
+    Raises
+    ------
+    ValueError : there is no row of predictions where they are needed.
+    """
     if criterion is Criterion.DETERMINANT:
         return np.eye(p)
     if criterion is Criterion.WORST:
@@ -164,8 +170,10 @@ def _wanted_rows(criterion: Criterion, p: int, wanted: Floats | None) -> Floats:
     return np.asarray(triangle / np.sqrt(len(wanted)))
 
 
-def _start(p: int) -> Floats:
-    return np.eye(p) / VAGUE**2
+def start_of(p: int, known: Floats | None) -> Floats:
+    """Return (p, p) the information before any run: what is known, and next to none beyond."""
+    vague = np.eye(p) / VAGUE**2
+    return vague if known is None else known + vague
 
 
 def inverse(matrix: Floats) -> Floats:
@@ -176,12 +184,14 @@ def inverse(matrix: Floats) -> Floats:
     return np.asarray(half.T @ half)
 
 
-def _sum(factors: Floats, chosen: Integers) -> Floats:
+def sum_of(factors: Floats, chosen: Integers) -> Floats:
+    """Return (p, p) the information of chosen candidates."""
     stacked = factors[chosen].reshape(-1, factors.shape[2])
     return np.asarray(stacked.T @ stacked)
 
 
-def _loss(covariance: Floats, criterion: Criterion, rows: Floats) -> float:
+def value_of(covariance: Floats, criterion: Criterion, rows: Floats) -> float:
+    """Return the criterion's value of a covariance (p, p), of rows as `wanted_rows` makes them."""
     if criterion is Criterion.DETERMINANT:
         return float(np.exp(np.linalg.slogdet(covariance)[1] / (2 * len(covariance))))
     if criterion is Criterion.WORST:
@@ -244,7 +254,7 @@ def _exchange(
     for _ in range(MOST_PASSES):
         changed = False
         for place in range(len(design)):
-            without = start + _sum(factors, np.delete(design, place))
+            without = start + sum_of(factors, np.delete(design, place))
             losses = losses_after(factors, inverse(without), criterion, rows)
             present = losses[design[place]]
             count = np.bincount(np.delete(design, place), minlength=len(factors))
@@ -270,7 +280,7 @@ def _ordered(factors: Floats, chosen: Integers, start: Floats, rows: Floats, cri
     return np.array(order)
 
 
-def _rounded(weights: Floats, n_runs: int, most: int) -> Integers:
+def rounded(weights: Floats, n_runs: int, most: int) -> Integers:
     """Return n runs close to the relaxed weights, by largest remainders."""
     shares = np.minimum(weights * n_runs, most)
     count = np.floor(shares).astype(np.int64)
@@ -320,7 +330,7 @@ def relaxed_optimum(
         covariance, target = _relaxed_state(used, inside, n_runs, start, criterion, rows, shares)
         gains = np.sum((factors @ target) * factors, axis=(1, 2))
         bound = _bound(covariance, target, gains, n_runs, start, criterion, rows, shares)
-        loss = _loss(covariance, criterion, rows)
+        loss = value_of(covariance, criterion, rows)
         best_bound = max(best_bound, bound)
         if loss < best_loss:
             best_loss, best_gains = loss, gains
@@ -364,7 +374,7 @@ def _bound(
 ) -> float:
     most = float(np.sum(start * target) + n_runs * np.max(gains))
     if criterion is Criterion.DETERMINANT:
-        return _loss(covariance, criterion, rows) * float(np.sqrt(len(covariance) / most))
+        return value_of(covariance, criterion, rows) * float(np.sqrt(len(covariance) / most))
     if criterion is Criterion.WORST:
         return float(np.sum(shares * _variances(covariance, rows)) / np.sqrt(most))
     return float(np.sum(_variances(covariance, rows)) / np.sqrt(most))

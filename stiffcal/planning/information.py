@@ -2,7 +2,8 @@
 
 A run is one pose: it is read unloaded, then at every load step, then unloaded again. As in the fit (`identification`)
 displacements count from a free offset of the run, the noise of the wrench is carried through the model, and the
-observation matrix is that of a Gauss-Newton step about the balanced shape.
+observation matrix is that of a Gauss-Newton step about the balanced shape. Of absolute places a run is one pose read
+once, under the robot's own weight and perhaps a payload: no offset, and no unloaded reading.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import ParameterRole
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import DocumentedEffect, ParameterRole
 
 # Unloaded readings of a run: one before the load and one after it.
 UNLOADED_READINGS = 2
@@ -39,6 +40,8 @@ class RunInformation:
     """
     scale: Floats
     """(p,) the value, or typical size, that ``factors`` are relative to."""
+    typical: Floats
+    """(p,) the parameters' typical sizes, in the same unit."""
     nonlinear: Booleans
     """(p,) True for nonlinear parameters."""
     further: Floats
@@ -54,6 +57,7 @@ def information_of_runs(
     with_rotation: bool,
     fixed: frozenset[str] = frozenset(),
     further: Callable[[Observations], Floats] | None = None,
+    absolute: bool = False,
 ) -> RunInformation:
     """Return what runs would bring.
 
@@ -68,6 +72,7 @@ def information_of_runs(
     fixed : full names of parameters that are not to be identified.
     further : returns (q, m, n) changes of the readings that are carried through in the same way, as
         `identification.geometry.geometry_columns`.
+    absolute : places are read, each pose once: the K load steps are read as they are, and nothing unloaded.
 
     Raises
     ------
@@ -84,14 +89,15 @@ def information_of_runs(
         ]
     )
     typical = np.array([abs(spec.amplitude_of(spec.typical)) for spec in specs])
-    scale = np.where(values != 0.0, np.abs(values), typical)
+    sized = np.array([counts_from_nominal(robot.placed[column.placed]) for column in columns])
+    scale = np.where((values != 0.0) & ~sized, np.abs(values), typical)
     names = tuple(robot.placed[column.placed].parameter_name(column.symbol) for column in columns)
     nonlinear = np.array([column.role is ParameterRole.NONLINEAR for column in columns], dtype=np.bool_)
-    n_runs, n_steps = wrench.shape[:2]
+    n_runs = len(wrench)
     blocks, n_further = [], 0
     for first in range(0, n_runs, RUNS_AT_ONCE):
         rows = slice(first, min(first + RUNS_AT_ONCE, n_runs))
-        data = _observations(robot, joints[rows], wrench[rows], setup, with_rotation)
+        data = observations_of_runs(robot, joints[rows], wrench[rows], setup, with_rotation, absolute)
         more = further(data) if further is not None else np.zeros((0, *data.measured.shape))
         n_further = len(more)
         parts = []
@@ -99,46 +105,73 @@ def information_of_runs(
             part = data.subset(evaluation.rows)
             # (q, m, n) whitened: the parameters' columns, then those of the run's offset, a unit per component
             whitening = whiten(noise, part, evaluation.sensitivity)
-            m = len(part.measured)
-            offsets = np.repeat(np.eye(m)[:, :, None], part.n_states, axis=2)
+            m = 0 if absolute else len(part.measured)
+            offsets = np.repeat(np.eye(m, len(part.measured))[:, :, None], part.n_states, axis=2)
             stack = np.concatenate([evaluation.columns * scale[:, None, None], more[:, :, evaluation.rows], offsets])
             parts.append(whitening.apply(stack))
         whole = np.concatenate(parts, axis=2)
-        per_run = whole.reshape(len(whole), -1, rows.stop - rows.start, n_steps + UNLOADED_READINGS)
+        count = rows.stop - rows.start
+        per_run = whole.reshape(len(whole), whole.shape[1], count, -1)
         # (N, m K, q): readings of a run below each other
-        blocks.append(np.moveaxis(per_run, (2, 3, 1, 0), (0, 1, 2, 3)).reshape(rows.stop - rows.start, -1, len(whole)))
+        blocks.append(np.moveaxis(per_run, (2, 3, 1, 0), (0, 1, 2, 3)).reshape(count, -1, len(whole)))
     stacked = np.concatenate(blocks)
     p = len(columns)
-    n_offsets = stacked.shape[2] - p - n_further
-    regressors, offset = stacked[:, :, : p + n_further], stacked[:, :, -n_offsets:]
-    basis, _ = np.linalg.qr(offset)
-    factors = regressors - basis @ (np.swapaxes(basis, 1, 2) @ regressors)
-    return RunInformation(names, values, factors[:, :, :p], scale, nonlinear, factors[:, :, p:])
+    factors, offset = stacked[:, :, : p + n_further], stacked[:, :, p + n_further :]
+    if offset.shape[2]:
+        basis, _ = np.linalg.qr(offset)
+        factors = factors - basis @ (np.swapaxes(basis, 1, 2) @ factors)
+    return RunInformation(names, values, factors[:, :, :p], scale, typical, nonlinear, factors[:, :, p:])
 
 
-def _observations(
-    robot: CompliantRobot, joints: Floats, wrench: Floats, setup: MeasurementSetup, with_rotation: bool
+def counts_from_nominal(placed: PlacedEffect) -> bool:
+    """Return whether an effect's parameters are small differences from the robot file or the manifest.
+
+    Of geometry and frames an uncertainty relative to the value says nothing: they count in their typical size.
+    """
+    return placed.effect.moves_frames or type(placed.effect).geometry_terms is not DocumentedEffect.geometry_terms
+
+
+def observations_of_runs(
+    robot: CompliantRobot,
+    joints: Floats,
+    wrench: Floats,
+    setup: MeasurementSetup,
+    with_rotation: bool,
+    absolute: bool = False,
 ) -> Observations:
-    """Return readings of the runs, all zero: what they would be weighed and compared with, not their values."""
+    """Return readings of the runs, all zero: what they would be weighed and compared with, not their values.
+
+    Parameters
+    ----------
+    robot, joints, wrench, setup, with_rotation, absolute : as in `information_of_runs`.
+    """
     n_runs, n_steps = wrench.shape[:2]
-    per_run = n_steps + UNLOADED_READINGS
+    first, unloaded = (0, 0) if absolute else (1, UNLOADED_READINGS)
+    per_run = n_steps + unloaded
     loads = np.zeros((n_runs, per_run, 6))
-    loads[:, 1 : 1 + n_steps] = wrench
+    loads[:, first : first + n_steps] = wrench
     n, targets = n_runs * per_run, len(setup.targets)
     deflection = np.full((n, targets, 6), np.nan)
-    deflection[:, :, : 6 if with_rotation else 3] = 0.0
+    position, rotation = np.full((n, targets, 3), np.nan), np.full((n, targets, 3, 3), np.nan)
+    if absolute:
+        position[:] = 0.0
+        if with_rotation:
+            rotation[:] = np.eye(3)
+    else:
+        deflection[:, :, : 6 if with_rotation else 3] = 0.0
     reference = np.zeros((n_runs, per_run), dtype=np.bool_)
-    reference[:, 0] = True
+    reference[:, 0] = not absolute
     numbers = np.arange(n)
+    kind = "absolute" if absolute else "load"
     states = LoadStates(
-        runs=tuple(RunInfo(f"run {number + 1}") for number in range(n_runs)),
+        runs=tuple(RunInfo(f"run {number + 1}", experiment=kind) for number in range(n_runs)),
         run=np.repeat(np.arange(n_runs), per_run),
         time=np.full(n, np.nan),
         hold=np.full(n, np.nan),
         joints=np.repeat(joints, per_run, axis=0),
         wrench=loads.reshape(n, 6),
-        position=np.full((n, targets, 3), np.nan),
-        rotation=np.full((n, targets, 3, 3), np.nan),
+        position=position,
+        rotation=rotation,
         deflection=deflection,
         reference=reference.reshape(n),
         temperature=np.zeros((n, 0)),
@@ -159,6 +192,7 @@ def prediction_rows(
     setup: MeasurementSetup,
     scale: Floats,
     fixed: frozenset[str] = frozenset(),
+    absolute: bool = False,
 ) -> Floats:
     """Return (3 n, p): the derivative of the first target's deflection by the parameters relative to ``scale``, m.
 
@@ -170,10 +204,12 @@ def prediction_rows(
     setup : where the instruments sit.
     scale : (p,) of `RunInformation`.
     fixed : full names of parameters that are not to be identified.
+    absolute : of the first target's place in the tracker's frame in place of its deflection.
     """
     columns = free_columns(robot, fixed)
     setup = replace(setup, targets=setup.targets[:1], target_names=setup.target_names[:1])
-    data = _observations(robot, joints, wrench[:, None], setup, with_rotation=False)
+    data = observations_of_runs(robot, joints, wrench[:, None], setup, False, absolute)
     blocks = [evaluation.columns for evaluation in evaluate(robot, data, columns)]
-    loaded = np.concatenate(blocks, axis=2)[:, :, 1 :: 1 + UNLOADED_READINGS]
+    loaded = np.concatenate(blocks, axis=2)
+    loaded = loaded if absolute else loaded[:, :, 1 :: 1 + UNLOADED_READINGS]
     return np.asarray((loaded * scale[:, None, None]).reshape(len(columns), -1).T)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Matrix, Number, OrAbsent, Vector
+from stiffcal.identification.observability import ObservabilityIndices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,6 +21,8 @@ class RunToMeasure:
     """(K, 6) N, N·m, base axes, at the load point: the load steps in order."""
     minutes: float
     """How long it takes, as plan.toml states the times."""
+    minutes_per_state: float
+    """How long each of its load steps and unloaded states takes, likewise."""
     approach: Matrix
     """(V, L) rad, poses to drive through on the way from the run before; empty where the direct joint move is free."""
     rank: int
@@ -41,7 +44,9 @@ class ExpectedParameter:
     half_width: Number
     """Expected half width of the 95 % interval of the value; null where the parameter would not be identified."""
     relative: Number
-    """The same relative to the value; null where the parameter would not be identified."""
+    """The same relative to the value, of geometry and frames to the typical size of their errors; null where the
+    parameter would not be identified.
+    """
     from_geometry: Number
     """Share of the robot file's tolerances of lengths and angles in the variance, 0 to 1, which more runs of one kind
     do not reduce; null where the parameter would not be identified.
@@ -89,11 +94,47 @@ class GainPoint:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class AnotherHour:
+    """What another hour of measuring would bring after all runs of the plan."""
+
+    runs: int
+    """Further runs in an hour, at least one."""
+    worst_relative: Number
+    """Largest relative half width of the 95 % intervals after these; null where it is not known."""
+    smaller: float
+    """By which share of itself the largest half width becomes smaller, 0 to 1."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Remedy:
+    """What would identify a parameter that these means do not."""
+
+    parameter: str
+    """Its full name."""
+    means: list[str]
+    """Other means, each of which alone suffices, in words; empty where none of those that were tried does."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedGoal:
+    """One of several goals of a plan."""
+
+    goal: str
+    """"stiffness", "look-alikes", "region", or the path's file."""
+    weight: float
+    """Its share in the mix, 0 to 1."""
+    efficiency: float
+    """Of the plan in this goal alone, as `PlanResult.efficiency`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlanResult(CommandResult):
     """Answer of ``plan``."""
 
     schema: Literal["stiffcal/plan/1"] = "stiffcal/plan/1"
-    criterion: Literal["determinant", "worst", "prediction", "rivals"]
+    experiment: Literal["load", "absolute"]
+    """What is measured: load runs, or absolute places."""
+    criterion: Literal["determinant", "worst", "prediction", "rivals", "mix"]
     """What the choice of runs minimises."""
     efficiency: float
     """Ratio of variances, 0 to 1: bound of the relaxed optimum over this plan (Kiefer and Wolfowitz, 1960)."""
@@ -118,7 +159,19 @@ class PlanResult(CommandResult):
     not_identified: list[str]
     """Parameters that no possible run identifies with these means."""
     prediction_half_width_m: OrAbsent[float] = None
-    """Expected 95 % half width of the predicted deflection along a path, rms over it, m; where a path is given."""
+    """Expected 95 % half width of the predicted deflection (of absolute places: place), rms over the poses that
+    ``predicted_at`` names, m. What is not identified is taken as exact.
+    """
+    predicted_at: OrAbsent[str] = None
+    """The path's file, "region", or "possible poses"."""
+    goals: OrAbsent[list[PlannedGoal]] = None
+    """Where the plan has several goals."""
+    another_hour: OrAbsent[AnotherHour] = None
+    """What another hour would bring; absent where nothing is identified."""
+    remedies: OrAbsent[list[Remedy]] = None
+    """Of every parameter in ``not_identified``."""
+    observability: OrAbsent[ObservabilityIndices] = None
+    """Indices of the poses, of absolute places."""
     file: OrAbsent[str] = None
     """The run sheet that was written."""
     separations: OrAbsent[list[Separation]] = None

@@ -26,6 +26,7 @@ from stiffcal.identification.observation import Observations, evaluate, free_col
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.planning.design import VAGUE, Criterion, Design, best_design, compressed
+from stiffcal.planning.goals import Goal
 from stiffcal.planning.information import information_of_runs
 
 
@@ -88,6 +89,7 @@ def pairs_of_rivals(
     noise: Noise,
     with_rotation: bool,
     fixed: frozenset[str] = frozenset(),
+    absolute: bool = False,
 ) -> list[PairInformation]:
     """Return what runs bring on every ordered pair of models.
 
@@ -96,7 +98,7 @@ def pairs_of_rivals(
     rivals : at least two.
     joints : (N, L) logged joint angles of the runs, rad.
     wrench : (N, K, 6) N and N·m, their load steps.
-    setup, noise, with_rotation, fixed : as in `information_of_runs`.
+    setup, noise, with_rotation, fixed, absolute : as in `information_of_runs`.
 
     Raises
     ------
@@ -106,7 +108,9 @@ def pairs_of_rivals(
     for second, rival in enumerate(rivals):
         others = [first for first in range(len(rivals)) if first != second]
         differences = partial(_differences, [rivals[first].robot for first in others], rival.robot)
-        runs = information_of_runs(rival.robot, joints, wrench, setup, noise, with_rotation, fixed, differences)
+        runs = information_of_runs(
+            rival.robot, joints, wrench, setup, noise, with_rotation, fixed, differences, absolute
+        )
         known = _known(rival, runs.names, runs.scale)
         for place, first in enumerate(others):
             factors = np.concatenate([runs.factors, runs.further[:, :, place : place + 1]], axis=2)
@@ -126,6 +130,18 @@ def separating_design(
     limit : how often one candidate may be measured.
     first : (n_runs,) a design to begin with; None: none is known.
     """
+    goal = goal_of_pairs(pairs)
+    return best_design(goal.factors, n_runs, goal.criterion, goal.known, goal.wanted, limit, first=first)
+
+
+def goal_of_pairs(pairs: Sequence[PairInformation], weight: float = 1.0) -> Goal:
+    """Return the goal that the smallest separation of all pairs is largest.
+
+    Parameters
+    ----------
+    pairs : of one set of candidates.
+    weight : of the goal in a mix.
+    """
     sizes = [pair.factors.shape[2] for pair in pairs]
     heights = [pair.factors.shape[1] for pair in pairs]
     n, p = len(pairs[0].factors), sum(sizes)
@@ -137,7 +153,7 @@ def separating_design(
         known[left : left + size, left : left + size] = pair.known
         rows[number, left + size - 1] = 1.0
         top, left = top + height, left + size
-    return best_design(factors, n_runs, Criterion.WORST, known, rows, limit, first=first)
+    return Goal(factors, Criterion.WORST, known, rows, weight)
 
 
 def _differences(others: Sequence[CompliantRobot], robot: CompliantRobot, data: Observations) -> Floats:

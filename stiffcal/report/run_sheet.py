@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.errors import Progress, no_progress
+from stiffcal.planning.wording import OWN_WEIGHT, another_hour_text, direction_and_sizes, indices_text, remedy_text
 from stiffcal.report.blocks import Facts, Items, Paragraph, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.building import PagesHeading, write_pages
 from stiffcal.report.figures.gain import draw_gain
-from stiffcal.wording import significant
+from stiffcal.wording import length, significant
 
 if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult, RunToMeasure
@@ -40,10 +41,10 @@ def build_run_sheet(
     ------
     InputError : `output` cannot be written.
     """
-    heading = PagesHeading(
-        title=f"Run sheet, {robot}", kind="Load-deflection calibration", campaign=campaign, date=date, maker="stiffcal"
-    )
-    sections = (_overview(plan, sources), _runs(plan), _steps(plan), _expected(plan))
+    kind = "Calibration by absolute places" if plan.experiment == "absolute" else "Load-deflection calibration"
+    heading = PagesHeading(title=f"Run sheet, {robot}", kind=kind, campaign=campaign, date=date, maker="stiffcal")
+    loads = () if plan.experiment == "absolute" else (_steps(plan),)
+    sections = (_overview(plan, sources), _runs(plan), *loads, _expected(plan))
     write_pages(heading, sections, output, progress)
 
 
@@ -54,10 +55,17 @@ def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
         ("Values of the plan", plan.values_from),
         ("Chosen from", f"{plan.candidates} pairs of pose and load, efficiency {plan.efficiency:.2f}"),
     ]
+    minutes, state = plan.runs[0].minutes, plan.runs[0].minutes_per_state
+    reading = (
+        f"In every run: let the robot come to rest, and read the place once; {minutes:g} min a run."
+        if plan.experiment == "absolute"
+        else "In every run: read unloaded, at each load step in order, and unloaded again, each for the same time: "
+        f"{state:g} min, {minutes:g} min a run."
+    )
     notes = [
         "Poses and joint moves were checked against joint limits, keep-out boxes and link capsules of plan.toml only.",
         "They were not checked against the robot itself, cables, the load, or people.",
-        "In every run: read unloaded, at each load step in order, and unloaded again; hold each for the same time.",
+        reading,
         "If time is short, measure the runs of highest rank first.",
         *(
             f"From {before} to {after} no free joint move was found: drive by hand."
@@ -83,7 +91,7 @@ def _runs(plan: PlanResult) -> ReportSection:
     for run in plan.runs:
         rows += [("on the way", "", *_degrees(joints), "", "") for joints in run.approach]
         largest = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3] + 0.0
-        force = ", ".join(f"{component:.0f}" for component in largest)
+        force = ", ".join(f"{component:.0f}" for component in largest) if largest.any() else OWN_WEIGHT
         rows.append((run.id, str(run.rank), *_degrees(run.joints), force, BOX))
     caption = "Runs in order of measuring; the force is the largest of each run."
     return ReportSection("Runs", (TableBlock(columns, tuple(rows), caption),))
@@ -125,6 +133,14 @@ def _expected(plan: PlanResult) -> ReportSection:
     ]
     if plan.not_identified:
         blocks.append(Paragraph(f"Not identified with these means: {', '.join(plan.not_identified)}."))
+    blocks += [Paragraph(f"{remedy_text(remedy)}.") for remedy in plan.remedies or ()]
+    if plan.observability is not None:
+        blocks.append(Paragraph(f"{_sentence(indices_text(plan.observability))}."))
+    if plan.prediction_half_width_m is not None:
+        what = "Place" if plan.experiment == "absolute" else "Deflection"
+        blocks.append(
+            Paragraph(f"{what} at {plan.predicted_at}: ± {length(plan.prediction_half_width_m, significant)}.")
+        )
     for entry in plan.separations or ():
         blocks.append(
             Paragraph(
@@ -134,15 +150,17 @@ def _expected(plan: PlanResult) -> ReportSection:
     if any(point.worst_relative is not None for point in plan.gain):
         caption = "The largest of these half widths after the first runs of highest rank."
         blocks.append(PictureBlock(partial(draw_gain, plan.gain), caption))
+    if plan.another_hour is not None:
+        blocks.append(Paragraph(f"{_sentence(another_hour_text(len(plan.runs), plan.another_hour))}."))
     return ReportSection("What these runs bring", tuple(blocks))
 
 
 def _load(run: RunToMeasure) -> tuple[str, str]:
-    forces = run.wrench[:, :3]
-    largest = forces[int(np.argmax(np.linalg.norm(forces, axis=1)))]
-    direction = largest / np.linalg.norm(largest)
-    words = ", ".join(f"{part + 0.0:.2f}" for part in direction)
-    return f"({words})", ", ".join(f"{size + 0.0:.0f}" for size in forces @ direction)
+    return direction_and_sizes(run.wrench) or (OWN_WEIGHT, "0")
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _degrees(joints: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[str, ...]:

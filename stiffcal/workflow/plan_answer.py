@@ -2,26 +2,167 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.workflow.plan_candidates import Candidates
+from stiffcal.workflow.plan_choice import ChosenRuns, Purpose
+from stiffcal.workflow.plan_goals import LOOK_ALIKES
 from stiffcal.workflow.plan_model import PlanModel
 
 # χ² by which a model must fit better for a test of two to decide: five standard deviations.
 ENOUGH = 25.0
+HOUR = 60.0
 
 if TYPE_CHECKING:
+    from stiffcal.identification.observability import ObservabilityIndices
     from stiffcal.planning.choice import Choice
     from stiffcal.planning.expected import ExpectedFit
     from stiffcal.planning.information import RunInformation
-    from stiffcal.planning.results import ExpectedParameter, GainPoint, LossOfRun, RunToMeasure, Separation
+    from stiffcal.planning.results import (
+        AnotherHour,
+        ExpectedParameter,
+        GainPoint,
+        LossOfRun,
+        PlannedGoal,
+        PlanResult,
+        RunToMeasure,
+    )
     from stiffcal.planning.rivals import PairInformation
     from stiffcal.workflow.plan_rivals import NamedRival
+
+
+def answer_of(
+    campaign: Campaign, plan: PlanFile, model: PlanModel, chosen: ChosenRuns, purpose: Purpose, minutes_per_run: float
+) -> PlanResult:
+    """Return what the chosen runs would bring; separations, ways between the runs and remedies are not in it yet."""
+    from stiffcal.planning.results import PlanResult
+
+    choice, information = chosen.choice, chosen.information
+    expected = _expected(campaign, model, chosen, choice.design.chosen)
+    parameters = expected_parameters(model, information, choice, expected)
+    runs = runs_to_measure(chosen.candidates, choice, minutes_per_run, plan.minutes_per_step)
+    warnings = _warnings(model)
+    losses = losses_of_runs(choice, expected, information.names, runs)
+    if losses:
+        resting = "; ".join(f"{loss.parameter} on {loss.run}" for loss in losses)
+        warnings.append(f"rests on one run: {resting}; measure it twice, or plan more runs")
+    goals = _goals(purpose, chosen)
+    return PlanResult(
+        warnings=warnings,
+        experiment="absolute" if model.absolute else "load",
+        criterion=_criterion(purpose),
+        efficiency=choice.design.efficiency,
+        candidates=len(chosen.candidates.joints),
+        values_from=model.values_from,
+        minutes=plan.warm_up_minutes + purpose.n_runs * minutes_per_run,
+        runs=runs,
+        parameters=parameters,
+        blocked_moves=[],
+        rests_on_one_run=losses,
+        gain=gain_of(choice, expected, plan.warm_up_minutes, minutes_per_run),
+        not_identified=[parameter.name for parameter in parameters if not parameter.identified],
+        prediction_half_width_m=_prediction(model, purpose, information, choice, expected),
+        predicted_at=purpose.area.name,
+        goals=goals,
+        another_hour=_another_hour(campaign, model, chosen, expected, minutes_per_run),
+        observability=_observability(chosen, expected) if model.absolute else None,
+        joint_names=campaign.chain.joint_names,
+    )
+
+
+def _criterion(purpose: Purpose) -> Literal["determinant", "worst", "prediction", "rivals", "mix"]:
+    if len(purpose.goals) > 1:
+        return "mix"
+    if purpose.goals[0].name == LOOK_ALIKES:
+        return "rivals"
+    return "prediction" if purpose.goals[0].is_prediction else purpose.criterion.value
+
+
+def _expected(campaign: Campaign, model: PlanModel, chosen: ChosenRuns, runs: Integers) -> ExpectedFit:
+    """Return what runs bring with the tolerance of the geometry, on the parameters that are free."""
+    from stiffcal.identification.geometry import geometry_columns
+    from stiffcal.planning.expected import expected_fit
+
+    free, known = chosen.choice.free, chosen.known
+    own_known = None if known is None else known[np.ix_(free, free)]
+    joints, wrench = chosen.candidates.joints[runs], chosen.candidates.wrench[runs]
+    if model.absolute:
+        # the same places measure the geometry: it is in the model
+        factors = model.information(joints, wrench).factors[:, :, free]
+        return expected_fit(factors, np.zeros((*factors.shape[:2], 1)), np.zeros(1), own_known)
+    of_runs = model.information(joints, wrench, further=partial(geometry_columns, model.robot))
+    return expected_fit(of_runs.factors[:, :, free], of_runs.further, tolerances(campaign), own_known)
+
+
+def _prediction(
+    model: PlanModel, purpose: Purpose, information: RunInformation, choice: Choice, expected: ExpectedFit
+) -> float | None:
+    """Return the half width of the prediction, rms over the poses; what is not known there is left out."""
+    from stiffcal.planning.choice import LARGEST_RELATIVE
+
+    known = expected.course[-1] <= LARGEST_RELATIVE
+    if not known.any():
+        return None
+    rows = model.predictions(purpose.area.joints, purpose.area.wrench, information.scale)[:, choice.free][:, known]
+    mean_square = float(np.sum((rows @ expected.covariance[np.ix_(known, known)]) * rows) / (len(rows) / 3))
+    return NORMAL_95 * float(np.sqrt(mean_square))
+
+
+def _goals(purpose: Purpose, chosen: ChosenRuns) -> list[PlannedGoal] | None:
+    from stiffcal.planning.results import PlannedGoal
+
+    if not chosen.efficiencies:
+        return None
+    total = sum(goal.weight for goal in purpose.goals)
+    return [
+        PlannedGoal(goal=goal.name, weight=goal.weight / total, efficiency=efficiency)
+        for goal, efficiency in zip(purpose.goals, chosen.efficiencies, strict=True)
+    ]
+
+
+def _another_hour(
+    campaign: Campaign, model: PlanModel, chosen: ChosenRuns, expected: ExpectedFit, minutes_per_run: float
+) -> AnotherHour | None:
+    """Return what another hour brings after all runs, spent on the runs that then serve best."""
+    from stiffcal.planning.choice import LARGEST_RELATIVE, further_runs
+    from stiffcal.planning.results import AnotherHour
+
+    choice, free, known = chosen.choice, chosen.choice.free, chosen.known
+    counted = _counted(choice, expected)
+    if not counted.any():
+        return None
+    count = max(1, round(HOUR / minutes_per_run))
+    own_known = None if known is None else known[np.ix_(free, free)]
+    further = further_runs(chosen.information.factors[:, :, free], choice.design.chosen, count, own_known, counted)
+    later = _expected(campaign, model, chosen, np.concatenate([choice.design.chosen, further]))
+    before, after = expected.course[-1, counted].max(), later.course[-1, counted].max()
+    relative = NORMAL_95 * float(after) if after <= LARGEST_RELATIVE else None
+    return AnotherHour(runs=count, worst_relative=relative, smaller=float(1.0 - after / before))
+
+
+def _observability(chosen: ChosenRuns, expected: ExpectedFit) -> ObservabilityIndices | None:
+    from stiffcal.identification.observability import indices_of
+
+    information, free = chosen.information, chosen.choice.free
+    if not free.any():
+        return None
+    size = information.scale[free] / information.typical[free]
+    return indices_of(expected.covariance * np.outer(size, size), len(chosen.choice.design.chosen))
+
+
+def _counted(choice: Choice, expected: ExpectedFit) -> Booleans:
+    """Return which of the free parameters the plan identifies."""
+    from stiffcal.planning.choice import LARGEST_RELATIVE
+
+    return np.asarray(choice.identified[choice.free] & (expected.course[-1] <= LARGEST_RELATIVE))
 
 
 def tolerances(campaign: Campaign) -> Floats:
@@ -91,7 +232,7 @@ def expected_parameters(
     return expected
 
 
-def runs_to_measure(candidates: Candidates, choice: Choice, minutes: float) -> list[RunToMeasure]:
+def runs_to_measure(candidates: Candidates, choice: Choice, minutes: float, per_state: float) -> list[RunToMeasure]:
     """Return the chosen runs in an order of short moves."""
     from stiffcal.planning.choice import short_order
     from stiffcal.planning.results import RunToMeasure
@@ -105,6 +246,7 @@ def runs_to_measure(candidates: Candidates, choice: Choice, minutes: float) -> l
             joints=candidates.joints[chosen[rank]],
             wrench=candidates.wrench[chosen[rank]],
             minutes=minutes,
+            minutes_per_state=per_state,
             approach=np.zeros((0, candidates.joints.shape[1])),
             rank=int(rank) + 1,
         )
@@ -117,8 +259,7 @@ def gain_of(choice: Choice, expected: ExpectedFit, warm_up: float, minutes: floa
     from stiffcal.planning.choice import LARGEST_RELATIVE
     from stiffcal.planning.results import GainPoint
 
-    course = expected.course
-    worst = np.max(course[:, choice.identified[choice.free] & (course[-1] <= LARGEST_RELATIVE)], axis=1, initial=0.0)
+    worst = np.max(expected.course[:, _counted(choice, expected)], axis=1, initial=0.0)
     return [
         GainPoint(
             runs=number,
@@ -129,7 +270,7 @@ def gain_of(choice: Choice, expected: ExpectedFit, warm_up: float, minutes: floa
     ]
 
 
-def warnings_of(model: PlanModel) -> list[str]:
+def _warnings(model: PlanModel) -> list[str]:
     """Return what a reader of the plan must know of its values."""
     warnings = []
     if model.assumed:
@@ -137,8 +278,10 @@ def warnings_of(model: PlanModel) -> list[str]:
     return warnings
 
 
-def separations_of(pairs: list[PairInformation], choice: Choice, named: list[NamedRival]) -> list[Separation]:
-    """Return how far the chosen runs separate every ordered pair of rival models."""
+def separations_of(
+    result: PlanResult, pairs: list[PairInformation], choice: Choice, named: list[NamedRival]
+) -> PlanResult:
+    """Return the answer with how far the chosen runs separate every ordered pair of rival models."""
     from stiffcal.planning.results import Separation
 
     separations = []
@@ -152,4 +295,9 @@ def separations_of(pairs: list[PairInformation], choice: Choice, named: list[Nam
                 distinguished=size >= ENOUGH,
             )
         )
-    return separations
+    alike = [
+        f"{entry.truth} and {entry.rival} stay alike: χ² of {entry.chi_square:.2g} where {ENOUGH:.0f} are needed"
+        for entry in separations
+        if not entry.distinguished
+    ]
+    return replace(result, separations=separations, warnings=[*result.warnings, *alike])

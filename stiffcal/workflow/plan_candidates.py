@@ -12,7 +12,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.plan_means import cell_of, load_steps
+from stiffcal.workflow.plan_means import cell_of, load_steps, loads_of_places
 from stiffcal.workflow.plan_model import PlanModel
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def candidates_of(campaign: Campaign, plan: PlanFile, model: PlanModel, two_side
     from stiffcal.planning.candidates import possible_poses
 
     cell = cell_of(campaign, plan)
-    tips = _tips(campaign, model)
+    tips = tips_of(campaign, model)
     joints, rejected = possible_poses(campaign.chain, cell, model.setup.targets[0], tips, plan.candidates, plan.seed)
     if not len(joints):
         counts = {
@@ -80,7 +80,7 @@ def candidates_of(campaign: Campaign, plan: PlanFile, model: PlanModel, two_side
         place, (count, why) = max(counts.items(), key=lambda entry: entry[1][0])
         reason = f"none of {rejected.drawn} poses within the joint limits is possible: in {count} of them {why}"
         raise InputError.at(FaultCode.POSE_UNREACHABLE, PLAN_FILE, place, reason, "correct it, or widen limits_deg")
-    loads = load_steps(campaign, plan, two_sided)
+    loads = loads_of_places(campaign, plan) if model.absolute else load_steps(campaign, plan, two_sided)
     n, directions = len(joints), len(loads)
     return Candidates(np.repeat(joints, directions, axis=0), np.tile(loads, (n, 1, 1)))
 
@@ -92,13 +92,13 @@ def refined_around(
     from stiffcal.planning.candidates import near_poses
 
     near, source = near_poses(
-        campaign.chain, cell_of(campaign, plan), model.setup.targets[0], _tips(campaign, model), chosen.joints,
+        campaign.chain, cell_of(campaign, plan), model.setup.targets[0], tips_of(campaign, model), chosen.joints,
         spread, max(NEAR_EACH, NEAR_ALL // len(chosen.joints)), plan.seed,
     )  # fmt: skip
     return chosen + Candidates(near, chosen.wrench[source])
 
 
-def _tips(campaign: Campaign, model: PlanModel) -> tuple[Attachment, ...]:
+def tips_of(campaign: Campaign, model: PlanModel) -> tuple[Attachment, ...]:
     """Return the frames on the flange that the last capsules reach to."""
     frames = (model.setup.wrench_point, *model.setup.targets)
     return tuple(frame for frame in frames if frame.body == campaign.chain.n_joints + 1)
@@ -111,7 +111,7 @@ def with_ways(
     from stiffcal.planning.moves import ways_between
 
     joints = np.stack([run.joints for run in runs])
-    ways = ways_between(campaign.chain, cell, _tips(campaign, model), joints, poses)
+    ways = ways_between(campaign.chain, cell, tips_of(campaign, model), joints, poses)
     blocked = [[runs[k].id, runs[k + 1].id] for k, way in enumerate(ways) if way is None]
     reached = [replace(run, approach=way) if way is not None else run for run, way in zip(runs[1:], ways, strict=True)]
     return [runs[0], *reached], blocked

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.plan_candidates import Candidates, refined_around
-from stiffcal.workflow.plan_model import (
-    PlanModel,
-    checked_balance,
-    fixed_names,
-    known_information,
-    prior_scenarios,
-    with_rotation,
-)
+from stiffcal.workflow.plan_goals import LOOK_ALIKES, STIFFNESS, PredictedArea, WantedGoal
+from stiffcal.workflow.plan_model import PlanModel, checked_balance, known_information, prior_scenarios
 
 if TYPE_CHECKING:
     from stiffcal.planning.choice import Choice
@@ -38,14 +30,16 @@ SPREADS = (np.radians(10.0), np.radians(4.0), np.radians(1.5))
 class Purpose:
     """What runs are chosen for."""
 
+    goals: list[WantedGoal]
+    """At least one, with weights."""
     criterion: Criterion
-    """Without rivals."""
+    """Of the goal "stiffness"."""
     n_runs: int
     """How many runs."""
     rivals: list[PlanModel]
-    """Models to separate; empty: the model's own parameters count."""
-    wanted: Callable[[Floats], Floats] | None
-    """Returns (q, p) rows of predictions from the parameters' scale; None: none are wanted."""
+    """Models to separate; empty: none."""
+    area: PredictedArea
+    """Where predictions are to be good, if that is a goal."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +52,12 @@ class ChosenRuns:
     """Of these, on the model's own parameters."""
     known: Floats | None
     """(p, p) what a fit knows already."""
-    wanted: Floats | None
-    """(q, p) rows of predictions."""
     choice: Choice
     """Indices into the candidates, and what is identified."""
     pairs: list[PairInformation]
     """Of the rivals; empty where there are none."""
+    efficiencies: tuple[float, ...] = ()
+    """Of each goal alone; empty where there is one goal."""
 
 
 def chosen_runs(
@@ -94,66 +88,132 @@ def _chosen(
     purpose: Purpose,
     first: Integers | None = None,
 ) -> ChosenRuns:
-    from stiffcal.planning.choice import choice_of_design
-    from stiffcal.planning.information import information_of_runs
-    from stiffcal.planning.rivals import RivalModel, pairs_of_rivals, separating_design
+    from stiffcal.planning.choice import choice_of_design, identifiable
+    from stiffcal.planning.rivals import separating_design
 
-    means = (model.setup, model.noise, with_rotation(campaign), fixed_names(campaign))
-    information = checked_balance(
-        lambda: information_of_runs(model.robot, candidates.joints, candidates.wrench, *means)
-    )
+    information = model.information(candidates.joints, candidates.wrench)
     known = known_information(model, information)
-    wanted = None if purpose.wanted is None else purpose.wanted(information.scale)
-    pairs: list[PairInformation] = []
+    pairs = _pairs(model, candidates, purpose)
     choice: Choice | None
-    if purpose.rivals:
-        rivals = [RivalModel.of_covariance(entry.robot, entry.covariance) for entry in purpose.rivals]
-        pairs = checked_balance(lambda: pairs_of_rivals(rivals, candidates.joints, candidates.wrench, *means))
+    efficiencies: tuple[float, ...] = ()
+    if not identifiable(information.factors, known, information.nonlinear)[1].any():
+        choice = None
+    elif len(purpose.goals) > 1:
+        choice, efficiencies = _choice_for_mix(plan, model, candidates, purpose, (information, known), pairs, first)
+    elif purpose.goals[0].name == LOOK_ALIKES:
         design = separating_design(pairs, purpose.n_runs, plan.repeats, first)
         choice = choice_of_design(design, information.factors, known, information.nonlinear)
     else:
-        choice = _choice_for_ranges(campaign, plan, model, candidates, purpose, (information, known, wanted), first)
+        choice = _choice_for_ranges(plan, model, candidates, purpose, (information, known), first)
     if choice is None or not choice.identified.any():
         reason = "no possible load turns any parameter of the model enough to identify it"
         mend = "allow other directions, a larger force, or a load point with a lever arm"
         raise InputError.at(FaultCode.DATA_MISSING, PLAN_FILE, "load", reason, mend)
-    return ChosenRuns(candidates, information, known, wanted, choice, pairs)
+    return ChosenRuns(candidates, information, known, choice, pairs, efficiencies)
 
 
-def _choice_for_ranges(
-    campaign: Campaign,
+def _pairs(model: PlanModel, candidates: Candidates, purpose: Purpose) -> list[PairInformation]:
+    """Return what the candidates bring on every ordered pair of rivals."""
+    from stiffcal.planning.rivals import RivalModel, pairs_of_rivals
+
+    if not purpose.rivals:
+        return []
+    rivals = [RivalModel.of_covariance(entry.robot, entry.covariance) for entry in purpose.rivals]
+    return checked_balance(
+        lambda: pairs_of_rivals(
+            rivals, candidates.joints, candidates.wrench, model.setup, model.noise, model.with_rotation, model.fixed,
+            model.absolute,
+        )
+    )  # fmt: skip
+
+
+def _choice_for_mix(
     plan: PlanFile,
     model: PlanModel,
     candidates: Candidates,
     purpose: Purpose,
-    nominal: tuple[RunInformation, Floats | None, Floats | None],
+    nominal: tuple[RunInformation, Floats | None],
+    pairs: list[PairInformation],
+    first: Integers | None,
+) -> tuple[Choice | None, tuple[float, ...]]:
+    """Return the choice for several goals, and the efficiency in each goal alone."""
+    from stiffcal.planning.choice import choice_of_design, goal_of_parameters
+    from stiffcal.planning.design import Criterion
+    from stiffcal.planning.goals import mixed_design
+    from stiffcal.planning.rivals import goal_of_pairs
+
+    information, known = nominal
+    goals = []
+    for goal in purpose.goals:
+        if goal.name == LOOK_ALIKES:
+            goals.append(goal_of_pairs(pairs, goal.weight))
+            continue
+        criterion = purpose.criterion if goal.name == STIFFNESS else Criterion.PREDICTION
+        prepared = goal_of_parameters(
+            information.factors, purpose.n_runs, criterion, known, _wanted(model, purpose, information), plan.repeats,
+            information.nonlinear, named_parameters(plan, information.names), goal.weight,
+        )  # fmt: skip
+        if prepared is None:
+            return None, ()
+        goals.append(prepared[0])
+    mixed = mixed_design(goals, purpose.n_runs, plan.repeats, first)
+    return choice_of_design(mixed.design, information.factors, known, information.nonlinear), mixed.efficiencies
+
+
+def _choice_for_ranges(
+    plan: PlanFile,
+    model: PlanModel,
+    candidates: Candidates,
+    purpose: Purpose,
+    nominal: tuple[RunInformation, Floats | None],
     first: Integers | None,
 ) -> Choice | None:
     """Return the choice that serves the model and both ends of the prior ranges of its unknown nonlinear parameters.
 
     The parameters of each of these count as parameters of their own: what is worst or mean is that over all of them.
     """
-    from stiffcal.planning.choice import Choice, choose_runs
-    from stiffcal.planning.information import information_of_runs
+    from stiffcal.planning.choice import choose_runs
+    from stiffcal.planning.design import Criterion
 
-    information, known, wanted = nominal
-    means = (model.setup, model.noise, with_rotation(campaign), fixed_names(campaign))
+    information, known = nominal
     p = len(information.names)
     factors = [information.factors]
     robots = prior_scenarios(plan, model)
     for robot in robots[1:]:
-        runs = checked_balance(partial(information_of_runs, robot, candidates.joints, candidates.wrench, *means))
+        runs = model.information(candidates.joints, candidates.wrench, robot)
         factors.append(runs.factors * (information.scale / runs.scale))
     count = len(robots)
     blocks = np.zeros((len(candidates.joints), count * factors[0].shape[1], count * p))
     for number, block in enumerate(factors):
         rows = slice(number * block.shape[1], (number + 1) * block.shape[1])
         blocks[:, rows, number * p : (number + 1) * p] = block
+    is_prediction = purpose.goals[0].is_prediction
+    wanted = _wanted(model, purpose, information) if is_prediction else None
     choice = choose_runs(
-        blocks, purpose.n_runs, purpose.criterion, _repeated(known, count), _repeated(wanted, count), plan.repeats,
-        np.tile(information.nonlinear, count), first,
+        blocks, purpose.n_runs, Criterion.PREDICTION if is_prediction else purpose.criterion, _repeated(known, count),
+        _repeated(wanted, count), plan.repeats, np.tile(information.nonlinear, count), first,
+        np.tile(named_parameters(plan, information.names), count),
     )  # fmt: skip
-    return None if choice is None else Choice(choice.design, choice.free[:p], choice.identified[:p])
+    return None if choice is None else replace(choice, free=choice.free[:p], identified=choice.identified[:p])
+
+
+def _wanted(model: PlanModel, purpose: Purpose, information: RunInformation) -> Floats:
+    return model.predictions(purpose.area.joints, purpose.area.wrench, information.scale)
+
+
+def named_parameters(plan: PlanFile, names: tuple[str, ...]) -> Booleans:
+    """Return (p,) True for the parameters that plan.toml names; all where it names none.
+
+    Raises
+    ------
+    InputError : the model has no free parameter of such a name.
+    """
+    for name in plan.parameters:
+        if name not in names:
+            reason = f"the model has no free parameter {name}"
+            mend = f"free parameters: {', '.join(names)}"
+            raise InputError.at(FaultCode.PARAMETER_UNKNOWN, PLAN_FILE, "parameters", reason, mend)
+    return np.array([not plan.parameters or name in plan.parameters for name in names], dtype=np.bool_)
 
 
 def _repeated(matrix: Floats | None, count: int) -> Floats | None:

@@ -16,6 +16,8 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.plan_sheet import write_sheet
 
 if TYPE_CHECKING:
+    from tomlkit.items import AoT
+
     from stiffcal.campaign.loading import Campaign
     from stiffcal.planning.results import PlanResult
 
@@ -26,7 +28,8 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -
     """Write the folder, and return its files.
 
     The sources, frames and thresholds are those of the campaign that the plan was made from; logs go to ``raw/``, a
-    file per run and source: ``raw/run01_force.csv``. Sources whose one file serves all runs keep it.
+    file per run and source: ``raw/run01_force.csv``. Sources whose one file serves all runs keep it, and absolute
+    places keep their run: a row of its table for each pose.
 
     Parameters
     ----------
@@ -44,21 +47,13 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -
         mend = "name a folder that does not exist yet"
         raise InputError.at(FaultCode.FILE_EXISTS, str(folder), "", "the folder is not empty", mend)
     document = tomlkit.parse((campaign.folder / MANIFEST_FILE).read_text(encoding="utf-8"))
-    for key in ("runs", "exclude"):
-        document.pop(key, None)
-    endings = _endings(campaign)
-    runs = tomlkit.aot()
-    for run in plan.runs:
-        table = tomlkit.table()
-        table["id"] = run.id
-        table["experiment"] = "load"
-        table["joints_deg"] = [round(float(angle), 2) for angle in np.degrees(run.joints)]
-        if endings:
-            files = tomlkit.inline_table()
-            files.update({source: f"raw/{run.id}_{source}{ending}" for source, ending in endings.items()})
-            table["files"] = files
-        runs.append(table)
-    document["runs"] = runs
+    document.pop("exclude", None)
+    if plan.experiment == "load":
+        document.pop("runs", None)
+        document["runs"] = _load_runs(campaign, plan)
+    elif "runs" not in document:
+        document["runs"] = tomlkit.aot()
+        document["runs"].append(tomlkit.item({"id": "poses", "experiment": "absolute"}))
     (folder / "raw").mkdir(parents=True)
     (folder / MANIFEST_FILE).write_text(tomlkit.dumps(document), encoding="utf-8", newline="\n")
     written = [MANIFEST_FILE]
@@ -73,6 +68,25 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -
     for sheet in RUN_SHEETS:
         write_sheet(folder / sheet, campaign, plan)
     return [*written, *RUN_SHEETS]
+
+
+def _load_runs(campaign: Campaign, plan: PlanResult) -> AoT:
+    """Return a run of campaign.toml for each run of the plan."""
+    import tomlkit
+
+    endings = _endings(campaign)
+    runs = tomlkit.aot()
+    for run in plan.runs:
+        table = tomlkit.table()
+        table["id"] = run.id
+        table["experiment"] = "load"
+        table["joints_deg"] = [round(float(angle), 2) for angle in np.degrees(run.joints)]
+        if endings:
+            files = tomlkit.inline_table()
+            files.update({source: f"raw/{run.id}_{source}{ending}" for source, ending in endings.items()})
+            table["files"] = files
+        runs.append(table)
+    return runs
 
 
 def _endings(campaign: Campaign) -> dict[str, str]:

@@ -71,6 +71,22 @@ def cell_of(campaign: Campaign, plan: PlanFile) -> Cell:
     return Cell(limits, boxes, plan.link_radius_m, plan.lowest_m, tracker)
 
 
+def loads_of_places(campaign: Campaign, plan: PlanFile) -> Floats:
+    """Return (D, 1, 6) what absolute places are read under: the robot's own weight, and each payload, N, base axes.
+
+    Raises
+    ------
+    InputError : a force is stated, which absolute places do not have.
+    """
+    load = plan.load
+    if load.force_N is not None or load.directions:
+        reason = "absolute places are read under the robot's own weight and payloads"
+        mend = 'leave force_N and directions out, or write experiment = "load"'
+        raise InputError.at(FaultCode.KEY_CONFLICT, PLAN_FILE, "load.force_N", reason, mend)
+    forces = np.array([0.0, *load.dead_weights_kg])[:, None, None] * campaign.chain.gravity
+    return np.concatenate([forces, np.zeros_like(forces)], axis=2)
+
+
 def load_steps(campaign: Campaign, plan: PlanFile, two_sided: bool = False) -> Floats:
     """Return (D, K, 6) the load steps of every direction and size, N, base axes, at the load point.
 

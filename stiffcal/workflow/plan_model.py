@@ -13,11 +13,12 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.workflow.plan_measured import measured_so_far
 from stiffcal.workflow.steps import RunContext, free_names
 
 if TYPE_CHECKING:
-    from stiffcal.identification.fit_results import NoisePerAxis
     from stiffcal.identification.noise import Noise
+    from stiffcal.identification.readings import Observations
     from stiffcal.measurements.load_states import MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.planning.information import RunInformation
@@ -32,11 +33,85 @@ class PlanModel:
     """The robot that the plan is made for."""
 
     robot: CompliantRobot
+    """Every parameter with a value."""
     setup: MeasurementSetup
+    """Where load and target are."""
     noise: Noise
+    """Of one load state."""
     covariance: dict[str, dict[str, float]]
+    """Of a fit to what was measured, by full names."""
     values_from: str
+    """Where the values are from, in words."""
     assumed: frozenset[str]
+    """Parameters with a typical value."""
+    with_rotation: bool = False
+    """Orientations are measured."""
+    fixed: frozenset[str] = frozenset()
+    """Full names of parameters that the fit does not free, or that others make up for in every pose."""
+    absolute: bool = False
+    """Places are measured, each pose once."""
+
+    def information(
+        self,
+        joints: Floats,
+        wrench: Floats,
+        robot: CompliantRobot | None = None,
+        further: Callable[[Observations], Floats] | None = None,
+    ) -> RunInformation:
+        """Return what runs bring on the robot's parameters, or on those of the same robot with other values.
+
+        Raises
+        ------
+        InputError : the load is more than the springs hold.
+        """
+        from stiffcal.planning.information import information_of_runs
+
+        return checked_balance(
+            lambda: information_of_runs(
+                robot or self.robot, joints, wrench, self.setup, self.noise, self.with_rotation, self.fixed, further,
+                self.absolute,
+            )
+        )  # fmt: skip
+
+    def predictions(self, joints: Floats, wrench: Floats, scale: Floats) -> Floats:
+        """Return (3 n, p) rows of predictions; as `prediction_rows`.
+
+        Raises
+        ------
+        InputError : the load is more than the springs hold.
+        """
+        from stiffcal.planning.information import prediction_rows
+
+        return checked_balance(
+            lambda: prediction_rows(self.robot, joints, wrench, self.setup, scale, self.fixed, self.absolute)
+        )
+
+
+def is_absolute(campaign: Campaign, plan: PlanFile) -> bool:
+    """Return whether absolute places are planned: as plan.toml has it, else as the runs of campaign.toml are.
+
+    Raises
+    ------
+    InputError : the campaign's runs are neither load runs nor absolute places.
+    """
+    if plan.experiment is not None:
+        return plan.experiment == "absolute"
+    kinds = {run.experiment for run in campaign.manifest.runs}
+    if kinds and not kinds & {"load", "absolute"}:
+        reason = f"plan chooses load runs and absolute places, and all runs here are {' or '.join(sorted(kinds))} runs"
+        mend = 'write experiment = "load" in plan.toml to plan load runs of this robot'
+        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, "campaign.toml", "runs", reason, mend)
+    return kinds == {"absolute"}
+
+
+def as_planned(campaign: Campaign, plan: PlanFile) -> Campaign:
+    """Return the campaign with a run of the planned kind, where it has none: frames to be found depend on it."""
+    from stiffcal.campaign.manifest import Run
+
+    if not is_absolute(campaign, plan) or any(run.experiment == "absolute" for run in campaign.manifest.runs):
+        return campaign
+    runs = (*campaign.manifest.runs, Run(id="poses", experiment="absolute"))
+    return replace(campaign, manifest=campaign.manifest.model_copy(update={"runs": runs}))
 
 
 def fixed_names(campaign: Campaign) -> frozenset[str]:
@@ -66,7 +141,6 @@ def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> Pl
     """Return the robot with values: fitted where there are logs, else of model.toml, else typical ones."""
     from stiffcal.campaign.frames import measurement_setup, resolve_frames
     from stiffcal.compensation.prediction import at_load_point
-    from stiffcal.ingest.sources import manifest_data_files
     from stiffcal.model.campaign_effects import placed_robot
 
     robot = placed_robot(campaign)
@@ -75,31 +149,19 @@ def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> Pl
         raise InputError.at(FaultCode.MODEL_UNSUITABLE, "model.toml", "effects", "the model holds no effect", mend)
     chain = campaign.chain
     frames = resolve_frames(campaign.manifest, chain)
-    files = manifest_data_files(campaign)
-    estimated: NoisePerAxis | None = None
-    assumed: frozenset[str] = frozenset()
+    measured = measured_so_far(campaign, robot, context)
+    estimated: tuple[float | None, ...] = (None,) * 4
     covariance: dict[str, dict[str, float]] = {}
-    if files and all((campaign.folder / file).exists() for file in files):
-        from stiffcal.workflow.fitted_robot import fitted_robot
-        from stiffcal.workflow.identify import up_to_date_fit
-        from stiffcal.workflow.steps import up_to_date_states
-
-        fitted = fitted_robot(campaign, context)
-        estimated = up_to_date_fit(up_to_date_states(campaign.folder, context), context).noise_per_axis
-        robot, setup, covariance, source = fitted.robot, fitted.setup, fitted.covariance, fitted.source
+    if measured is not None:
+        robot, setup, covariance = measured.robot, measured.setup, measured.covariance
+        estimated, source = measured.noise, measured.source
     else:
         setup = measurement_setup(campaign.manifest, chain, frames)
         source = "model.toml"
-    without_value, _ = free_names(campaign, robot)
-    if without_value:
-        typical = {
-            placed_effect.parameter_name(spec.symbol): spec.typical
-            for placed_effect in robot.placed
-            for spec in placed_effect.effect.parameters
-        }
-        robot = robot.with_values({name: typical[name] for name in without_value})
-        assumed = frozenset(without_value)
-        source = "typical values" if len(assumed) == len(typical) else f"{source}, and typical values"
+    robot, assumed = _with_typical_values(campaign, plan, robot)
+    if assumed:
+        n_parameters = sum(len(placed_effect.effect.parameters) for placed_effect in robot.placed)
+        source = "typical values" if len(assumed) == n_parameters else f"{source}, and typical values"
     if not setup.targets:
         mend = "add a source with a pose or a deflection"
         raise InputError.at(FaultCode.SIGNAL_MISSING, "campaign.toml", "sources", "no displacement is measured", mend)
@@ -111,10 +173,46 @@ def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> Pl
         setup = replace(setup, wrench_point=frames[plan.load.point])
     noise = _noise(campaign, plan, setup, estimated)
     setup = replace(at_load_point(setup), estimated=())
-    return PlanModel(robot, setup, noise, covariance, source, assumed)
+    model = PlanModel(robot, setup, noise, covariance, source, assumed, with_rotation(campaign), fixed_names(campaign))
+    return _of_places(model) if is_absolute(campaign, plan) else model
 
 
-def _noise(campaign: Campaign, plan: PlanFile, setup: MeasurementSetup, estimated: NoisePerAxis | None) -> Noise:
+def _of_places(model: PlanModel) -> PlanModel:
+    """Return the model for absolute places: what others make up for in every pose is not free."""
+    from stiffcal.identification.gauge import redundant_geometry
+    from stiffcal.planning.information import observations_of_runs
+
+    joints = np.zeros((1, len(model.robot.chain.joint_names)))
+    data = observations_of_runs(model.robot, joints, np.zeros((1, 1, 6)), model.setup, model.with_rotation, True)
+    redundant = redundant_geometry(model.robot, data, model.fixed)
+    return replace(model, fixed=model.fixed | redundant, absolute=True)
+
+
+def _with_typical_values(
+    campaign: Campaign, plan: PlanFile, robot: CompliantRobot
+) -> tuple[CompliantRobot, frozenset[str]]:
+    """Return the robot with a value for every parameter, and the names of those that are typical."""
+    from stiffcal.planning.information import counts_from_nominal
+    from stiffcal.planning.robot_classes import typical_compliance
+
+    without_value = set(free_names(campaign, robot)[0])
+    values: dict[str, float] = {}
+    nominal: set[str] = set()
+    for placed_effect in robot.placed:
+        for spec in placed_effect.effect.parameters:
+            name = placed_effect.parameter_name(spec.symbol)
+            if name not in without_value:
+                continue
+            values[name] = spec.typical
+            if counts_from_nominal(placed_effect) and not spec.discrete:
+                values[name] = spec.neutral
+                nominal.add(name)
+            elif plan.robot_class is not None and placed_effect.effect.name == "joint-compliance":
+                values[name] = typical_compliance(plan.robot_class, placed_effect.place.joints[0])
+    return robot.with_values(values), frozenset(values.keys() - nominal)
+
+
+def _noise(campaign: Campaign, plan: PlanFile, setup: MeasurementSetup, found: tuple[float | None, ...]) -> Noise:
     """Return the noise of one load state: of plan.toml, else as the fit found it, else as campaign.toml states it."""
     from stiffcal.identification.noise import Noise
 
@@ -122,11 +220,6 @@ def _noise(campaign: Campaign, plan: PlanFile, setup: MeasurementSetup, estimate
         return next((size for size in sizes if size is not None), None)
 
     sigma, stated = setup.sigma, plan.noise
-    found = (
-        (None,) * 4
-        if estimated is None
-        else (estimated.translation, estimated.rotation, estimated.force, estimated.moment)
-    )
     translation = first_known(stated.translation_m, found[0], sigma.translation)
     rotation = first_known(stated.rotation_rad, found[1], sigma.rotation)
     force = first_known(stated.force_N, found[2], sigma.force)

@@ -80,7 +80,7 @@ def write_program(file: Path, campaign: Campaign, plan: PlanResult, cell: Cell) 
     for run in plan.runs:
         steps.append(Remark(f"{run.id}: {load_text(run.wrench)}, as the run sheet states"))
         steps += [Move(joints) for joints in (*run.approach, run.joints)]
-        steps.append(Halt(f"{run.id}: load, unload, start"))
+        steps.append(Halt(f"{run.id}: load, unload, start" if run.wrench.any() else f"{run.id}: measure, start"))
     text = program_text(language, file.stem, _head(campaign, plan, cell), steps)
     try:
         file.write_text(text, encoding="ascii", newline="\n")
@@ -90,11 +90,10 @@ def write_program(file: Path, campaign: Campaign, plan: PlanResult, cell: Cell) 
 
 def load_text(wrench: Floats) -> str:
     """Return the load steps (K, 6) of a run in words: sizes along the direction of the largest force."""
-    forces = wrench[:, :3]
-    largest = forces[int(np.argmax(np.linalg.norm(forces, axis=1)))]
-    direction = largest / np.linalg.norm(largest)
-    sizes = ", ".join(f"{size:.0f}" for size in forces @ direction)
-    return f"{sizes} N along ({', '.join(f'{part + 0.0:.2f}' for part in direction)}), base axes"
+    from stiffcal.planning.wording import direction_and_sizes
+
+    load = direction_and_sizes(wrench)
+    return "no load" if load is None else f"{load[1]} N along {load[0]}, base axes"
 
 
 def _head(campaign: Campaign, plan: PlanResult, cell: Cell) -> list[str]:

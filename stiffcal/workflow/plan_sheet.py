@@ -43,7 +43,7 @@ def write_sheet(file: Path, campaign: Campaign, plan: PlanResult) -> None:
     """
     check_sheet(file)
     if file.suffix.lower() == CSV:
-        write_run_sheet(file, plan)
+        write_run_sheet(file, plan, tuple(campaign.manifest.sources))
         return
     from stiffcal.report.run_sheet import build_run_sheet
 
@@ -52,26 +52,37 @@ def write_sheet(file: Path, campaign: Campaign, plan: PlanResult) -> None:
     build_run_sheet(plan, robot, campaign.manifest.name or "", tuple(campaign.manifest.sources), today, file)
 
 
-def write_run_sheet(file: Path, plan: PlanResult) -> None:
+def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> None:
     """Write the run sheet as CSV: run, rank, row in the run, state, joint angles (degrees), forces (N, base axes).
 
-    The first and the last row of every run are unloaded. Rows with number 0 are poses on the way to the run.
+    Then follow the minutes that the state takes, and what to log. The first and the last row of every load run are
+    unloaded. Rows with number 0 are poses on the way to the run.
+
+    Parameters
+    ----------
+    file : to write.
+    plan : its runs.
+    sources : names of the logging devices.
 
     Raises
     ------
     InputError : the file cannot be written.
     """
     head = ["run", "rank", "row", "state", *(f"{csv_cell.escaped(name)} [deg]" for name in plan.joint_names)]
-    head += [f"{axis} [N]" for axis in ("Fx", "Fy", "Fz")]
+    head += [f"{axis} [N]" for axis in ("Fx", "Fy", "Fz")] + ["minutes", "log"]
+    log = csv_cell.escaped(" ".join(sources))
     rows = []
     for run in plan.runs:
         for joints in run.approach:
-            rows.append([run.id, run.rank, 0, "on the way", *_degrees(joints), "", "", ""])
-        loads = [np.zeros(3), *run.wrench[:, :3], np.zeros(3)]
+            rows.append([run.id, run.rank, 0, "on the way", *_degrees(joints), "", "", "", "", ""])
+        unloaded = [] if plan.experiment == "absolute" else [np.zeros(3)]
+        loads = [*unloaded, *run.wrench[:, :3], *unloaded]
         for number, force in enumerate(loads, start=1):
             state = "loaded" if force.any() else "unloaded"
-            forces = [f"{component:.1f}" for component in force]
-            rows.append([run.id, run.rank, number, state, *_degrees(run.joints), *forces])
+            forces = [f"{component:.1f}" for component in force + 0.0]
+            rows.append(
+                [run.id, run.rank, number, state, *_degrees(run.joints), *forces, f"{run.minutes_per_state:g}", log]
+            )
     try:
         with file.open("w", encoding="utf-8", newline="") as stream:
             csv.writer(stream, lineterminator="\n").writerows([head, *rows])

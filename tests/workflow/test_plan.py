@@ -26,6 +26,7 @@ from stiffcal.workflow.steps import RunContext
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 LOAD = "[load]\nforce_N = 450.0\n"
+REGION = "[region]\nmin_m = [{}, -0.6, 0.2]\nmax_m = [{}, 0.6, 1.2]\nforce_N = 400.0\n"
 
 
 @pytest.fixture
@@ -61,7 +62,7 @@ def test_a_plan_is_better_than_random_poses_at_full_load(irb4400: Path, monkeypa
     # random poses stay where they were drawn
     monkeypatch.setattr(plan_choice, "SPREADS", ())
     worst = []
-    for seed in range(7):
+    for seed in range(5):
         # as many candidates as runs: nothing is left to choose
         text = f"runs = 16\nseed = {seed + 10}\nrepeats = 1\n" + LOAD + "directions = [[1.0, 0.3, -0.6]]\n"
         worst.append(plan_campaign(with_plan(irb4400, text, candidates=16)).gain[-1].worst_relative or np.inf)
@@ -149,6 +150,11 @@ def test_a_joint_that_the_load_cannot_turn_is_not_identified(irb4400: Path) -> N
     (irb4400 / "campaign.toml").write_text(text.replace("\n[tool]", frame + "\n[tool]"), encoding="utf-8")
     plan = plan_campaign(with_plan(irb4400, "runs = 8\n" + LOAD + 'point = "on_axis"\n'))
     assert plan.not_identified == ["joint-compliance.j6.c"]
+    assert [remedy.parameter for remedy in plan.remedies or []] == plan.not_identified
+    means = (plan.remedies or [])[0].means
+    # across the axis it turns the joint, along it it does not
+    assert any("along its x axis" in text for text in means)
+    assert not any("along its z axis" in text or "times the load" in text for text in means)
     assert all(parameter.half_width is not None for parameter in plan.parameters[:5])
 
 
@@ -175,6 +181,10 @@ BEHIND = "[tracker]\nposition_m = [9.0, 0.0, 1.0]\naxis = [1.0, 0.0, 0.0]\ncone_
         ("minutes = 3.0\n" + LOAD, FaultCode.VALUE_INVALID, "minutes"),
         (LOAD + EMPTY_BOX, FaultCode.VALUE_INVALID, "keep_out 1"),
         (LOAD + NO_AXIS, FaultCode.VALUE_INVALID, "tracker.axis"),
+        (LOAD + REGION.format(7.0, 8.0), FaultCode.POSE_UNREACHABLE, "region"),
+        (LOAD + REGION.format(2.0, 1.0), FaultCode.VALUE_INVALID, "region"),
+        ('parameters = ["backlash.j1.width"]\n' + LOAD, FaultCode.PARAMETER_UNKNOWN, "parameters"),
+        ('experiment = "absolute"\n' + LOAD, FaultCode.KEY_CONFLICT, "load.force_N"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_named(irb4400: Path, text: str, code: FaultCode, place: str) -> None:
@@ -189,6 +199,49 @@ def test_the_load_of_a_plan_is_more_than_the_springs_hold(irb4400: Path) -> None
     with pytest.raises(InputError) as raised:
         plan_campaign(with_plan(irb4400, "[load]\nforce_N = 1e9\n"))
     assert raised.value.code == FaultCode.NO_BALANCE
+
+
+def test_a_plan_for_a_region_predicts_better_there(irb4400: Path) -> None:
+    folder = with_plan(irb4400, "runs = 5\n" + LOAD + REGION.format(1.0, 1.6))
+    there, for_stiffness = (plan_campaign(folder, request=PlanRequest(purpose=p)) for p in ("region", "stiffness"))
+    assert (there.criterion, there.predicted_at, for_stiffness.predicted_at) == ("prediction", "region", "region")
+    assert (there.prediction_half_width_m or 1.0) < (for_stiffness.prediction_half_width_m or 0.0)
+    mixed = plan_campaign(folder, request=PlanRequest(purpose="stiffness=1, region=3"))
+    assert mixed.criterion == "mix"
+    assert [(goal.goal, goal.weight) for goal in mixed.goals or []] == [("stiffness", 0.25), ("region", 0.75)]
+    assert all(0.8 < goal.efficiency <= 1.0 for goal in mixed.goals or [])
+    # each goal is served better than by the plan for the other
+    worst = [max(p.relative or np.inf for p in plan.parameters) for plan in (mixed, there)]
+    assert worst[0] < worst[1]
+    assert (mixed.prediction_half_width_m or 1.0) < (for_stiffness.prediction_half_width_m or 0.0)
+
+
+def test_the_parameters_that_are_named_count(irb4400: Path) -> None:
+    one = "joint-compliance.j6.c"
+    every, named = (
+        plan_campaign(with_plan(irb4400, f"runs = 4\n{text}" + LOAD)) for text in ("", f'parameters = ["{one}"]\n')
+    )
+    assert (named.parameters[5].relative or 1.0) < 0.9 * (every.parameters[5].relative or 0.0)
+
+
+def test_another_hour_is_worth_what_a_longer_plan_brings(irb4400: Path) -> None:
+    text = "minutes_per_run = 11.0\n" + LOAD  # 15 min a run
+    plan, longer = (plan_campaign(with_plan(irb4400, f"runs = {n}\n" + text)) for n in (6, 10))
+    hour = plan.another_hour
+    assert hour is not None
+    assert hour.runs == 4
+    assert hour.worst_relative == pytest.approx(longer.gain[-1].worst_relative, rel=0.1)
+    assert hour.smaller == pytest.approx(1.0 - (hour.worst_relative or 0.0) / (plan.gain[-1].worst_relative or 1.0))
+
+
+def test_a_class_of_robot_gives_the_values(irb4400: Path) -> None:
+    (irb4400 / "model.toml").unlink()
+    light, heavy = (
+        plan_campaign(with_plan(irb4400, f'runs = 4\nrobot_class = "{c}"\n' + LOAD)) for c in ("light", "heavy")
+    )
+    assert [p.value for p in heavy.parameters] == [5e-7] * 3 + [3e-6] * 3
+    # what is softer shows more
+    assert (light.gain[-1].worst_relative or 1.0) < 0.3 * (heavy.gain[-1].worst_relative or 0.0)
 
 
 def test_twice_the_noise_is_twice_the_uncertainty(irb4400: Path) -> None:
@@ -236,14 +289,20 @@ def test_check_reads_the_folder_before_and_while_one_measures(irb4400: Path, tmp
         shutil.copy(tmp_path / "twin" / "raw" / f"pose1_{source}.{ending}", out / "raw" / f"run01_{name}.{ending}")
     checked = check_campaign(out)
     assert [run.id for run in checked.runs if run.n_states] == ["run01"]
+    # half-way: what the first run shows counts for the further ones
+    further = with_plan(out, "runs = 3\n" + LOAD)
+    counted = plan_campaign(further)
+    assert counted.values_from.startswith("1 of 3 runs")
+    shutil.rmtree(out / "raw")
+    alone = plan_campaign(further)
+    assert max(p.relative or np.inf for p in counted.parameters) < max(p.relative or np.inf for p in alone.parameters)
 
 
-@pytest.mark.parametrize(("campaign", "kind"), [("joints/01", "clamped"), ("absolute/01", "absolute")])
-def test_campaigns_without_load_runs_are_refused(campaign: str, kind: str) -> None:
+def test_clamped_campaigns_are_refused() -> None:
     with pytest.raises(InputError) as raised:
-        plan_campaign(CAMPAIGNS / campaign, request=PlanRequest(force=450.0))
+        plan_campaign(CAMPAIGNS / "joints" / "01", request=PlanRequest(force=450.0))
     assert (raised.value.code, raised.value.file) == (FaultCode.CONTENT_UNSUPPORTED, "campaign.toml")
-    assert kind in raised.value.reason
+    assert "clamped" in raised.value.reason
 
 
 TWO_SLOPE = """schema = "stiffcal/model/1"
@@ -256,12 +315,13 @@ joints = [2]
 """
 
 
-def test_an_unknown_knee_is_planned_for_over_its_range(irb4400: Path) -> None:
+def test_an_unknown_knee_is_planned_for_over_its_range(irb4400: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A knee that lies elsewhere in the range is known better by the plan for the range than by one for a value."""
+    monkeypatch.setattr(plan_choice, "SPREADS", ())  # which poses serve best is not the question
     (irb4400 / "model.toml").write_text(TWO_SLOPE, encoding="utf-8")
     text = "runs = 8\n" + LOAD
-    wide = plan_campaign(with_plan(irb4400, text + '[prior_range]\n"two-slope.j2.knee" = [10.0, 300.0]\n'))
-    narrow = plan_campaign(with_plan(irb4400, text + '[prior_range]\n"two-slope.j2.knee" = [29.9, 30.1]\n'))
+    wide = plan_campaign(with_plan(irb4400, text + '[prior_range]\n"two-slope.j2.knee" = [10.0, 300.0]\n', 16))
+    narrow = plan_campaign(with_plan(irb4400, text + '[prior_range]\n"two-slope.j2.knee" = [29.9, 30.1]\n', 16))
     assert any(not np.array_equal(a.joints, b.joints) for a, b in zip(wide.runs, narrow.runs, strict=True))
     # both senses, since the law has a knee
     assert all((run.wrench[:, :3] @ run.wrench[3, :3] < 0.0).any() for run in wide.runs)

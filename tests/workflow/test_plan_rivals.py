@@ -9,6 +9,7 @@ import pytest
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.workflow import plan_choice
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
 from stiffcal.workflow.plan_rivals import named_rival
 from tests.workflow.test_plan import LOAD, irb4400, with_plan
@@ -48,9 +49,10 @@ def test_runs_for_two_effects_load_in_both_senses(irb4400: Path) -> None:
     assert all(parameter.relative is not None for parameter in plan.parameters[:5])
 
 
-def test_more_runs_separate_more(irb4400: Path) -> None:
+def test_more_runs_separate_more(irb4400: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plan_choice, "SPREADS", ())
     few, many = (
-        plan_campaign(with_plan(irb4400, f"runs = {n}\n" + LOAD), request=PlanRequest(rivals=TWO)).separations or []
+        plan_campaign(with_plan(irb4400, f"runs = {n}\n" + LOAD, 20), request=PlanRequest(rivals=TWO)).separations or []
         for n in (2, 8)
     )
     assert min(entry.chi_square for entry in many) > 2.0 * min(entry.chi_square for entry in few) > 0.0

@@ -1,0 +1,110 @@
+"""What was measured already: the fit to all runs, or, half-way through a campaign, to those whose logs are there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.workflow.steps import RunContext
+
+if TYPE_CHECKING:
+    from stiffcal.identification.fit import Fit
+    from stiffcal.measurements.load_states import MeasurementSetup
+    from stiffcal.model.composite import CompliantRobot
+
+
+@dataclass(frozen=True)
+class MeasuredSoFar:
+    """What the logs that are there say of the robot."""
+
+    robot: CompliantRobot
+    """With the values that were fitted; what was not identified keeps that of model.toml, if any."""
+    setup: MeasurementSetup
+    """Estimated frames where they were found."""
+    covariance: dict[str, dict[str, float]]
+    """Of the fitted parameters, by full names."""
+    noise: tuple[float | None, float | None, float | None, float | None]
+    """Translation m, rotation rad, force N, moment N·m of one load state; None where the fit does not have it."""
+    source: str
+    """Where the values are from, in words."""
+
+
+def measured_so_far(campaign: Campaign, robot: CompliantRobot, context: RunContext) -> MeasuredSoFar | None:
+    """Return the fit to the runs whose logs are there; None where nothing is measured.
+
+    Parameters
+    ----------
+    campaign : logs of runs that are still to be measured may be missing.
+    robot : the campaign's, with the values of model.toml.
+    context : store, progress and so on.
+
+    Raises
+    ------
+    InputError : a log is faulty.
+    """
+    from stiffcal.ingest.sources import manifest_data_files
+
+    files = manifest_data_files(campaign)
+    if not files:
+        return None
+    if all((campaign.folder / file).exists() for file in files):
+        return _of_whole_campaign(campaign, context)
+    return _of_first_runs(campaign, robot, context)
+
+
+def _of_whole_campaign(campaign: Campaign, context: RunContext) -> MeasuredSoFar:
+    from stiffcal.workflow.fitted_robot import fitted_robot
+    from stiffcal.workflow.identify import up_to_date_fit
+    from stiffcal.workflow.steps import up_to_date_states
+
+    fitted = fitted_robot(campaign, context)
+    estimated = up_to_date_fit(up_to_date_states(campaign.folder, context), context).noise_per_axis
+    noise = (
+        (None,) * 4
+        if estimated is None
+        else (estimated.translation, estimated.rotation, estimated.force, estimated.moment)
+    )
+    return MeasuredSoFar(fitted.robot, fitted.setup, fitted.covariance, noise, fitted.source)
+
+
+def _of_first_runs(campaign: Campaign, robot: CompliantRobot, context: RunContext) -> MeasuredSoFar | None:
+    """Return the fit to the runs of which every log is there; nothing is stored, as the campaign is not complete."""
+    from stiffcal.identification.geometry import with_geometry
+    from stiffcal.identification.identify import Settings, identify_parameters
+    from stiffcal.ingest.reducing import reduce_campaign
+    from stiffcal.model.assembly import fixed_parameters
+
+    sources = campaign.manifest.sources
+    named = {name: list(campaign.manifest.files_of(name).values()) for name in sources if sources[name].in_files}
+    complete = []
+    for run in campaign.manifest.runs:
+        files = [file for name, file in run.files.items() if name in named] + [
+            file for of in named.values() for file in of
+        ]
+        files += [run.states] if run.states is not None else []
+        if files and all((campaign.folder / file).exists() for file in files):
+            complete.append(run)
+    if not complete:
+        return None
+    manifest = campaign.manifest.model_copy(update={"runs": tuple(complete)})
+    states = reduce_campaign(replace(campaign, manifest=manifest), context.progress).states
+    if not states.used.any():
+        return None
+    fit = with_geometry(identify_parameters(states, robot, Settings(fixed=fixed_parameters(campaign.model))), states)
+    values = {parameter.name: parameter.value for parameter in fit.parameters if parameter.value is not None}
+    names = fit.free_names
+    covariance = {a: {b: float(fit.covariance[i, j]) for j, b in enumerate(names)} for i, a in enumerate(names)}
+    source = f"{len(complete)} of {len(campaign.manifest.runs)} runs, those measured so far"
+    return MeasuredSoFar(robot.with_values(values), states.setup, covariance, _noise_of(fit), source)
+
+
+def _noise_of(fit: Fit) -> tuple[float | None, float | None, float | None, float | None]:
+    noise = fit.noise
+    if noise is None:
+        return (None,) * 4
+    sizes = np.array([noise.translation, noise.rotation, noise.force, noise.moment])
+    translation, rotation, force, moment = (float(size) if size > 0.0 else None for size in sizes)
+    return translation, rotation, force, moment
