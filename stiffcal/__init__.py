@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from stiffcal.python.comparison import compare_fits as compare
     from stiffcal.python.session import CampaignSession
     from stiffcal.python.session import open_campaign as open  # noqa: A004
+    from stiffcal.python.trend import RobotTrend
+    from stiffcal.python.trend import follow_robot as trend
 
 __version__ = "0.2.0"
 
@@ -36,9 +38,11 @@ __all__ = [
     "LoadPrediction",
     "ModelDiagnosis",
     "ModelValidation",
+    "RobotTrend",
     "__version__",
     "compare",
     "open",
+    "trend",
 ]
 
 _PLACES = {
@@ -50,8 +54,10 @@ _PLACES = {
     "LoadPrediction": ("stiffcal.python.answers", "LoadPrediction"),
     "ModelDiagnosis": ("stiffcal.python.answers", "ModelDiagnosis"),
     "ModelValidation": ("stiffcal.python.answers", "ModelValidation"),
+    "RobotTrend": ("stiffcal.python.trend", "RobotTrend"),
     "compare": ("stiffcal.python.comparison", "compare_fits"),
     "open": ("stiffcal.python.session", "open_campaign"),
+    "trend": ("stiffcal.python.trend", "follow_robot"),
 }
 
 # Threaded BLAS is not bit-equal between thread counts and was slower here; the libraries read these once, when numpy is

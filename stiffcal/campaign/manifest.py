@@ -30,6 +30,7 @@ from stiffcal.campaign.signals import (
 )
 from stiffcal.campaign.sizes import Mass, PlaceOnRobot
 from stiffcal.campaign.thresholds import Thresholds
+from stiffcal.campaign.trend_settings import TrendSettings
 from stiffcal.campaign.typed import (
     Counting,
     Name,
@@ -338,7 +339,7 @@ class Manifest(TomlTable):
     Attributes
     ----------
     name : the folder's name where left out. robot : path of the robot file, inside the campaign folder.
-    frames, tool, sources, ids, runs, exclude, thresholds, report, plugins : see their types.
+    frames, tool, sources, ids, runs, exclude, thresholds, report, trend, plugins : see their types.
     """
 
     schema_id: Literal["stiffcal/campaign/1"] = Field(alias="schema")
@@ -352,6 +353,7 @@ class Manifest(TomlTable):
     exclude: Annotated[tuple[Exclusion, ...], Field(strict=False)] = ()
     thresholds: Thresholds = Thresholds()
     report: ReportSettings = ReportSettings()
+    trend: TrendSettings = TrendSettings()
     plugins: Annotated[tuple[str, ...], Field(strict=False)] = ()
 
     look_alikes: ClassVar[dict[str, str]] = {

@@ -43,6 +43,7 @@ COMMANDS = {
     "diagnose": "Find which physical effect the model lacks.",
     "improve": "Add what is missing, step by step, then remove what is not needed.",
     "compare": "Compare two campaigns of one robot.",
+    "trend": "Follow one robot over many campaigns.",
     "history": "List every fit: model, error in held-out poses, noise.",
     "plot": "Draw load against deformation, or the residual.",
     "report": "Write the report as a PDF (DIR/report.pdf).",

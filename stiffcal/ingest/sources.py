@@ -57,7 +57,9 @@ def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
 def ingest_settings(campaign: Campaign) -> IngestSettings:
     """Return the inputs of the load states other than files: manifest, robot, what computes."""
     return IngestSettings(
-        manifest=campaign.manifest.model_dump(mode="json", exclude={"thresholds", "report", "plugins", "name"}),
+        manifest=campaign.manifest.model_dump(
+            mode="json", exclude={"thresholds", "report", "trend", "plugins", "name"}
+        ),
         robot=campaign.robot.model_dump(mode="json"),
         revision=REVISION,
     )

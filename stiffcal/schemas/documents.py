@@ -19,6 +19,7 @@ from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.validation.compare_result import CompareResult
+from stiffcal.validation.trend_result import TrendResult
 from stiffcal.workflow.check_results import CheckResult
 from stiffcal.workflow.command_results import (
     EditResult,
@@ -49,6 +50,7 @@ DOCUMENTS: dict[str, Any] = {
     "diagnose": DiagnoseResult,
     "improve": ImproveResult,
     "compare": CompareResult,
+    "trend": TrendResult,
     "check": CheckResult,
     "run": RunResult,
     "batch": BatchResult,

@@ -45,7 +45,7 @@ class IngestSettings:
     """What besides the logs decides what is made of them."""
 
     manifest: Document
-    """campaign.toml, without thresholds, report, effects and name."""
+    """campaign.toml, without thresholds, report, trend, effects and name."""
     robot: Document
     """robot.toml."""
     revision: int

@@ -19,49 +19,84 @@ _NODES = 60
 
 @dataclass(frozen=True)
 class ControlChart:
-    """CUSUM of every parameter after every campaign.
+    """CUSUM of one parameter after every campaign.
 
     Attributes
     ----------
-    upper, lower : (n_campaigns, n_parameters), standard deviations between campaigns; sums of increases and decreases,
-        0 until a campaign can be scored.
+    upper, lower : (n_campaigns,) standard deviations between campaigns; sums of increases and decreases, 0 until a
+        campaign can be scored.
     threshold : alarm where a sum exceeds it.
+    first_judged : index of the first campaign that can raise an alarm.
+    first_alarm : index of the first campaign with an alarm; None without one.
+    changed_from : index of the first campaign after the change; None without an alarm.
     """
 
     upper: Floats
     lower: Floats
     threshold: float
-
-    @property
-    def first_alarms(self) -> list[int | None]:
-        """Per parameter, the index of the first campaign with an alarm, from `FEWEST_CAMPAIGNS` on; None without."""
-        above = np.maximum(self.upper, self.lower) > self.threshold
-        above[: FEWEST_CAMPAIGNS - 1] = False
-        return [int(np.argmax(column)) if column.any() else None for column in above.T]
+    first_judged: int
+    first_alarm: int | None
+    changed_from: int | None
 
 
-def control_chart(values: Floats) -> ControlChart:
-    """Return the two-sided, self-starting CUSUM of parameters over campaigns.
+def control_chart(values: Floats, n_parameters: int, deviation: Floats | None = None) -> ControlChart:
+    """Return the two-sided, self-starting CUSUM of one parameter over campaigns.
 
-    The mean and the variance between campaigns are those of the campaigns before: no known values are needed, and the
-    false-alarm rate does not depend on the number of campaigns.
+    The mean, and where it is not known the variance, are those of the campaigns before: the false-alarm rate does not
+    depend on the number of campaigns.
 
     Parameters
     ----------
-    values : (n_campaigns, n_parameters), in order of time; logarithms for stiffnesses and compliances.
+    values : (n_campaigns,) in order of time; logarithms for stiffnesses and compliances.
+    n_parameters : how many parameters are judged together.
+    deviation : (n_campaigns,) standard deviation of each campaign's value, what varies between campaigns included; None
+        where it is not known: then the first `FEWEST_CAMPAIGNS` raise no alarm but in the last of them.
 
     Raises
     ------
     ValueError : a value is not finite.
     """
     if not np.isfinite(values).all():
-        raise ValueError("every parameter needs a finite value in every campaign")
-    scores = self_starting_scores(values)
-    upper, lower = np.zeros_like(values), np.zeros_like(values)
-    for campaign in range(1, len(values)):
+        raise ValueError("a parameter needs a finite value in every campaign")
+    scores = self_starting_scores(values) if deviation is None else scores_of_known_variance(values, deviation)
+    upper, lower = cusum(scores)
+    first, threshold = FEWEST_CAMPAIGNS - 1 if deviation is None else 1, decision_threshold(n_parameters)
+    above = np.maximum(upper, lower) > threshold
+    above[:first] = False
+    if not above.any():
+        return ControlChart(upper, lower, threshold, first, None, None)
+    alarm = int(np.argmax(above))
+    weight = np.ones_like(values) if deviation is None else 1.0 / deviation**2
+    return ControlChart(upper, lower, threshold, first, alarm, change_point(values[: alarm + 1], weight[: alarm + 1]))
+
+
+def cusum(scores: Floats) -> tuple[Floats, Floats]:
+    """Return the sums of increases and of decreases beyond the allowance, which begin anew at zero.
+
+    Parameters
+    ----------
+    scores : (n_campaigns, ...) standard normal for an unchanged robot.
+    """
+    upper, lower = np.zeros_like(scores), np.zeros_like(scores)
+    for campaign in range(1, len(scores)):
         upper[campaign] = np.maximum(0.0, upper[campaign - 1] + scores[campaign] - ALLOWANCE)
         lower[campaign] = np.maximum(0.0, lower[campaign - 1] - scores[campaign] - ALLOWANCE)
-    return ControlChart(upper, lower, decision_threshold(values.shape[1]))
+    return upper, lower
+
+
+def change_point(values: Floats, weight: Floats) -> int:
+    """Return the index of the first value after a step of the mean.
+
+    The maximum-likelihood estimate for normal values: Pignatiello and Samuel (2001), Estimation of the change point of
+    a normal process mean in SPC applications, Journal of Quality Technology 33.
+
+    Parameters
+    ----------
+    values, weight : (n,) in order of time, n at least 2; weights are inverse variances, up to a common factor.
+    """
+    before, before_sum = np.cumsum(weight)[:-1], np.cumsum(weight * values)[:-1]
+    after, after_sum = weight.sum() - before, (weight * values).sum() - before_sum
+    return int(np.argmax((after_sum / after - before_sum / before) ** 2 / (1.0 / before + 1.0 / after))) + 1
 
 
 def self_starting_scores(values: Floats) -> Floats:
@@ -73,11 +108,11 @@ def self_starting_scores(values: Floats) -> Floats:
 
     Parameters
     ----------
-    values : (n_campaigns, n_parameters).
+    values : (n_campaigns, ...).
 
     Returns
     -------
-    (n_campaigns, n_parameters), dimensionless; 0 in the first two campaigns and where the campaigns before are equal.
+    (n_campaigns, ...), dimensionless; 0 in the first two campaigns and where the campaigns before are equal.
     """
     from scipy.special import ndtri, stdtr
 
@@ -89,6 +124,25 @@ def self_starting_scores(values: Floats) -> Floats:
         ratio = np.divide(deviation, spread, out=np.zeros_like(deviation), where=spread > 0.0)
         # The lower tail keeps its digits where the probability of the upper one rounds to 1.
         scores[before] = -np.sign(ratio) * ndtri(np.maximum(stdtr(before - 1.0, -np.abs(ratio)), 1e-300))
+    return scores
+
+
+def scores_of_known_variance(values: Floats, deviation: Floats) -> Floats:
+    """Return each campaign's deviation from the weighted mean of those before, over its standard deviation.
+
+    The recursive residuals of Brown, Durbin and Evans (1975), Techniques for testing the constancy of regression
+    relationships over time, J. R. Stat. Soc. B 37, for a constant: standard normal and independent for an unchanged
+    robot.
+
+    Parameters
+    ----------
+    values, deviation : (n_campaigns,) and their standard deviations.
+    """
+    weight = 1.0 / deviation**2
+    scores = np.zeros_like(values)
+    for before in range(1, len(values)):
+        mean = np.average(values[:before], weights=weight[:before])
+        scores[before] = (values[before] - mean) / np.sqrt(deviation[before] ** 2 + 1.0 / weight[:before].sum())
     return scores
 
 

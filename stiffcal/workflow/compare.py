@@ -48,7 +48,7 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         fits.append(up_to_date_fit(data, context))
         origins.append(data.store.origin_of(IDENTIFY))
     require_one_robot(chains, before, after)
-    of_robot = [_of_the_robot(fit.parameters) for fit in fits]
+    of_robot = [parameters_of_robot(fit.parameters) for fit in fits]
     first, second = ({parameter.name: parameter for parameter in parameters} for parameters in of_robot)
     shared = [name for name in first if name in second]
     if not shared:
@@ -72,7 +72,7 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
     )
 
 
-def _of_the_robot(parameters: Sequence[IdentifiedParameter]) -> list[IdentifiedParameter]:
+def parameters_of_robot(parameters: Sequence[IdentifiedParameter]) -> list[IdentifiedParameter]:
     """Return the parameters that do not depend on where each campaign's own registration puts the tracker.
 
     Frames count from there, and so do lengths and angles next to a tracker that was found together with them: of its
@@ -112,7 +112,7 @@ def _together(fits: list[IdentifyResult]) -> float | None:
     import numpy as np
     from scipy.special import chdtrc
 
-    first, second = ({parameter.name for parameter in _of_the_robot(fit.parameters)} for fit in fits)
+    first, second = ({parameter.name for parameter in parameters_of_robot(fit.parameters)} for fit in fits)
     names = [name for name in fits[0].free_parameters if name in fits[1].free_parameters and name in first & second]
     values, covariances = [], []
     for fit in fits:
@@ -123,7 +123,7 @@ def _together(fits: list[IdentifyResult]) -> float | None:
             known = len(fit.covariance_from_geometry)
             covariance[:known, :known] -= np.array(fit.covariance_from_geometry, dtype=np.float64)
         covariances.append(covariance[np.ix_(pick, pick)])
-        values.append(np.array([_amplitude(fit.parameter(name)) for name in names]))
+        values.append(np.array([amplitude_of(fit.parameter(name)) for name in names]))
     difference = values[1] - values[0]
     if not names or not np.isfinite(difference).all():
         return None
@@ -131,7 +131,7 @@ def _together(fits: list[IdentifyResult]) -> float | None:
     return float(chdtrc(len(names), distance))
 
 
-def _amplitude(parameter: IdentifiedParameter) -> float:
+def amplitude_of(parameter: IdentifiedParameter) -> float:
     """Return the quantity that the fit's covariance is of: the value, for stiffness-like parameters its inverse."""
     from stiffcal.model.catalogue import find_effects
 
@@ -144,7 +144,7 @@ def _amplitude(parameter: IdentifiedParameter) -> float:
 
 def _warnings(fits: list[IdentifyResult], before: Path, after: Path) -> list[str]:
     texts = []
-    if any(len(_of_the_robot(fit.parameters)) < len(fit.parameters) for fit in fits):
+    if any(len(parameters_of_robot(fit.parameters)) < len(fit.parameters) for fit in fits):
         texts.append("geometry and frames are not compared: they count from where each registration puts the tracker")
     if fits[0].model != fits[1].model:
         texts.append("the two models differ: a change may come from the model and not from the robot")

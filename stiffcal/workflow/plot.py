@@ -57,16 +57,7 @@ def plot_campaign(
     """
     context = context or RunContext()
     file = output or Path("plot.svg")
-    if file.suffix.lower() not in PICTURES:
-        raise InputError.at(
-            FaultCode.FORMAT_UNKNOWN,
-            str(file),
-            "",
-            "no picture format",
-            f"end the name in one of {', '.join(PICTURES)}",
-        )
-    if not file.parent.is_dir():
-        raise InputError.at(FaultCode.FILE_MISSING, str(file), "", "its folder does not exist", "make the folder first")
+    check_picture(file)
     data = up_to_date_states(folder, context)
     names = [info.name for info in data.states.runs]
     if len(data.states) == 0 and against is None:
@@ -105,6 +96,20 @@ def plot_campaign(
         drawn = f"residual against {covariate.name}" + (f" in run {run}" if run else "")
     save_figure(figure, file)
     return PlotResult(warnings=[], file=str(file), drawn=drawn)
+
+
+def check_picture(file: Path) -> None:
+    """Raise InputError where a picture's name has no ending that is known, or its folder does not exist."""
+    if file.suffix.lower() not in PICTURES:
+        raise InputError.at(
+            FaultCode.FORMAT_UNKNOWN,
+            str(file),
+            "",
+            "no picture format",
+            f"end the name in one of {', '.join(PICTURES)}",
+        )
+    if not file.parent.is_dir():
+        raise InputError.at(FaultCode.FILE_MISSING, str(file), "", "its folder does not exist", "make the folder first")
 
 
 def _runs_drawn(data: Ingested) -> list[str]:

@@ -19,7 +19,7 @@ TRIES = int(os.environ.get("STIFFCAL_FAULTS", str(len(KINDS))))
 # Each way of writing once: the store in several steps, the user's own file, a file of results by a C library.
 CHOSEN = ("ingest again", "run from nothing", "add", "export parquet", "init --from")
 # Commands that write nothing, or only what another one here writes.
-WRITE_NOTHING = {"check", "compare", "doctor"}
+WRITE_NOTHING = {"check", "compare", "doctor", "trend"}
 MADE_OF_OTHERS = {"run", "demo"}
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc, flock and prctl are of Linux")

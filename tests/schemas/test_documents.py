@@ -44,6 +44,7 @@ WORDS: dict[str, list[str]] = {
     "diagnose": ["diagnose", "{}"],
     "improve": ["improve", "{}", "--dry-run"],
     "compare": ["compare", "{}", "{}"],
+    "trend": ["trend", "{}", "{}"],
     "run": ["run", "{}"],
     "batch": ["batch", "{}", "--no-report"],
     "report": ["report", "{}", "-o", "{}/report.pdf"],

@@ -1,0 +1,55 @@
+"""Wear and changes of the set-up are distinguished by what each shows in all parameters; doubts are named as such."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiffcal.arrays import Floats
+from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew
+
+VARIANCE = 1e-4 * np.eye(6)
+"""1 % on the difference of the means of six relative parameters."""
+TURNED = np.array([[0.02, -0.01, 0.03, 0.0, 0.02, -0.02]])
+CAUSES = [
+    *(Hypothesis(USUAL_CHANGE * np.eye(6)[[k]], joints=(k + 1,)) for k in range(6)),
+    Hypothesis(np.full((1, 6), 0.02), effect="wrench-scale"),
+    Hypothesis(TURNED, effect="wrench-frame"),
+]
+
+
+@pytest.mark.parametrize(
+    ("change", "verdict", "joints", "effect"),
+    [
+        (0.1 * np.eye(6)[1], "wear", [2], ""),
+        (-0.1 * np.eye(6)[1], "stiffened", [2], ""),
+        (np.full(6, 0.05), "set-up", [], "wrench-scale"),
+        (-3.0 * TURNED[0], "set-up", [], "wrench-frame"),
+    ],
+)
+def test_each_cause_is_named_by_what_it_shows(change: Floats, verdict: str, joints: list[int], effect: str) -> None:
+    cause = cause_of(change, VARIANCE, CAUSES, 7, misfit_grew=False)
+    assert (cause.verdict, cause.since) == (verdict, 7)
+    assert (cause.causes[0].joints, cause.causes[0].effect) == (joints, effect)
+    assert cause.causes[0].p_value > 0.05
+
+
+def test_what_no_cause_shows_is_unexplained() -> None:
+    change = np.array([0.1, -0.1, 0.1, -0.1, 0.1, -0.1])
+    assert cause_of(change, VARIANCE, CAUSES, 3, misfit_grew=False).verdict == "unexplained"
+
+
+def test_two_causes_that_show_alike_are_not_decided() -> None:
+    alike = [CAUSES[1], Hypothesis(0.02 * np.eye(6)[[1]], effect="tool-compliance")]
+    cause = cause_of(0.1 * np.eye(6)[1], VARIANCE, alike, 3, misfit_grew=False)
+    assert cause.verdict == "undecided"
+    assert len(cause.causes) == 2
+
+
+def test_joints_alone_are_not_named_where_the_residuals_have_grown() -> None:
+    change = 0.1 * np.eye(6)[1]
+    assert cause_of(change, VARIANCE, CAUSES, 3, misfit_grew=True).verdict == "unexplained"
+    assert cause_of(np.full(6, 0.05), VARIANCE, CAUSES, 3, misfit_grew=True).verdict == "set-up"
+    assert grew([1.0, 1.1, 0.9, 1.5, 1.4], 3)
+    assert not grew([1.0, 1.1, 0.9, 1.05, 1.0], 3)
+    assert not grew([1.0, 1.1, 0.9, 1.5, None], 3)
