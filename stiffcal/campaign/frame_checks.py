@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from difflib import get_close_matches
 
 from stiffcal.campaign.manifest import Manifest
-from stiffcal.campaign.signals import Deflection, Displacement, Pose
+from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Pose
 from stiffcal.campaign.sizes import implausible_length
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
@@ -52,11 +52,22 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
             key, correction = mistake
             yield Fault(FaultCode.VALUE_INVALID, _MANIFEST, f"{place}.{key}", correction.reason, correction.mend)
         yield from _far_frame_faults(manifest, name)
+        if frame.sigma_m is not None and not hangs_a_payload(manifest, name):
+            reason = "sigma_m is of a place where a known mass hangs in absolute runs, and none hangs here"
+            mend = "remove sigma_m, or name the frame as point of dead_weight"
+            yield Fault(FaultCode.KEY_CONFLICT, _MANIFEST, f"{place}.sigma_m", reason, mend)
         fault = frame_fault(manifest, links, frame.parent, f"{place}.parent")
         if fault is not None:
             yield fault
     yield from _circles(manifest)
     yield from _moving_axes(manifest)
+
+
+def hangs_a_payload(manifest: Manifest, frame: str) -> bool:
+    """Return whether a known mass hangs in a frame that is not itself estimated, in a campaign with absolute runs."""
+    loads = [signal for _, _, signal in manifest.signals() if isinstance(signal, DeadWeight)]
+    absolute = any(run.experiment == "absolute" for run in manifest.runs)
+    return absolute and not manifest.frames[frame].estimate and any(load.point == frame for load in loads)
 
 
 def _far_frame_faults(manifest: Manifest, name: str) -> Iterator[Fault]:

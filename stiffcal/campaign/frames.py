@@ -124,6 +124,7 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
         moments_measured=load.moments,
         base_from_tracker=frames[tracker].transform,
         estimated=frames_to_estimate(manifest),
+        load_point_sigma=load_point_sigma(manifest, load.point),
         tool_mass=0.0 if tool is None else tool.mass_kg,
         tool_com=np.zeros(3) if tool is None else np.array(tool.com_m),
         sigma=_sigma(manifest, load),
@@ -133,6 +134,12 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
         gauges=gauges_of(manifest, frames, targets),
         markers=markers_of(manifest, targets),
     )
+
+
+def load_point_sigma(manifest: Manifest, point: str) -> float:
+    """Return how well the place where the load acts is known, m per axis; 0 where nothing is stated."""
+    frame = manifest.frames.get(point)
+    return 0.0 if frame is None or frame.sigma_m is None else frame.sigma_m
 
 
 def _load(manifest: Manifest, gravity: float) -> _Load:

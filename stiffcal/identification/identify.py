@@ -32,6 +32,7 @@ from stiffcal.identification.observation import (
     free_columns,
     observe,
 )
+from stiffcal.identification.priors import with_prior
 from stiffcal.identification.reported import amplitudes, bounds_of, reported_parameters, student_95
 from stiffcal.identification.rows import MOTOR
 from stiffcal.identification.starting import starting_runs, starting_states
@@ -263,7 +264,7 @@ def _gauss_newton(
         if robust:
             predicted = np.concatenate([block.predicted for block in blocks], axis=1)
             lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
-        reduced = reduce_blocks(blocks, data, lowered or weights.whitening)
+        reduced = with_prior(reduce_blocks(blocks, data, lowered or weights.whitening), robot, columns, data.setup)
         updated, checked = _solve(reduced, robot, columns, amplitude, settings)
         # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations; here per parameter.
         n_free = max(1, len(columns) - int(checked.left_at_neutral.sum()))

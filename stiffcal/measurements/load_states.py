@@ -90,6 +90,8 @@ class MeasurementSetup:
     """
     estimated: tuple[str, ...] = ()
     """Names of the frames that the manifest leaves to be found."""
+    load_point_sigma: float = 0.0
+    """Standard uncertainty of each coordinate of ``wrench_point``, m; 0 where it counts as known."""
     tool_mass: float = 0.0
     """kg hung on the flange."""
     tool_com: Floats = field(default_factory=lambda: np.zeros(3))

@@ -231,6 +231,7 @@ def _setup_document(states: LoadStates) -> Document:
             "moments_measured": setup.moments_measured,
             "base_from_tracker": setup.base_from_tracker.tolist(),
             "estimated": list(setup.estimated),
+            "load_point_sigma_m": setup.load_point_sigma,
             "tool_mass_kg": setup.tool_mass,
             "tool_com_m": setup.tool_com.tolist(),
             "sigma": {
@@ -281,6 +282,7 @@ def _setup(document: Document) -> MeasurementSetup:
         moments_measured=bool(document["moments_measured"]),
         base_from_tracker=np.array(document["base_from_tracker"], dtype=np.float64),
         estimated=tuple(document.get("estimated", ())),
+        load_point_sigma=float(document.get("load_point_sigma_m", 0.0)),
         tool_mass=float(document["tool_mass_kg"]),
         tool_com=np.array(document["tool_com_m"], dtype=np.float64),
         sigma=Sigma(

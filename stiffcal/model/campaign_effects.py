@@ -117,18 +117,19 @@ def placed_robot(campaign: Campaign) -> CompliantRobot:
 
 def _frames_to_fit(campaign: Campaign) -> tuple[PlacedEffect, ...]:
     """Return the frames that are found together with the robot: those to be estimated, where places count."""
-    from stiffcal.model.measured_frames import placed_frame
+    from stiffcal.model.measured_frames import placed_frame, placed_load_point
 
     manifest = campaign.manifest
     if not any(run.experiment == "absolute" for run in manifest.runs):
         return ()
     poses = {body: pose for source in manifest.sources.values() for body, pose in source.body_poses().items()}
     turned = {body for body, pose in poses.items() if pose.orientation is not None or pose.markers}
-    return tuple(
+    found = [
         placed_frame(name, name not in poses or name in turned)
         for name, frame in manifest.frames.items()
         if frame.estimate
-    )
+    ]
+    return (*found, *(placed_load_point(name) for name, frame in manifest.frames.items() if frame.sigma_m is not None))
 
 
 def moving_effects(campaign: Campaign) -> tuple[PlacedEffect, ...]:

@@ -170,6 +170,8 @@ class Effect(ABC):
     """True where `whole_form` is how the law acts in the states that have it, whatever a part of them shows."""
     moves_frames: ClassVar[bool] = False
     """True where the set-up parameters move nothing but the frames that places are measured in or at."""
+    moves_load_point: ClassVar[bool] = False
+    """True where the set-up parameters are of a place that the manifest states with its uncertainty, about 0."""
     moves_masses: ClassVar[bool] = False
     """True where the set-up parameters change nothing but the links' weight, in proportion (`adjusted_chain`)."""
     in_motion: ClassVar[bool] = False

@@ -44,6 +44,12 @@ def _spec(symbol: str) -> ParameterSpec:
     )
 
 
+def _load_point_spec(symbol: str) -> ParameterSpec:
+    meaning = f"shift along {symbol} of the place where the payload hangs from the manifest's"
+    source = "a payload's centre of mass from a drawing or a ruler: some millimetres"
+    return ParameterSpec(symbol, "m", meaning, -1.0, 1.0, 5e-3, source, ParameterRole.SETUP)
+
+
 class FramePosition(DocumentedEffect):
     """A frame of which only the place is found: a target whose orientation is not measured.
 
@@ -75,6 +81,31 @@ class FramePosition(DocumentedEffect):
         return replace(inputs, setup=replace(setup, tracker_error=error))
 
 
+class LoadPoint(DocumentedEffect):
+    """The place where a payload hangs, known within a standard uncertainty that the manifest states.
+
+    Law: the load acts at the manifest's place plus (x, y, z), in the axes of the body that carries it; each of these is
+    normally distributed about 0 with that uncertainty (`MeasurementSetup.load_point_sigma`).
+    """
+
+    name = FRAME
+    kind = Kind.OBSERVATION
+    place_kind = "frames"
+    summary = "where the payload hangs, within what the manifest states"
+    parameters = tuple(_load_point_spec(symbol) for symbol in AXES[:3])
+    moves_load_point = True
+
+    def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
+        """Move the point where the load acts."""
+        shift = np.array([values.get(symbol, 0.0) for symbol in AXES[:3]])
+        if not shift.any():
+            return inputs
+        point = inputs.setup.wrench_point
+        transform = point.transform.copy()
+        transform[:3, 3] += shift
+        return replace(inputs, setup=replace(inputs.setup, wrench_point=replace(point, transform=transform)))
+
+
 class FramePose(FramePosition):
     """A frame whose place and orientation are found: the tracker's, or a target's whose orientation is measured.
 
@@ -89,6 +120,11 @@ def placed_frame(name: str, with_orientation: bool) -> PlacedEffect:
     """Return the frame of that name as part of a model."""
     effect = FramePose() if with_orientation else FramePosition()
     return PlacedEffect(effect, Place("frames", frame=name))
+
+
+def placed_load_point(name: str) -> PlacedEffect:
+    """Return the frame in which a payload hangs as part of a model."""
+    return PlacedEffect(LoadPoint(), Place("frames", frame=name))
 
 
 def _moved(body_from_frame: Floats, small: Floats) -> Floats:

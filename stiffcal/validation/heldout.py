@@ -20,6 +20,7 @@ from stiffcal.identification.identify import Problem, fit_problem, offset_free_r
 from stiffcal.identification.least_squares import Reduced, run_edges, take_out_offsets, triangular
 from stiffcal.identification.noise import Whitening, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns
+from stiffcal.identification.priors import prior_rows
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.model.composite import CompliantRobot
@@ -173,7 +174,9 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     lower = np.array([_lowest(fit.robot, c.placed, c.symbol) for c in columns])
     residual = stack[-1].copy()
     p = len(columns)
-    for members, factor_without in zip(folds, factors_without_each(factors), strict=True):
+    known_before = prior_rows(fit.robot, columns, data.setup)
+    outside = triangular(known_before) if len(known_before) else None
+    for members, factor_without in zip(folds, factors_without_each(factors, outside), strict=True):
         reduced = Reduced(factor_without[:p, :p], factor_without[:p, p], 0.0, 0)
         step = _solve_without_fold(reduced, lower - amplitude)
         residual[:, members] -= np.einsum("pmn,p->mn", stack[:p][:, :, members], step)
