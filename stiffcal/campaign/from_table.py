@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from stiffcal.campaign.column_roles import Roles, recognise
+from stiffcal.campaign.joint_columns import columns_of_joints
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.proposed_lines import (
@@ -23,7 +24,7 @@ from stiffcal.campaign.robot_checks import outline_of
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.table_purpose import check_purpose, serves_absolute
 from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable, sniff_table
-from stiffcal.campaign.templates import bundled_robot, write_folder
+from stiffcal.campaign.templates import chosen_robot, write_folder
 from stiffcal.campaign.urdf_arm import UrdfArm, arm_of_table
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -64,7 +65,7 @@ def draft_campaign(
     ----------
     tables : CSV files with a header; one row per load state.
     urdf : the robot as a URDF; ignored where ``robot`` is given too.
-    robot : the name of a bundled robot. With neither, robot.toml holds rows to fill in.
+    robot : the name of a bundled robot, or the path of a robot file. With neither, robot.toml holds rows to fill in.
     tool : where the load acts and the displacement is measured, m, in the flange frame; None: a line to fill in,
         without which no command computes anything.
 
@@ -103,13 +104,17 @@ def draft_campaign(
 
 
 def arm_of_given(urdf: Path | None, robot: str | None, columns: Sequence[SniffedColumn]) -> UrdfArm:
-    """Return the chain of a URDF that is given without the name of a bundled robot; an empty one otherwise.
+    """Return the columns of a robot's joints, by the names in its URDF or in its robot file, as far as these are there.
 
     Raises
     ------
     InputError : there is no such file, or the chain does not fit the columns.
     """
-    if urdf is None or robot is not None:
+    if robot is not None:
+        names = [entry.name for entry in RobotFile.model_validate(tomllib.loads(chosen_robot(robot))).joints]
+        found = columns_of_joints(columns, names)
+        return UrdfArm(tuple(found[name] for name in names) if len(found) == len(names) else (), ())
+    if urdf is None:
         return UrdfArm((), ())
     if not urdf.is_file():
         raise InputError.at(FaultCode.FILE_MISSING, str(urdf), "", "no such file", "correct the name after --urdf")
@@ -208,7 +213,7 @@ def robot_text(
     """
     assert roles.joints is not None
     if robot is not None:
-        return bundled_robot(robot), {}, []
+        return chosen_robot(robot), {}, []
     if urdf is not None:
         rows = [ProposedLine('schema = "stiffcal/robot/1"'), ProposedLine(f"urdf = {quoted(urdf.name)}"), *arm.lines]
         return as_text(rows), {urdf.name: urdf}, rows

@@ -2,7 +2,8 @@
 
 The frame of joint k moves with link k and has its z axis along the joint's axis. Its origin is where the convention
 puts it: modified DH, frame k itself (Craig, Introduction to Robotics, 3rd ed., eq. 3.6); DH, frame k-1 turned about its
-z; URDF, the joint's frame turned by the shortest rotation that takes z to the axis.
+z; URDF, the joint's frame turned by the shortest rotation that takes z to the axis. Rows may have Hayati's β, a turn
+about y after a and α (`stiffcal.mechanics.joint_rows`).
 """
 
 from __future__ import annotations
@@ -17,11 +18,13 @@ from stiffcal.campaign.beams import link_beams
 from stiffcal.campaign.naming import name_links
 from stiffcal.campaign.robot_file import ANGLE_SIGMA_DEG, LENGTH_SIGMA_M, GeometryEntry, JointEntry, RobotFile
 from stiffcal.campaign.transforms import placement_matrix, rotation_taking_z_to, screw_x, translation
+from stiffcal.campaign.typed import Placement
 from stiffcal.campaign.urdf import UrdfRobot, read_urdf
 from stiffcal.campaign.urdf_elements import UrdfJoint
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
+from stiffcal.mechanics.joint_rows import JointRows, RowsOfChain, rows_as_planned
 from stiffcal.mechanics.rotations import rotation_from_rpy
 
 
@@ -108,7 +111,7 @@ def _tolerance(stated: GeometryEntry) -> GeometryTolerance:
 def _from_rows(robot: RobotFile) -> _Skeleton:
     """Take the joint frames from DH or modified DH rows."""
     entries = robot.joints
-    screws = [screw_x(entry.a_m, np.deg2rad(entry.alpha_deg)) for entry in entries]
+    screws = [_crossing(entry) for entry in entries]
     lifts = [translation((0.0, 0.0, entry.d_m)) for entry in entries]
     if robot.convention == "modified-dh":
         fixed = [screw @ lift for screw, lift in zip(screws, lifts, strict=True)]
@@ -116,6 +119,8 @@ def _from_rows(robot: RobotFile) -> _Skeleton:
     else:
         steps = [lift @ screw for screw, lift in zip(screws, lifts, strict=True)]
         fixed, flange = [np.eye(4), *steps[:-1]], steps[-1]
+    if robot.base != Placement():
+        fixed[0] = placement_matrix(robot.base) @ fixed[0]
     count = len(entries)
     return _Skeleton(
         np.array(fixed),
@@ -125,6 +130,39 @@ def _from_rows(robot: RobotFile) -> _Skeleton:
         np.full(count, np.nan),
         np.zeros((count, 3)),
         np.tile([-np.inf, np.inf], (count, 1)),
+    )
+
+
+def _crossing(entry: JointEntry) -> Floats:
+    """Return Rx(α) · Tx(a) · Ry(β) of a row."""
+    screw = screw_x(entry.a_m, np.deg2rad(entry.alpha_deg))
+    if entry.beta_deg:
+        screw[:3, :3] = screw[:3, :3] @ rotation_from_rpy(np.array([0.0, np.deg2rad(entry.beta_deg), 0.0]))
+    return screw
+
+
+def planned_rows(robot: RobotFile, chain: Chain) -> RowsOfChain:
+    """Return the robot's geometry as rows: those of its file, or for a URDF rows of modified DH.
+
+    Parameters
+    ----------
+    robot : the robot file. chain : as `chain_of` builds it.
+    """
+    if robot.convention is None:
+        return rows_as_planned(chain, "modified-dh")
+    entries = robot.joints
+    degrees = np.deg2rad([[entry.alpha_deg, entry.beta_deg, entry.theta_deg] for entry in entries]).T
+    return RowsOfChain.own(
+        JointRows(
+            robot.convention,
+            np.array([entry.a_m for entry in entries]),
+            degrees[0],
+            degrees[1],
+            np.array([entry.d_m for entry in entries]),
+            degrees[2],
+            placement_matrix(robot.base),
+            placement_matrix(robot.flange),
+        )
     )
 
 

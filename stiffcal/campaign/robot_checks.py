@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,7 +16,9 @@ from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 
-_ROW_KEYS = ("a_m", "alpha_deg", "d_m")
+NEARLY_PARALLEL = math.sin(math.radians(5.0))
+"""Sine of the angle between two axes below which the rows' d may lie far away."""
+_ROW_KEYS = ("a_m", "alpha_deg", "beta_deg", "d_m")
 
 
 @dataclass(frozen=True)
@@ -90,13 +93,17 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
             f'"{robot.urdf}" lies outside the campaign folder',
             "name a file inside the folder",
         )
-    mistake = robot.flange.rotation_mistake()
-    if mistake is not None:
-        yield Fault(FaultCode.VALUE_INVALID, file, f"flange.{mistake[0]}", mistake[1].reason, mistake[1].mend)
-    for metres in robot.flange.xyz_m:
-        too_long = implausible_length(metres)
-        if too_long is not None:
-            yield Fault(FaultCode.VALUE_INVALID, file, "flange.xyz_m", too_long.reason, too_long.mend)
+    for key, placement in (("base", robot.base), ("flange", robot.flange)):
+        mistake = placement.rotation_mistake()
+        if mistake is not None:
+            yield Fault(FaultCode.VALUE_INVALID, file, f"{key}.{mistake[0]}", mistake[1].reason, mistake[1].mend)
+        for metres in placement.xyz_m:
+            too_long = implausible_length(metres)
+            if too_long is not None:
+                yield Fault(FaultCode.VALUE_INVALID, file, f"{key}.xyz_m", too_long.reason, too_long.mend)
+    if robot.urdf is not None and "base" in robot.model_fields_set:
+        yield Fault(FaultCode.KEY_CONFLICT, file, "base", "the URDF holds the geometry already", "remove [base]")
+    yield from _long_rows(robot, file)
     names = [entry.name for entry in robot.joints]
     for name, count in Counter(names).items():
         if count > 1:
@@ -135,6 +142,20 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
                     f'there is no link "{name}"',
                     "use " + ", ".join(known),
                 )
+
+
+def _long_rows(robot: RobotFile, file: str) -> Iterator[Fault]:
+    """Yield a fault for each d that is longer than any robot, unless nearly parallel axes put it there.
+
+    Of these the common normal lies far away, and the next joint's d leads back.
+    """
+    between = robot.joints[:-1] if robot.convention == "dh" else robot.joints[1:]
+    parallel = [abs(math.sin(math.radians(entry.alpha_deg))) < NEARLY_PARALLEL for entry in between]
+    for k, entry in enumerate(robot.joints):
+        mistake = implausible_length(entry.d_m)
+        if mistake is not None and not any(parallel[max(0, k - 1) : k + 1]):
+            place = f"joints[{k + 1}] ({entry.name}).d_m"
+            yield Fault(FaultCode.VALUE_INVALID, file, place, mistake.reason, mistake.mend)
 
 
 def _joint_faults(robot: RobotFile, entry: JointEntry, names: list[str], file: str, place: str) -> Iterator[Fault]:

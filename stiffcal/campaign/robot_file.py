@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
-from stiffcal.campaign.sizes import Degrees, Gravity, Length, Mass, PlaceOnRobot, PositiveLength, Ratio
+from stiffcal.campaign.sizes import Anywhere, Degrees, Gravity, Length, Mass, PlaceOnRobot, PositiveLength, Ratio
 from stiffcal.campaign.typed import (
     Counting,
     Interval,
@@ -40,6 +40,7 @@ class JointEntry(TomlTable):
     Attributes
     ----------
     a_m, alpha_deg, d_m, theta_deg : the convention's row; with a URDF only `theta_deg` (added to the model angle).
+    beta_deg : Hayati's turn about y, after a and α: where the axes are nearly parallel.
     limits_deg : of the logged angle. direction : -1 where the logged angle runs against the axis.
     logged : joint name to coefficient, where the model angle is a combination of logged ones.
     coupling : "display", or "mechanical" where the drives sit on the combined axes.
@@ -50,7 +51,8 @@ class JointEntry(TomlTable):
     name: Name
     a_m: Length = 0.0
     alpha_deg: Degrees = 0.0
-    d_m: Length = 0.0
+    beta_deg: Degrees = 0.0
+    d_m: Anywhere = 0.0
     theta_deg: Degrees = 0.0
     limits_deg: Interval | None = None
     direction: Literal[1, -1] = 1
@@ -62,7 +64,8 @@ class JointEntry(TomlTable):
     link: LinkMass = LinkMass()
 
     look_alikes: ClassVar[dict[str, str]] = {
-        "a": "a_m", "alpha": "alpha_deg", "d": "d_m", "theta": "theta_deg", "limits": "limits_deg", "sign": "direction",
+        "a": "a_m", "alpha": "alpha_deg", "d": "d_m", "theta": "theta_deg", "beta": "beta_deg", "limits": "limits_deg",
+        "sign": "direction",
         "offset_deg": "theta_deg", "ratio": "gear_ratio", "mass_kg": "link", "a_mm": "a_m", "d_mm": "d_m",
     }  # fmt: skip
 
@@ -177,6 +180,7 @@ class RobotFile(TomlTable):
     convention : "dh" (Denavit-Hartenberg) or "modified-dh" (Craig); with `urdf` none.
     urdf : path next to robot.toml; base_link, tip_link where it branches.
     gravity_mps2 : in base axes. joints : base to wrist; with a URDF only those with entries of their own.
+    base : where the rows begin, in the robot's base frame; not with a URDF.
     flange : in the last frame of the convention (DH: after a, α and d of the last row; URDF: the tip link).
     """
 
@@ -190,6 +194,7 @@ class RobotFile(TomlTable):
     joints: Annotated[
         tuple[JointEntry, ...], Field(strict=False), at_most(MOST_JOINTS, "describe one arm, base to flange")
     ] = ()
+    base: Placement = Placement()
     flange: Placement = Placement()
     gravity_compensator: GravityCompensatorEntry | None = None
     geometry: GeometryEntry = GeometryEntry()

@@ -129,6 +129,9 @@ _Vector: TypeAlias = Annotated[
 ]
 Length: TypeAlias = Annotated[float, AfterValidator(_length)]
 """A length of the robot, m."""
+Anywhere: TypeAlias = Annotated[float, Field(ge=-1e9, le=1e9)]
+"""A length along a joint's axis, m, in a robot file: rows without β begin far away where axes are nearly parallel, so
+that what is too long is seen in the rows together (`stiffcal.campaign.robot_checks`)."""
 PositiveLength: TypeAlias = Annotated[float, Field(gt=0), AfterValidator(_length)]
 Mass: TypeAlias = Annotated[float, Field(ge=0), AfterValidator(_mass)]
 """A mass, kg."""

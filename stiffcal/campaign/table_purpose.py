@@ -40,7 +40,7 @@ def check_purpose(roles: Roles, display_name: str) -> None:
         Joint angles, loads or displacements are missing, or each pose was measured once only.
     """
     if roles.joints is None:
-        mend = "name them A1 … A6, J1 …, q1 … or theta1 …, or as in the URDF (--urdf FILE)"
+        mend = "name them A1 … A6, J1 …, q1 … or theta1 …, or as in the robot file or URDF (--robot, --urdf FILE)"
         raise _missing(display_name, "no joint columns are recognised", mend)
     if serves_absolute(roles):
         return

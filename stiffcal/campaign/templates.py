@@ -59,6 +59,32 @@ def bundled_robots() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in (_HERE / "robots").glob("*.toml")))
 
 
+def chosen_robot(name: str) -> str:
+    """Return the robot.toml of a bundled robot, or of a robot file of one's own.
+
+    Parameters
+    ----------
+    name : of a bundled robot, or the path of a robot file, ending in .toml.
+
+    Raises
+    ------
+    InputError
+        There is no such robot, or the file is no robot file that is complete by itself.
+    """
+    path = Path(name)
+    if path.suffix.lower() != ".toml":
+        return bundled_robot(name)
+    if not path.is_file():
+        raise InputError.at(FaultCode.FILE_MISSING, name, "", "no such file", "correct the name after --robot")
+    from stiffcal.campaign.loading import load_robot
+
+    robot = load_robot(path, name)
+    if robot.urdf is not None:
+        reason = f"its geometry is in {robot.urdf}"
+        raise InputError.at(FaultCode.OPTION_CONFLICT, name, "urdf", reason, "give that file instead: --urdf FILE")
+    return path.read_text(encoding="utf-8")
+
+
 def bundled_robot(name: str) -> str:
     """Return the robot.toml of a bundled robot.
 
@@ -69,7 +95,7 @@ def bundled_robot(name: str) -> str:
     """
     if name not in bundled_robots():
         known_names = ", ".join(bundled_robots())
-        mend = f"use one of {known_names}, or give a URDF: --urdf FILE"
+        mend = f"use one of {known_names}, a robot file that ends in .toml, or a URDF: --urdf FILE"
         raise InputError.at(FaultCode.OPTION_INVALID, "", "--robot", f'no robot "{name}" comes with stiffcal', mend)
     return (_HERE / "robots" / f"{name}.toml").read_text(encoding="utf-8")
 

@@ -25,11 +25,21 @@ def export(
             "-o",
             "--output",
             metavar="FILE",
-            help="*.csv, *.parquet: states; *.json, *.urdf: the model; *.c: code for a controller.",
+            help="*.csv, *.parquet: states; *.json: the model; *.urdf, *.toml: the calibrated robot; *.c: code for a "
+            "controller.",
         ),
     ] = Path("states.csv"),
     raw_text: Annotated[
         bool, typer.Option("--raw-text", help="CSV: no ' before texts that a spreadsheet takes for formulas.")
+    ] = False,
+    convention: Annotated[
+        str | None,
+        typer.Option(
+            metavar="dh|modified-dh", help="Robot file: its rows; else those of the campaign's.", show_default=False
+        ),
+    ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Robot file: no β where axes are nearly parallel, as DH has none.")
     ] = False,
     cycle_ms: Annotated[float, typer.Option("--cycle-ms", metavar="MS", help="Code: time between two calls.")] = 4.0,
     filter_hz: Annotated[
@@ -75,20 +85,24 @@ def export(
 ) -> int:
     """Write the states or the model for other programs, or as code for a controller.
 
-    States with measured, predicted and residual as CSV or Parquet; the model as JSON or URDF; its compensation, from a
-    sample to joint offsets, as C99 with a header. In CSV a text that a
-    spreadsheet would take for a formula (= + - @ first) gets a ' before it, which stiffcal takes off again.
+    States with measured, predicted and residual as CSV or Parquet; the model as JSON; the robot with the geometry that
+    absolute places gave as URDF or robot file; its compensation, from a sample to joint offsets, as C99 with a header.
+    In CSV a text that a spreadsheet would take for a formula (= + - @ first) gets a ' before it, which stiffcal takes
+    off again.
 
     Example: stiffcal export demo -o states.parquet
+
+    Example: stiffcal export my-robot -o calibrated.toml --convention dh
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.controller_export import ControllerOptions
-        from stiffcal.workflow.export import export_campaign
+        from stiffcal.workflow.export import export_campaign, row_options
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         options = ControllerOptions(cycle_ms, filter_hz, tool, zeroed_at, sensor, target, tuple(leave_out or ()))
-        result = export_campaign(folder, context, output, raw_text=raw_text, loop=options)
+        rows = row_options(convention, strict=strict)
+        result = export_campaign(folder, context, output, raw_text=raw_text, loop=options, rows=rows)
         answer.give(result, show_export, command_line("plot", folder, store=store))
     return OK
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from stiffcal.identification.agreement_results import Agreement
     from stiffcal.identification.fit_results import DualQuaternionFit, GeometryTaken, UnidentifiedParameters
+    from stiffcal.identification.geometry_results import GeometryFound
     from stiffcal.results.identify_result import IdentifyResult
 
 
@@ -68,8 +69,8 @@ def show_fit(console: Console, result: IdentifyResult) -> None:
     elsewhere = {name for overview in kinds for name in overview.parameters}
     show_parameters(console, [parameter for parameter in result.parameters if parameter.name not in elsewhere])
     show_overviews(console, kinds)
-    if result.geometry is not None and result.covariance_from_geometry is not None:
-        console.print(geometry_in_words(result.geometry))
+    if result.geometry is not None:
+        _show_geometry(console, result.geometry, in_uncertainty=result.covariance_from_geometry is not None)
     for agreement in result.agreement or ():
         _show_agreement(console, agreement)
     known = result.noise is not None
@@ -109,6 +110,23 @@ def _show_agreement(console: Console, agreement: Agreement) -> None:
         table.add_row(*row)
     console.print(table)
     console.print(verdict(agreement))
+
+
+def _show_geometry(console: Console, geometry: GeometryTaken | GeometryFound, *, in_uncertainty: bool) -> None:
+    """Draw the geometry that was found, or how well it was taken to be known."""
+    from stiffcal.identification.fit_results import GeometryTaken
+    from stiffcal.results.geometry_words import HEADER, sentences, table_rows
+
+    if isinstance(geometry, GeometryTaken):
+        if in_uncertainty:
+            console.print(geometry_in_words(geometry))
+        return
+    table = plain_table(*(f"{name}>" if number else name for number, name in enumerate(HEADER)))
+    for row in table_rows(geometry):
+        table.add_row(*row)
+    console.print(table)
+    for sentence in sentences(geometry):
+        console.print(sentence)
 
 
 def geometry_in_words(geometry: GeometryTaken) -> str:

@@ -41,7 +41,8 @@ def init(
     ] = None,
     urdf: Annotated[Path | None, typer.Option(metavar="F", help="The robot as a URDF (with --from).")] = None,
     robot: Annotated[
-        str | None, typer.Option(metavar="NAME", help="A bundled robot: irb4400, kr125, … (with --from).")
+        str | None,
+        typer.Option(metavar="NAME", help="A bundled robot (irb4400, …) or a robot.toml (with --from)."),
     ] = None,
     tool: Annotated[
         str | None,

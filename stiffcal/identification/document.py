@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from stiffcal.identification.fit import Ambiguity, Fit, Parameter
 from stiffcal.identification.fit_results import (
     CorrelatedParameters,
@@ -28,8 +30,8 @@ def finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-def identified_parameter(parameter: Parameter) -> IdentifiedParameter:
-    """Return one parameter as ``identify`` answers it."""
+def identified_parameter(parameter: Parameter, in_fit: float | None = None) -> IdentifiedParameter:
+    """Return one parameter as ``identify`` answers it; ``in_fit`` as there."""
     interval, stiffness = parameter.interval, parameter.stiffness()
     return IdentifiedParameter(
         name=parameter.name,
@@ -48,7 +50,24 @@ def identified_parameter(parameter: Parameter) -> IdentifiedParameter:
         stiffness_interval=None if stiffness is None else stiffness.interval,
         above_noise=parameter.above_noise,
         from_geometry=parameter.from_geometry,
+        in_fit=in_fit,
     )
+
+
+def geometry_in_fit(fit: Fit) -> dict[str, float]:
+    """Return name to value of geometry and frames that are not identified alone but stand for a sum that is."""
+    angles = np.zeros((fit.robot.chain.n_joints, 1))
+    open_ones = {parameter.name for parameter in fit.parameters if parameter.value is None}
+    result = {}
+    for placed in fit.robot.placed:
+        effect = placed.effect
+        if not effect.moves_frames and not effect.geometry_terms(placed.place, fit.robot.chain, angles, placed.shape()):
+            continue
+        for symbol, value in placed.values.items():
+            name = placed.parameter_name(symbol)
+            if name in open_ones and value:
+                result[name] = value
+    return result
 
 
 def model_summary(robot: CompliantRobot) -> ModelSummary:

@@ -49,6 +49,9 @@ class IdentifiedParameter:
     """Whether it exceeds three standard uncertainties; None where that question does not apply."""
     from_geometry: OrAbsent[float] = None
     """Share of the variance that the tolerance of the robot's geometry makes, 0 to 1; None where that is not known."""
+    in_fit: OrAbsent[float] = None
+    """Of geometry and frames that these data do not identify alone: what stands in the fit for the combination that is
+    known, in `unit`; None of others."""
 
     @property
     def is_compliance(self) -> bool:

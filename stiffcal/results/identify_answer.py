@@ -7,6 +7,7 @@ from stiffcal.identification.document import (
     correlated_parameters,
     finite,
     fit_warnings,
+    geometry_in_fit,
     identified_parameter,
     measured_links,
     model_summary,
@@ -34,6 +35,7 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
     states : all load states of the campaign, those set aside among them.
     """
     links, fit = measured_links(fit), with_geometry(fit, states)
+    in_fit = geometry_in_fit(fit)
     by_geometry, prior = fit.covariance_from_geometry, fit.geometry
     return IdentifyResult(
         warnings=[
@@ -42,7 +44,7 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
             *(fault.sentence for link in links for fault in link.faults),
         ],
         model=model_summary(fit.robot),
-        parameters=[identified_parameter(parameter) for parameter in fit.parameters],
+        parameters=[identified_parameter(parameter, in_fit.get(parameter.name)) for parameter in fit.parameters],
         n_states=fit.data.n_measured,
         n_runs=len(set(fit.data.run.tolist())),
         rms=Rms.of(fit_rms(fit)),

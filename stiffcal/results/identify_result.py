@@ -20,6 +20,7 @@ from stiffcal.identification.fit_results import (
     RejectedState,
     UnidentifiedParameters,
 )
+from stiffcal.identification.geometry_results import GeometryFound
 from stiffcal.identification.link_results import CouplingResult, LinkResult
 from stiffcal.identification.noise import NoiseSource
 from stiffcal.measurements.rms import Rms
@@ -72,8 +73,8 @@ class IdentifyResult(CommandResult):
     """(p, p) of what was estimated: of stiffness-like parameters one over the value."""
     covariance_from_geometry: Annotated[OrAbsent[list[list[Number]]], NOT_PROMISED] = None
     """(k, k) the part of `covariance` that the geometry's tolerance makes, of the first k parameters."""
-    geometry: OrAbsent[GeometryTaken] = None
-    """How well the geometry is known; None where there are no load states."""
+    geometry: OrAbsent[GeometryTaken | GeometryFound] = None
+    """Of load states, how well the geometry is known; of absolute places, what it was found to be; None of neither."""
     correlation: Annotated[list[CorrelatedParameters], NOT_PROMISED]
     """Strongest first."""
     iterations: Annotated[int | None, KeyIf("", null=False), NOT_PROMISED] = None
@@ -135,3 +136,8 @@ class IdentifyResult(CommandResult):
     def values(self) -> dict[str, float]:
         """Return parameter values by full name; those that are not known are left out."""
         return {parameter.name: parameter.value for parameter in self.parameters if parameter.value is not None}
+
+    def robot_values(self) -> dict[str, float]:
+        """Return what the fitted robot has, by full name: `values`, and of geometry what stands for known sums."""
+        stand_in = {parameter.name: parameter.in_fit for parameter in self.parameters if parameter.in_fit is not None}
+        return self.values() | stand_in

@@ -1,11 +1,12 @@
-"""The numbers for other programs: states as CSV or Parquet, the model as JSON or URDF."""
+"""The numbers for other programs: states as CSV or Parquet, the model as JSON, the robot as URDF or robot file."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError
@@ -20,9 +21,40 @@ from stiffcal.workflow.validate import up_to_date_validation
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from stiffcal.mechanics.joint_rows import Convention
     from stiffcal.workflow.controller_export import ControllerOptions
 
-TABLES, MODELS, CODE = (".csv", ".parquet"), (".json", ".urdf"), (".c",)
+TABLES, MODELS, CODE = (".csv", ".parquet"), (".json", ".urdf", ".toml"), (".c",)
+
+
+@dataclass(frozen=True)
+class RowOptions:
+    """How the rows of a robot file are written."""
+
+    convention: Convention | None = None
+    """None: that of the campaign's robot file, modified DH for a URDF."""
+    strict: bool = False
+    """Without β, also where axes are nearly parallel."""
+
+
+def row_options(convention: str | None, *, strict: bool) -> RowOptions:
+    """Return the options as the command line gives them.
+
+    Raises
+    ------
+    InputError : there is no such convention.
+    """
+    from stiffcal.mechanics.joint_rows import Convention
+
+    for known in get_args(Convention):
+        if convention == known:
+            return RowOptions(known, strict)
+    if convention is None:
+        return RowOptions(None, strict)
+    mend = f"choose {' or '.join(get_args(Convention))}"
+    raise InputError.at(
+        FaultCode.OPTION_INVALID, "command line", "--convention", f"no convention is called {convention}", mend
+    )
 
 
 def export_campaign(
@@ -32,6 +64,7 @@ def export_campaign(
     *,
     raw_text: bool = False,
     loop: ControllerOptions | None = None,
+    rows: RowOptions | None = None,
 ) -> ExportResult:
     """Write a campaign's states or model to a file, whose ending decides which.
 
@@ -40,10 +73,11 @@ def export_campaign(
     folder : the campaign folder.
     context : store, progress and so on.
     output : ``*.csv`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit with its
-        model; ``*.urdf``: the robot, with the stiffness of its joints in an element of its own; ``*.c``: the
-        compensation of a controller's loop as C99, with its header.
+        model; ``*.urdf``: the robot, with the stiffness of its joints in an element of its own; ``*.toml``: the
+        calibrated robot as a robot file; ``*.c``: the compensation of a controller's loop as C99, with its header.
     raw_text : leave texts in a CSV file as they are, also those that a spreadsheet takes for formulas.
     loop : how the loop runs, for code; None: as `ControllerOptions` is.
+    rows : of a robot file; None: in the convention of the campaign's own.
 
     Returns
     -------
@@ -72,6 +106,7 @@ def export_campaign(
         return ExportResult(warnings=written.warnings, file=str(output), holds=written.holds)
     data = up_to_date_states(folder, context)
     identified = up_to_date_fit(data, context)
+    warnings: list[str] = []
     if ending in TABLES:
         up_to_date_validation(data, identified, context)
         table = states_with_residuals(data) if len(data.states) else _readings(data)
@@ -83,12 +118,30 @@ def export_campaign(
         write_whole(output, json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n")
         holds = f"the model of fit {identified.fit_id} with uncertainty"
     else:
+        holds, warnings = _write_robot(data, identified, output, rows or RowOptions())
+    return ExportResult(warnings=warnings, file=str(output), holds=holds)
+
+
+def _write_robot(
+    data: Ingested, identified: IdentifyResult, output: Path, options: RowOptions
+) -> tuple[str, list[str]]:
+    """Write the rigid robot, as URDF or as a robot file; return what is in it, and warnings."""
+    setup = data.states.setup if len(data.states) else None
+    if output.suffix.lower() == ".urdf":
         from stiffcal.workflow.urdf_export import urdf_text
 
-        setup = data.states.setup if len(data.states) else None
         write_whole(output, urdf_text(data.campaign, identified, setup))
-        holds = f"the robot as URDF with the geometry and the joint stiffness of fit {identified.fit_id}"
-    return ExportResult(warnings=[], file=str(output), holds=holds)
+        return f"the robot as URDF with the geometry and the joint stiffness of fit {identified.fit_id}", []
+    from stiffcal.results.geometry_words import CONVENTIONS
+    from stiffcal.workflow.robot_export import robot_rows_text
+
+    written = robot_rows_text(data.campaign, identified, setup, options.convention, strict=options.strict)
+    write_whole(output, written.text)
+    beta = "without β" if options.strict else "with β where axes are nearly parallel"
+    holds = (
+        f"the robot with the geometry of fit {identified.fit_id} as rows of {CONVENTIONS[written.convention]}, {beta}"
+    )
+    return holds, written.warnings
 
 
 def states_with_residuals(data: Ingested) -> pa.Table:

@@ -146,7 +146,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     }
     in_both = [(k, name) for k, name in enumerate(names) if name in in_model]
     covariance = {a: {b: float(matrix[i, j]) for j, b in in_both} for i, a in in_both}
-    fitted_values = robot.with_values(identified.values())
+    fitted_values = robot.with_values(identified.robot_values())
     setup = _with_target(data.states.setup, campaign.chain.n_joints)
     # null where the rods do not identify it becomes NaN
     of_links = {link.link: np.array(link.compliance, dtype=np.float64) for link in identified.links or ()}

@@ -186,9 +186,11 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
     ----------
     fit : of the load states; None where there are none.
     """
+    from stiffcal.campaign.geometry import planned_rows
     from stiffcal.identification.agreement import agreement_of_experiments
     from stiffcal.identification.identify import Settings
     from stiffcal.identification.state_tables import observed_table
+    from stiffcal.identification.stated_geometry import geometry_found
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.results.identify_answer import identify_result
     from stiffcal.workflow.experiments import fit_experiments, identify_without_states, merge_experiment_fits
@@ -201,6 +203,8 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
     else:
         expected, sentence = _expectation(data, fit)
         of_states = replace(identify_result(fit, data.states), expected_rms=expected, expected_error=sentence)
+        found = geometry_found(fit, planned_rows(data.campaign.robot, data.campaign.chain))
+        of_states = of_states if found is None else replace(of_states, geometry=found)
         result = merge_experiment_fits(of_states, experiments)
         tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
         tables[kept_table(FIT_STATES, key_of_fit(data, loss))] = tables[FIT_STATES]

@@ -33,7 +33,7 @@ def init_campaign(
         "clamped" or "friction".
     tables : propose the campaign from the headers and values of one table, or of several of equal length (angles in
         one, forces in another), instead; for clamped and friction runs from their logs, one run each.
-    urdf, robot : with a table: the robot as URDF, or the name of a bundled one.
+    urdf, robot : with a table: the robot as URDF, or the name of a bundled one or a robot file (*.toml).
     tool : with a table: where the load acts and the displacement is measured, m, in the flange frame.
 
     Returns

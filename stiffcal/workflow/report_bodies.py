@@ -28,7 +28,7 @@ def joint_pictures(data: Ingested, identified: IdentifyResult) -> tuple[JointPic
     if not by_joint:
         return ()
     names = data.joint_names
-    robot = placed_robot(data.campaign).with_values(identified.values())
+    robot = placed_robot(data.campaign).with_values(identified.robot_values())
     return tuple(
         _picture(
             data, motion, by_joint[motion.joint], identified, robot, f"joint {motion.joint} ({names[motion.joint - 1]})"

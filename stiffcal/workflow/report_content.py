@@ -345,7 +345,7 @@ def _set_aside(states: LoadStates) -> list[SetAsideRows]:
 
 def joint_torques(data: Ingested, identified: IdentifyResult) -> Floats:
     """Return (n, J) N·m: the whole torque about each joint's axis, weight included, at the fitted balance."""
-    return torques_about_joints(data.states, placed_robot(data.campaign).with_values(identified.values()))
+    return torques_about_joints(data.states, placed_robot(data.campaign).with_values(identified.robot_values()))
 
 
 def most_correlated_covariates(

@@ -35,7 +35,7 @@ def link_pictures(data: Ingested, identified: IdentifyResult) -> tuple[LinkPictu
     states = data.states
     if not states.setup.rods or not len(states):
         return ()
-    robot = placed_robot(data.campaign).with_values(identified.values())
+    robot = placed_robot(data.campaign).with_values(identified.robot_values())
     readings = observe(states, robot.chain)
     noise = None if identified.noise_per_axis is None else identified.noise_per_axis.length
     observed = _ObservedLinks.of(readings, states, robot)

@@ -22,7 +22,7 @@ def place_shares(data: Ingested, identified: IdentifyResult) -> tuple[PlaceShare
     ----------
     data : the campaign with its states. identified : the present fit.
     """
-    robot = placed_robot(data.campaign).with_values(identified.values())
+    robot = placed_robot(data.campaign).with_values(identified.robot_values())
     total: dict[tuple[str, str, int | None, bool], float] = defaultdict(float)
     for entry in deflection_shares(robot, observe(data.states, robot.chain)):
         place = entry.placed.place

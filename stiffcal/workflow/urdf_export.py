@@ -35,7 +35,7 @@ def urdf_text(campaign: Campaign, identified: IdentifyResult, setup: Measurement
     identified : the fit whose geometry and joint stiffness is written.
     setup : of the states that were fitted, with the frames where registration put them; None: frames are left out.
     """
-    robot = placed_robot(campaign).with_values(identified.values())
+    robot = placed_robot(campaign).with_values(identified.robot_values())
     chain = robot.adjusted_chain
     root = ElementTree.Element("robot", name=chain.name or campaign.name)
     coupled = not np.allclose(chain.coupling, np.diag(np.diag(chain.coupling)))

@@ -230,7 +230,7 @@ def _validate_other(
     if campaign.chain.n_joints != data.campaign.chain.n_joints:
         reason = f"its robot has {campaign.chain.n_joints} joints, this one {data.campaign.chain.n_joints}"
         raise InputError.at(FaultCode.ROBOT_MISMATCH, str(folder), "robot", reason, "name a campaign of the same robot")
-    robot = replace(placed_robot(campaign), chain=data.campaign.chain).with_values(stored.values())
+    robot = replace(placed_robot(campaign), chain=data.campaign.chain).with_values(stored.robot_values())
     if model_summary(robot) != stored.model:
         reason = "its model.toml has changed since the last fit"
         raise InputError.at(

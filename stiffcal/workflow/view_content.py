@@ -115,7 +115,7 @@ def _with_states(
     content: ViewContent, data: Ingested, identified: IdentifyResult, raw: bool, reason: str
 ) -> ViewContent:
     states, drawn = data.states, report_states_of(data)
-    robot = placed_robot(data.campaign).with_values(identified.values())
+    robot = placed_robot(data.campaign).with_values(identified.robot_values())
     torque = torques_about_joints(states, robot)
     variables = _variables(data, drawn, torque)
     measured, own = drawn.measured, None

@@ -107,6 +107,21 @@ def test_urdf_is_copied_beside_the_robot_file(tmp_path: Path) -> None:
     assert load_campaign(tmp_path / "cell").chain.joint_names[0] == "J1"
 
 
+def test_a_robot_file_is_taken_as_it_is_and_its_names_find_the_columns(tmp_path: Path) -> None:
+    joints = "".join(
+        f'[[joints]]\nname = "{name}"\na_m = 0.2\nalpha_deg = 90\n' for name in ("shoulder", "elbow", "wrist")
+    )
+    text = f'schema = "stiffcal/robot/1"\nconvention = "dh"\n{joints}'
+    (tmp_path / "arm.toml").write_text(text, encoding="utf-8")
+    rows = "wrist;elbow_std;elbow;shoulder;x;y;z\n0,1;0;0,2;0,3;1;2;3\n0,2;0;0,3;0,4;1;2;4\n"
+    proposal = draft_campaign([table(tmp_path, rows)], robot=str(tmp_path / "arm.toml"))
+    assert proposal.robot == text
+    assert 'position = ["shoulder", "elbow", "wrist"]' in proposal.manifest
+    assert 'experiment = "absolute"' in proposal.manifest
+    with pytest.raises(InputError, match="no such file"):
+        draft_campaign([table(tmp_path, rows)], robot=str(tmp_path / "leg.toml"))
+
+
 def test_without_a_robot_the_rows_are_to_be_filled_in(tmp_path: Path) -> None:
     proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], tool=TOOL)
     assert load_campaign(tmp_path / "cell").chain.n_joints == 6

@@ -1,16 +1,19 @@
-"""The calibrated robot as URDF, read again by pinocchio and by stiffcal: the fitted rigid robot, and the true one."""
+"""The calibrated robot as URDF and as robot file, read again: the fitted rigid robot, and the true one."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
-from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.loading import load_campaign, load_robot
+from stiffcal.mechanics.joint_rows import Convention
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.workflow.export import export_campaign
+from stiffcal.workflow.export import RowOptions, export_campaign
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.absolute_and_loads import Truth, write_campaign
@@ -32,7 +35,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Truth]:
 def test_the_file_is_the_fitted_robot_within_a_micrometre(exported: tuple[Path, Truth]) -> None:
     folder, _ = exported
     data = up_to_date_states(folder, RunContext())
-    robot = placed_robot(data.campaign).with_values(identify_campaign(folder).values())
+    robot = placed_robot(data.campaign).with_values(identify_campaign(folder).robot_values())
     joints = six_axis_joints(np.random.default_rng(4), N_POSES)
     positions, rotations = body_poses(robot.adjusted_chain, robot.chain.model_angles(joints))
     model = pinocchio.buildModelFromUrdf(str(folder / "calibrated.urdf"))
@@ -51,7 +54,7 @@ def test_the_file_is_the_fitted_robot_within_a_micrometre(exported: tuple[Path, 
 
 def test_stiffcal_reads_it_as_the_same_robot(exported: tuple[Path, Truth], tmp_path: Path) -> None:
     folder, _ = exported
-    robot = placed_robot(load_campaign(folder)).with_values(identify_campaign(folder).values())
+    robot = placed_robot(load_campaign(folder)).with_values(identify_campaign(folder).robot_values())
     for name in ("campaign.toml", "model.toml", "calibrated.urdf"):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
     text = 'schema = "stiffcal/robot/1"\nname = "calibrated"\nurdf = "calibrated.urdf"\nbase_link = "base"\n'
@@ -82,3 +85,36 @@ def test_from_the_tracker_to_the_target_it_is_the_true_robot(exported: tuple[Pat
     away = places - (true @ inverse[:3, :3].T + inverse[:3, 3])
     # 33 numbers from 180 coordinates known to 20 µm leave 20 µm √3 √(33/180) = 15 µm, and a half of it beyond
     assert np.sqrt(np.mean(np.sum(away**2, axis=1))) < 25e-6
+
+
+@pytest.mark.parametrize("convention", get_args(Convention))
+@pytest.mark.parametrize("strict", [False, True])
+def test_the_robot_file_is_the_fitted_robot(
+    exported: tuple[Path, Truth], tmp_path: Path, convention: Convention, strict: bool
+) -> None:
+    """Read again: flange, centres of mass and bearings at 1000 poses; strict rows begin far away, and are warned of."""
+    folder, _ = exported
+    result = export_campaign(folder, output=tmp_path / "robot.toml", rows=RowOptions(convention, strict))
+    assert bool(result.warnings) == strict
+    file = load_robot(tmp_path / "robot.toml")
+    assert any(entry.beta_deg for entry in file.joints) != strict
+    again = chain_of(file, tmp_path)
+    robot = placed_robot(load_campaign(folder)).with_values(identify_campaign(folder).robot_values())
+    joints = six_axis_joints(np.random.default_rng(4), N_POSES)
+    fitted, read = ((*body_poses(chain, chain.model_angles(joints)), chain) for chain in (robot.adjusted_chain, again))
+    assert np.linalg.norm(fitted[0][:, -1] - read[0][:, -1], axis=1).max() < MICROMETRE
+    assert np.abs(fitted[1][:, -1] - read[1][:, -1]).max() < MICROMETRE
+    if strict:
+        return  # frames that lie kilometres away carry no masses
+    for k in range(6):
+        fitted_places, read_places = (
+            np.array(
+                [
+                    place[:, k + 1] + turned[:, k + 1] @ on_link
+                    for on_link in (chain.link_com[k], np.array([0.0, 0.0, chain.bearing[k]]))
+                ]
+            )
+            for place, turned, chain in (fitted, read)
+        )
+        assert np.abs(fitted_places - read_places).max() < MICROMETRE
+    assert again.link_mass == pytest.approx(robot.chain.link_mass)

@@ -1,0 +1,89 @@
+"""The robot's own geometry as ``identify`` answers it: zeros of the joints and lengths of the links."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stiffcal.documents import Number, OrAbsent
+from stiffcal.mechanics.joint_rows import Convention
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatedNumber:
+    """A number of the calibrated robot's rows."""
+
+    value: float
+    """m or rad."""
+    change: float
+    """Against the robot file, m or rad."""
+    std: Number
+    """Standard uncertainty; None where these places do not determine the number: it is then part of a choice."""
+    cannot_be_separated_from: OrAbsent[list[str]] = None
+    """What makes the same motion, where `std` is None: frames, parameters or other numbers of the rows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatedZero:
+    """A joint's zero."""
+
+    joint: int
+    """From 1."""
+    theta: StatedNumber
+    """θ of the joint's row, rad: added to the model angle."""
+    logged: float
+    """The change as added to the logged angle, rad: what one enters in the controller."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatedLink:
+    """Lengths and twist in the row of a joint."""
+
+    joint: int
+    """From 1."""
+    d: StatedNumber
+    """Along the joint's axis, m."""
+    a: OrAbsent[StatedNumber] = None
+    """Between this axis and the next ("dh") or the one before ("modified-dh"), m; none at the robot's end."""
+    alpha: OrAbsent[StatedNumber] = None
+    """The twist between these axes, rad; none at the robot's end."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatedBeta:
+    """Hayati's β in the row of a joint whose axis is nearly parallel to the next or the one before."""
+
+    joint: int
+    """From 1."""
+    beta: StatedNumber
+    """rad."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OffsetsAlone:
+    """The best that a controller can do which takes zeros of the joints and frames of base and tool, and no lengths."""
+
+    zeros: list[float]
+    """For each logged angle, added to it, rad; 0 where a frame makes the same motion."""
+    mean: float
+    """Distance from the calibrated robot's targets that this leaves over the measured poses, m."""
+    median: float
+    p95: float
+    """95 % are nearer."""
+    max: float
+    rms: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GeometryFound:
+    """The geometry that a fit of absolute places found."""
+
+    convention: Convention
+    """Of the rows: that of robot.toml, and "modified-dh" for a URDF."""
+    zeros: list[StatedZero]
+    """One for each joint."""
+    links: list[StatedLink]
+    """One for each joint."""
+    beta: list[StatedBeta]
+    """Of nearly parallel axes."""
+    offsets_alone: OffsetsAlone
+    """For controllers that take only offsets."""

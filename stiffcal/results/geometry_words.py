@@ -1,0 +1,67 @@
+"""The geometry that was found, as a table and in sentences: for the terminal and the report alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from stiffcal.identification.geometry_results import GeometryFound, StatedNumber
+from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import listing, plus_minus, significant
+
+HEADER = ("joint", "θ, °", "d, mm", "a, mm", "α, °", "β, °", "zero to enter, °")
+"""Of `table_rows`."""
+CONVENTIONS = {"dh": "Denavit-Hartenberg", "modified-dh": "modified Denavit-Hartenberg (Craig)"}
+"""In words."""
+_MILLIMETRES, _DEGREES = 1e3, math.degrees(1.0)
+
+
+def table_rows(found: GeometryFound) -> list[tuple[str, ...]]:
+    """Return a row of cells for each joint: value ± 95 %, a value alone where it is a choice, "–" where none is."""
+    beta = {entry.joint: entry.beta for entry in found.beta}
+    return [
+        (
+            str(zero.joint),
+            _cell(zero.theta, _DEGREES),
+            _cell(link.d, _MILLIMETRES),
+            _cell(link.a, _MILLIMETRES),
+            _cell(link.alpha, _DEGREES),
+            _cell(beta.get(zero.joint), _DEGREES),
+            significant(_DEGREES * zero.logged) if zero.theta.std is not None else "–",
+        )
+        for zero, link in zip(found.zeros, found.links, strict=True)
+    ]
+
+
+def sentences(found: GeometryFound) -> Iterator[str]:
+    """Yield the convention, what is a choice and why, and what offsets alone would leave."""
+    yield (
+        f"geometry as rows of {CONVENTIONS[found.convention]}, ± 95 %, with β where axes are nearly parallel; a value "
+        "without ± is a choice, which other numbers complete"
+    )
+    for name, number in _numbers(found):
+        if number.cannot_be_separated_from:
+            yield f"{name} cannot be separated from {listing(number.cannot_be_separated_from)}"
+    left = found.offsets_alone
+    zeros = ", ".join(f"{_DEGREES * zero:.4f}" for zero in left.zeros).replace("-", "−")
+    mean, rms, worst = (f"{_MILLIMETRES * distance:.3g} mm" for distance in (left.mean, left.rms, left.max))
+    yield (
+        f"a controller that takes only offsets: add {zeros}° to the logged angles; this leaves {mean} mean, {rms} rms, "
+        f"{worst} at worst over the measured poses"
+    )
+
+
+def _numbers(found: GeometryFound) -> Iterator[tuple[str, StatedNumber]]:
+    for zero, link in zip(found.zeros, found.links, strict=True):
+        of_row = (("θ", zero.theta), ("d", link.d), ("a", link.a), ("α", link.alpha))
+        yield from ((f"{name} of joint {zero.joint}", number) for name, number in of_row if number is not None)
+    for entry in found.beta:
+        yield f"β of joint {entry.joint}", entry.beta
+
+
+def _cell(number: StatedNumber | None, factor: float) -> str:
+    if number is None:
+        return "–"
+    if number.std is None:
+        return f"{round(factor * number.value, 4):g}".replace("-", "−")
+    return plus_minus(factor * number.value, factor * NORMAL_95 * number.std)
