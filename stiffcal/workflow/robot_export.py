@@ -74,7 +74,7 @@ def robot_rows_text(
     found = calibrated_rows(robot, planned, held, strict=strict)
     moved = [inverse_transform(frame) for frame in found.moved_frames()]
     digits = None if strict else _DIGITS
-    document = _document(campaign.robot, campaign.chain, found, moved, digits)
+    document = _document(campaign.robot, robot.adjusted_chain, found, moved, digits)
     frames = {} if setup is None else fitted_frames(robot, setup)
     frames = frames | dict(_frames_on_links(campaign, moved))
     head = [
