@@ -111,9 +111,7 @@ lock:
 
 # the example that `stiffcal demo` copies; installed packages have no campaigns/
 example:
-	mkdir -p stiffcal/workflow/example/figure-2
-	cd campaigns/irb4400 && cp README.md campaign.toml model.toml robot.toml simulate.toml ../../stiffcal/workflow/example/
-	cd campaigns/irb4400/figure-2 && cp campaign.toml model.toml robot.toml ../../../stiffcal/workflow/example/figure-2/
+	cd campaigns/demo && cp README.md campaign.toml model.toml robot.toml simulate.toml ../../stiffcal/workflow/example/
 
 clean:
 	rm -rf $(VENV) demo build dist

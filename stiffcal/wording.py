@@ -119,7 +119,7 @@ def length(metres: float | None, number: NumberText) -> str:
     >>> length(0.0017254, significant), length(1.234e-5, grouped), length(2e-13, grouped), length(None, grouped)
     ('1.73 mm', '12.3 µm', 'below 1 nm', '–')
     """
-    return _small(metres, number, "m")
+    return small_quantity(metres, number, "m")
 
 
 def angle(radians: float | None, number: NumberText) -> str:
@@ -130,16 +130,32 @@ def angle(radians: float | None, number: NumberText) -> str:
     >>> angle(0.00123, significant), angle(7.79e-5, grouped), angle(3e-14, significant)
     ('1.23 mrad', '77.9 µrad', 'below 1 nrad')
     """
-    return _small(radians, number, "rad")
+    return small_quantity(radians, number, "rad")
 
 
-def _small(value: float | None, number: NumberText, unit: str) -> str:
+def small_quantity(value: float | None, number: NumberText, unit: str) -> str:
+    """Return a small quantity in thousandths of its unit, in millionths below a tenth of one."""
     if value is None or not math.isfinite(value):
         return DASH
     if 0 < abs(value) < 1e-9:
         return f"below 1 n{unit}"
     if 0 < abs(value) < 1e-4:
         return f"{number(value * 1e6)} µ{unit}"
+    return f"{number(value * 1e3)} m{unit}"
+
+
+def thousandths(value: float | None, number: NumberText, unit: str) -> str:
+    """Return a small quantity in thousandths of its unit, whatever its size: a document has one unit per quantity.
+
+    Examples
+    --------
+    >>> thousandths(3.08e-5, grouped, "m"), thousandths(2e-13, grouped, "rad")
+    ('0.0308 mm', 'below 0.000001 mrad')
+    """
+    if value is None or not math.isfinite(value):
+        return DASH
+    if 0.0 < abs(value) < 1e-9:  # some computation's rounding
+        return f"below 0.000001 m{unit}"
     return f"{number(value * 1e3)} m{unit}"
 
 
@@ -154,12 +170,18 @@ def share(fraction: float | None, number: NumberText) -> str:
     return DASH if fraction is None or not math.isfinite(fraction) else f"{number(100 * fraction)} %"
 
 
-def measures(rms: Rms | Mapping[str, float | None] | None, number: NumberText, of_motors: str = "") -> list[str]:
+def measures(
+    rms: Rms | Mapping[str, float | None] | None,
+    number: NumberText,
+    of_motors: str = "",
+    small: Callable[[float | None, NumberText, str], str] = small_quantity,
+) -> list[str]:
     """Return the known measures of an error ``{translation, rotation, …}``, each with its unit.
 
     Parameters
     ----------
-    rms : the error. number : how a number is written. of_motors : added to the angle of motors.
+    rms : the error. number : how a number is written. of_motors : added to the angle of motors where other measures
+        are known too. small : how lengths and angles are written, of a value, `number` and the SI unit.
 
     Examples
     --------
@@ -167,17 +189,16 @@ def measures(rms: Rms | Mapping[str, float | None] | None, number: NumberText, o
     ['0.372 mm', '1.20 µm at the rods']
     """
     texts = []
-    for name, value in rms.items() if rms else ():
-        if value is None:
-            continue
+    known = [(name, value) for name, value in (rms.items() if rms else ()) if value is not None]
+    for name, value in known:
         if name == "torque":
             texts.append(f"{number(value)} N·m")
         elif name == "length":
-            texts.append(f"{length(value, number)} at the rods")
+            texts.append(f"{small(value, number, 'm')} at the rods")
         elif name == "motor_angle":
-            texts.append(f"{angle(value, number)}{of_motors}")
+            texts.append(small(value, number, "rad") + (of_motors if len(known) > 1 else ""))
         else:
-            texts.append((angle if name == "rotation" else length)(value, number))
+            texts.append(small(value, number, "rad" if name == "rotation" else "m"))
     return texts
 
 

@@ -237,7 +237,7 @@ def test_make_test_and_ci_call_the_same() -> None:
 
 def test_bundled_example_is_the_campaign() -> None:
     """`make example` renews the copy."""
-    campaign, example = ROOT / "campaigns" / "irb4400", ROOT / "stiffcal" / "workflow" / "example"
+    campaign, example = ROOT / "campaigns" / "demo", ROOT / "stiffcal" / "workflow" / "example"
     copied = [file for file in example.rglob("*") if file.is_file()]
     assert {"campaign.toml", "simulate.toml", "README.md"} <= {file.name for file in copied}
     for file in copied:

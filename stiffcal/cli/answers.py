@@ -17,8 +17,7 @@ from stiffcal.escapes.terminal import escaped, escaped_document
 from stiffcal.masking import mask, masked
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from stiffcal.cli.console import AnswerConsole
     from stiffcal.documents import CommandResult
 
 Shown = TypeVar("Shown", bound="CommandResult")
@@ -38,7 +37,7 @@ class Answer:
         sys.stderr.write(escaped(mask(text)) + "\n")
         sys.stderr.flush()
 
-    def give(self, result: Shown, show: Callable[[Console, Shown], None], then: str = "") -> None:
+    def give(self, result: Shown, show: Callable[[AnswerConsole, Shown], None], then: str = "") -> None:
         """Print the answer.
 
         Parameters
@@ -52,7 +51,7 @@ class Answer:
         with supervision.answering() if supervision is not None else nullcontext():
             self._give(result, show, then)
 
-    def _give(self, result: Shown, show: Callable[[Console, Shown], None], then: str) -> None:
+    def _give(self, result: Shown, show: Callable[[AnswerConsole, Shown], None], then: str) -> None:
         if self.as_json:
             from stiffcal.documents import document_of
 
@@ -63,12 +62,12 @@ class Answer:
             return
         from stiffcal.cli.console import answer_console
 
-        console = answer_console()
+        console = answer_console(lambda text: self.notify(f"warning: {mask(text)}", "WARNING"))
         if getattr(result, "origin", None) == "foreign":
             console.print("not computed by you: the logs are missing, and the results came with the folder")
-        show(console, escaped_document(result))
-        for warning in masked(result.warnings):
-            self.notify(f"warning: {warning}", "WARNING")
+        shown = escaped_document(result)
+        show(console, shown)
+        console.show_warnings(shown.warnings)
         if then:
             # Never wrapped: the line is there to be copied.
             console.out(f"\nnext: {mask(then)}", highlight=False)

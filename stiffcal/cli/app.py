@@ -60,7 +60,7 @@ COMMANDS = {
     "add": "Add a physical effect to model.toml.",
     "remove": "Remove a physical effect from model.toml.",
     "trust": "List what a campaign folder wants to run, and allow it.",
-    "demo": "Run the whole loop on a bundled example.",
+    "demo": "Find a hidden effect in a bundled example.",
     "doctor": "List what is installed and what is missing.",
 }
 """Every command, with the first line of its help: what the list of commands is made of without importing them all."""

@@ -14,11 +14,11 @@ from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
+from stiffcal.cli.verdict import show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, angle, length, significant
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from stiffcal.cli.console import AnswerConsole
     from stiffcal.workflow.check_results import CheckedColumn, CheckedJoint, CheckedRun, CheckedSource, CheckResult
 
 READ_AS = {
@@ -55,8 +55,12 @@ def check(
     return OK if result.ready else NOT_HELD
 
 
-def show_check(console: Console, result: CheckResult) -> None:
-    """Draw what was understood: sources, ranges, runs, kinematics, joints; then the verdict."""
+def show_check(console: AnswerConsole, result: CheckResult) -> None:
+    """Draw whether the campaign is ready, then what was understood: sources, ranges, runs, kinematics, joints."""
+    show_verdict(console, "pass" if result.ready else "fail", "ready" if result.ready else "not ready:")
+    for line in () if result.ready else result.missing:
+        console.print(f"  {line}", soft_wrap=True)
+    console.show_warnings(result.warnings)
     show_registration(console, result.registration)
     _show_sources(console, result.sources)
     _show_ranges(console, result.sources)
@@ -86,12 +90,6 @@ def show_check(console: Console, result: CheckResult) -> None:
         values = ((f"O{number}", getattr(indices, f"O{number}")) for number in range(1, 6))
         text = ", ".join(f"{name} {significant(value)}" for name, value in values)
         console.print(f"observability of {indices.n_parameters} parameters in {indices.n_poses} poses: {text}")
-    if result.ready:
-        console.print("ready")
-        return
-    console.print("not ready:")
-    for line in result.missing:
-        console.print(f"  {line}", soft_wrap=True)
 
 
 def _by_source(files: list[CheckedSource]) -> dict[str, list[CheckedSource]]:
@@ -101,7 +99,7 @@ def _by_source(files: list[CheckedSource]) -> dict[str, list[CheckedSource]]:
     return grouped
 
 
-def _show_sources(console: Console, files: list[CheckedSource]) -> None:
+def _show_sources(console: AnswerConsole, files: list[CheckedSource]) -> None:
     if not files:
         return
     table = plain_table("source", "files>", "rows>", "rate [1/s]>", "span [s]>", "longest gap [s]>")
@@ -122,7 +120,7 @@ def _range(values: list[float | None]) -> str:
     return low if low == high else f"{low} … {high}"
 
 
-def _show_ranges(console: Console, files: list[CheckedSource]) -> None:
+def _show_ranges(console: AnswerConsole, files: list[CheckedSource]) -> None:
     """Draw each column's range over all files of its source, in the units people read."""
     table = plain_table("source", "signal", "column", "written in", "lowest>", "highest>", "", "moved")
     row_count = 0
@@ -147,7 +145,7 @@ def _show_ranges(console: Console, files: list[CheckedSource]) -> None:
         console.print(table)
 
 
-def _show_runs(console: Console, runs: list[CheckedRun], most: int = 15) -> None:
+def _show_runs(console: AnswerConsole, runs: list[CheckedRun], most: int = 15) -> None:
     if not runs:
         return
     table = plain_table("run", "experiment", "states>", "set aside>", "largest force [N]>")
@@ -162,7 +160,7 @@ def _show_runs(console: Console, runs: list[CheckedRun], most: int = 15) -> None
         console.print(f"set aside: {line}", soft_wrap=True)
 
 
-def _show_joints(console: Console, joints: list[CheckedJoint]) -> None:
+def _show_joints(console: AnswerConsole, joints: list[CheckedJoint]) -> None:
     if not joints:
         return
     table = plain_table("joint", "largest torque [N·m]>", "its stiffness")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import textwrap
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rich.console import Console
@@ -13,7 +14,23 @@ PIPE_WIDTH = 120
 
 
 class AnswerConsole(Console):
-    """A console whose sentences (`soft_wrap`) wrap between words at a terminal, with their own indent kept."""
+    """A console whose sentences (`soft_wrap`) wrap between words at a terminal, with their own indent kept.
+
+    Warnings go to standard error, each once, where the answer shows what they warn of.
+    """
+
+    def __init__(self, warn: Callable[[str], None] = lambda text: None, **options: Any) -> None:
+        super().__init__(**options)
+        self._warn = warn
+        self._warned: set[str] = set()
+
+    def show_warnings(self, warnings: Iterable[str]) -> None:
+        """Write warnings that were not written yet."""
+        for text in warnings:
+            if text not in self._warned:
+                self._warned.add(text)
+                self.file.flush()
+                self._warn(text)
 
     def print(self, *objects: Any, **options: Any) -> None:
         """Print as rich does; a sentence as lines that fit the terminal."""
@@ -22,10 +39,10 @@ class AnswerConsole(Console):
         super().print(*objects, **options)
 
 
-def answer_console() -> AnswerConsole:
-    """Return the console of an answer on standard output."""
+def answer_console(warn: Callable[[str], None] = lambda text: None) -> AnswerConsole:
+    """Return the console of an answer on standard output; `warn` writes a warning to standard error."""
     width = None if sys.stdout.isatty() else PIPE_WIDTH
-    return AnswerConsole(highlight=False, emoji=False, markup=False, width=width)
+    return AnswerConsole(warn, highlight=False, emoji=False, markup=False, width=width)
 
 
 def wrapped(text: str, width: int) -> str:

@@ -4,32 +4,50 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.history import show_history
+from stiffcal.cli.improve import print_step
 from stiffcal.cli.next_step import after_diagnosis
 from stiffcal.cli.options import AsJson
 from stiffcal.cli.run import show_run
+
+if TYPE_CHECKING:
+    from stiffcal.cli.console import AnswerConsole
+    from stiffcal.results.history_results import HistoryResult
+    from stiffcal.workflow.run_result import RunResult
 
 
 def demo(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where the example is copied to.")] = Path("demo"),
     as_json: AsJson = False,
 ) -> int:
-    """Run the whole loop on a bundled example.
+    """Find a hidden effect in a bundled example.
 
-    Copies it to DIR first, then goes from raw logs to the PDF.
+    Copies the example to DIR, fits stiffness alone, diagnoses which effect the model lacks, adds it, and writes report
+    and view. What was hidden is in DIR/truth.json.
 
     Example: stiffcal demo
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.demo import run_demo
+        from stiffcal.workflow.history import read_history
         from stiffcal.workflow.steps import RunContext
 
-        result = run_demo(folder, RunContext(progress=answer.progress, notify=answer.notify))
-        show = partial(show_run, page=command_line("view", folder))
+        context = RunContext(progress=answer.progress, notify=answer.notify)
+        result = run_demo(folder, context, None if as_json else partial(print_step, answer))
+        ladder = read_history(folder, context)
+        show = partial(show_demo, ladder=ladder, page=command_line("view", folder))
         answer.give(result, show, after_diagnosis(folder, result.diagnose, None, finished="view"))
     return OK if result.passed else NOT_HELD
+
+
+def show_demo(console: AnswerConsole, result: RunResult, ladder: HistoryResult, page: str) -> None:
+    """Draw the ladder from the first model to the noise, then what `run` shows of the last."""
+    show_run(console, result, page)
+    console.print(f"\nhow the model came to this (what was hidden: {result.folder}/truth.json):", soft_wrap=True)
+    show_history(console, ladder)

@@ -13,11 +13,11 @@ from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
+from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from stiffcal.cli.console import AnswerConsole
     from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace
     from stiffcal.model.summary import EffectAt, Where
 
@@ -63,10 +63,11 @@ def effect_words(effect: EffectAt | ProposedEffect) -> str:
     return f"{effect.effect} ({places(effect.where)})"
 
 
-def show_diagnosis(console: Console, result: DiagnoseResult) -> None:
+def show_diagnosis(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Draw the answer first, then the evidence, the ranking, and what was not tried."""
+    show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
+    console.show_warnings(result.warnings)
     show_registration(console, result.registration)
-    console.print(result.summary, soft_wrap=True)
     show_suspects(console, result.suspects, result.suspects_not_checked)
     if result.with_suspects is not None:
         effect_names = ", ".join(effect_words(effect) for effect in result.with_suspects.missing) or "nothing"
@@ -104,7 +105,7 @@ def show_diagnosis(console: Console, result: DiagnoseResult) -> None:
             console.print(f"  {untestable.effect}: needs {untestable.needs}", soft_wrap=True)
 
 
-def _show_missing(console: Console, result: DiagnoseResult, effect: ProposedEffect) -> None:
+def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect) -> None:
     console.print(f"\nmissing: {effect_words(effect)}")
     if effect.alternatives:
         names = ", ".join(effect_words(alternative) for alternative in effect.alternatives)
@@ -118,7 +119,7 @@ def _show_missing(console: Console, result: DiagnoseResult, effect: ProposedEffe
             console.print(textwrap.indent(textwrap.fill(text, 110), "  "), soft_wrap=True)
 
 
-def _show_next_measurement(console: Console, result: DiagnoseResult) -> None:
+def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult) -> None:
     measurement = result.next_measurement
     if measurement is not None:
         pose = ", ".join(significant(value) for value in measurement.pose_deg)
@@ -136,7 +137,7 @@ def _show_next_measurement(console: Console, result: DiagnoseResult) -> None:
         )
 
 
-def _show_pace(console: Console, pace: SearchPace) -> None:
+def _show_pace(console: AnswerConsole, pace: SearchPace) -> None:
     if pace.candidates == 0:
         return
     console.print(
@@ -146,7 +147,7 @@ def _show_pace(console: Console, pace: SearchPace) -> None:
     )
 
 
-def _show_ranking(console: Console, result: DiagnoseResult) -> None:
+def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Show the ranking for the next single step."""
     if not result.findings:
         return

@@ -21,6 +21,7 @@ from stiffcal.cli.wording import deviation, significant
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from stiffcal.cli.console import AnswerConsole
     from stiffcal.identification.agreement_results import Agreement
     from stiffcal.identification.fit_results import DualQuaternionFit, GeometryTaken, UnidentifiedParameters
     from stiffcal.identification.geometry_results import GeometryFound
@@ -60,7 +61,7 @@ def identify(
     return OK
 
 
-def show_fit(console: Console, result: IdentifyResult) -> None:
+def show_fit(console: AnswerConsole, result: IdentifyResult) -> None:
     """Draw a fit: the table, how well it fits, what these data do not identify."""
     show_registration(console, result.registration)
     count_text = f"{result.n_readings} readings" if result.n_readings else f"{result.n_states} load states"
@@ -77,6 +78,7 @@ def show_fit(console: Console, result: IdentifyResult) -> None:
     against = f", noise {deviation(result.noise)} (from {result.noise_source})" if known else ", noise not known"
     console.print(f"fit {deviation(result.rms)} rms{against}")
     console.print(f"reduced χ² {significant(result.reduced_chi2)}, condition number {significant(result.condition)}")
+    console.show_warnings(result.warnings)
     if result.joints_by_themselves:
         show_joints(console, result.joints_by_themselves)
     if result.cartesian_stiffness:

@@ -16,11 +16,11 @@ from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
+from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, places
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from stiffcal.cli.console import AnswerConsole
     from stiffcal.workflow.improve_results import ImproveResult, ImproveStep
 
 
@@ -64,8 +64,10 @@ def _step_words(step: ImproveStep) -> str:
     return "present model" if step.action == "start" else f"{step.action} {step.effect} ({places(step.where)})"
 
 
-def show_ladder(console: Console, result: ImproveResult) -> None:
+def show_ladder(console: AnswerConsole, result: ImproveResult) -> None:
     """Draw the ladder of errors, from no model down to the noise."""
+    show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
+    console.show_warnings(result.warnings)
     show_registration(console, result.registration)
     table = plain_table("step", "held-out, rms>")
     table.add_row("no model", deviation(result.steps[0].zero_model))
@@ -73,7 +75,6 @@ def show_ladder(console: Console, result: ImproveResult) -> None:
         table.add_row(_step_words(step), deviation(step.heldout_rms) if step.heldout_rms else "not done")
     table.add_row("noise", deviation(result.noise) if result.noise else NOT_KNOWN)
     console.print(table)
-    console.print(result.summary, soft_wrap=True)
     changes = [step for step in result.steps if step.action in ("add", "remove")]
     for step in changes:
         done = "adding" if step.action == "add" else "removing"

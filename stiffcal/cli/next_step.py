@@ -21,12 +21,17 @@ def after_validation(folder: Path, result: ValidateResult, store: str | None) ->
 
 
 def _after_error(folder: Path, rms: Rms, known_noise: Rms | None, store: str | None) -> str:
+    return command_line("report" if is_within_noise(rms, known_noise) else "diagnose", folder, store=store)
+
+
+def is_within_noise(rms: Rms, known_noise: Rms | None) -> bool:
+    """Return whether every measure of an error is known to be no larger than the noise allows."""
     from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO
 
     noise = {} if known_noise is None else dict(known_noise.items())
     errors = {name: value for name, value in rms.items() if value is not None}
     adequate = [value <= ADEQUATE_RATIO * (noise.get(name) or 0.0) for name, value in errors.items()]
-    return command_line("report" if adequate and all(adequate) else "diagnose", folder, store=store)
+    return bool(adequate) and all(adequate)
 
 
 def after_history(folder: Path, result: HistoryResult, diagnosis: DiagnoseResult | None, store: str | None) -> str:

@@ -10,11 +10,11 @@ from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.identify import show_fit
 from stiffcal.cli.next_step import after_diagnosis
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import deviation, share
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from stiffcal.cli.console import AnswerConsole
     from stiffcal.workflow.run_result import RunResult
 
 
@@ -36,15 +36,21 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
     return OK if result.passed else NOT_HELD
 
 
-def show_run(console: Console, result: RunResult, page: str) -> None:
-    """Draw the stiffness table, the error in held-out poses, what is missing, where the PDF and the page are.
+def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
+    """Draw what is missing, the stiffness table, the error in held-out poses, where the PDF and the page are.
 
     Parameters
     ----------
     page : the command that writes the page for a browser.
     """
-    show_fit(console, result.identify)
+    show_verdict(
+        console, diagnosis_level(result.diagnose.adequate, bool(result.diagnose.missing)), result.diagnose.summary
+    )
     validation = result.validate
+    for line in validation.failed:
+        show_verdict(console, "fail", f"thresholds NOT held: {line}")
+    console.show_warnings(result.check.warnings)
+    show_fit(console, result.identify)
     relative = dict(validation.relative.items())
     error_share, of = relative["translation"], "the deflection"
     if error_share is None:
@@ -55,8 +61,6 @@ def show_run(console: Console, result: RunResult, page: str) -> None:
         console.print(f"{sentence} (no model: {deviation(validation.zero_model)})")
     else:
         console.print("held-out poses: none, so nothing is judged there")
-    if not validation.passed:
-        console.print("thresholds NOT held")
-    console.print(result.diagnose.summary, soft_wrap=True)
+    console.show_warnings(validation.warnings)
     console.print(f"report: {result.report}", soft_wrap=True)
     console.print(f"in a browser: {result.view} (written by {page})", soft_wrap=True)

@@ -10,16 +10,16 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.next_step import after_validation
+from stiffcal.cli.next_step import after_validation, is_within_noise
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt, Thresholds
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
+from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import angle, deviation, length, share
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from stiffcal.cli.console import AnswerConsole
     from stiffcal.measurements.rms import Rms
     from stiffcal.results.validate_result import ValidateResult
     from stiffcal.validation.distances import Distances, DistanceSummary, LadderStep, TargetDistance
@@ -58,8 +58,14 @@ def validate(
     return OK if result.passed else NOT_HELD
 
 
-def show_validation(console: Console, result: ValidateResult) -> None:
+def show_validation(console: AnswerConsole, result: ValidateResult) -> None:
     """Draw the error in held-out poses next to the noise, then where it is largest, then what does not hold."""
+    show_verdict(console, *_verdict(result))
+    for line in result.failed:
+        console.print(f"  NOT held: {line}", soft_wrap=True)
+    for line in result.not_judged:
+        console.print(f"  not judged: {line}", soft_wrap=True)
+    console.show_warnings(result.warnings)
     show_registration(console, result.registration)
     console.print(f"held-out data ({result.scheme})")
     table = plain_table("", "rms>")
@@ -86,16 +92,21 @@ def show_validation(console: Console, result: ValidateResult) -> None:
     if result.worst:
         console.print(f"worst: {_worst(result.worst)}")
     show_suspects(console, result.suspects, result.suspects_not_checked)
-    for line in result.failed:
-        console.print(f"NOT held: {line}", soft_wrap=True)
-    for line in result.not_judged:
-        console.print(f"not judged: {line}", soft_wrap=True)
+    limits = ", ".join(result.thresholds)
     if result.passed:
-        limits = ", ".join(result.thresholds)
         console.print(f"thresholds held: {limits}" if limits else "no thresholds are set")
 
 
-def _show_distances(console: Console, distance: Distances, ladder: Sequence[LadderStep]) -> None:
+def _verdict(result: ValidateResult) -> tuple[Level, str]:
+    """Return how the model stands in held-out data: against its thresholds, then against the noise."""
+    text = f"error in held-out data {deviation(result.rms)} rms"
+    text += f", noise {deviation(result.noise)}" if result.noise is not None else ", noise not known"
+    if not result.passed:
+        return "fail", f"thresholds NOT held: {text}"
+    return ("pass", text) if is_within_noise(result.rms, result.noise) else ("warn", text)
+
+
+def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequence[LadderStep]) -> None:
     """Draw the distances of the targets, and the ladder from the nominal robot to the present model."""
     table = plain_table("distance", "mean>", "median>", "95 %>", "worst>", "rms>")
     for title, summary in (
@@ -118,7 +129,7 @@ def _show_distances(console: Console, distance: Distances, ladder: Sequence[Ladd
     console.print(table)
 
 
-def _show_slices(console: Console, title: str, parts: Sequence[ErrorSlice], most: int = 8) -> None:
+def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice], most: int = 8) -> None:
     if len(parts) < 2:
         return
     of_deflection = ("share of its deflection>",) if parts[0].zero_model is not None else ()

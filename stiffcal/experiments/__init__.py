@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from stiffcal.campaign.experiment_kinds import experiment_kind, kind_names
 from stiffcal.campaign.typed import TomlTable
+from stiffcal.experiments.presentation import Table
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -125,6 +126,12 @@ class ExperimentKind:
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return the overview that ``identify`` prints in the terminal; None where it holds nothing of this kind."""
         return None
+
+    def main_table(self, identified: IdentifiedModel) -> Table | None:
+        """Return the leading table of the overview; None where there is none."""
+        overview = self.overview(identified)
+        tables = [] if overview is None else [block for block in overview.blocks if isinstance(block, Table)]
+        return tables[0] if tables else None
 
     def page(self, data: MeasuredRuns, identified: IdentifiedModel) -> Page | None:
         """Return the page of the report; None where the campaign holds nothing of this kind.

@@ -87,7 +87,6 @@ class ReportSection:
 
     title: str
     blocks: tuple[Block, ...]
-    new_page: bool = False
 
 
 @dataclass(frozen=True)

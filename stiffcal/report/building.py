@@ -141,13 +141,16 @@ def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress
                 pictures.append((f"drawing: {section.title}", block.draw, folder / name))
                 blocks.append({"kind": "picture", "file": name, "caption": block.caption})
             else:
-                following = section.blocks[number + 1 :][:1]
-                blocks.append(
-                    _block_data(block, any(isinstance(following_block, PictureBlock) for following_block in following))
-                )
-        data.append({"title": section.title, "new_page": section.new_page, "blocks": blocks})
+                blocks.append(_block_data(block, _is_before_picture(section.blocks[number + 1 :])))
+        data.append({"title": section.title, "blocks": blocks})
     draw_pictures(pictures, progress)
     return data
+
+
+def _is_before_picture(following: Sequence[Block]) -> bool:
+    """Return whether a picture follows, or facts with a picture: what stands above stays on its page."""
+    after_facts = following[1:] if following and isinstance(following[0], Facts) else following
+    return bool(after_facts) and isinstance(after_facts[0], PictureBlock)
 
 
 def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:

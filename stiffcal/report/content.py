@@ -16,7 +16,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.report_settings import ReportSettings
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
-from stiffcal.experiments.presentation import Page
+from stiffcal.experiments.presentation import Page, Table
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
@@ -328,7 +328,7 @@ class ReportContent:
     """Predicted paths of loads."""
     diagnose: DiagnoseResult | None = None
     """The result of `diagnose` for the present fit; None where there is none."""
-    not_diagnosed: str = "the model has not been diagnosed yet: run “stiffcal diagnose”"
+    not_diagnosed: str = "not diagnosed: stiffcal diagnose DIR"
     """Why there is none, in words."""
     earlier_diagnoses: tuple[EarlierDiagnosis, ...] = ()
     """The diagnoses that led to the present model, oldest first."""
@@ -336,10 +336,14 @@ class ReportContent:
     """The evidence for each effect that is missing, or in the model beyond the joints' compliances."""
     pages: tuple[Page, ...] = ()
     """What the kinds of experiment show."""
+    main_tables: tuple[Table, ...] = ()
+    """The leading table of each kind of experiment, for the first page."""
     joint_pictures: tuple[JointPicture, ...] = ()
     """Joints between tracked bodies, each by itself; none with one tracked body."""
     link_pictures: tuple[LinkPicture, ...] = ()
     """Links with rods."""
+    drift_follows: str = "time"
+    """What a drift is counted by: "time", or "temperature" where the campaign logs one."""
     settings: ReportSettings = field(default_factory=ReportSettings)
     """Optional sections that the campaign asks for."""
     with_and_without: WithAndWithout | None = None

@@ -1,4 +1,4 @@
-"""Numbers and names in the words of the people who read the report: mm, µm, mrad, three significant digits.
+"""Numbers and names in the words of the people who read the report: mm, mrad, three significant digits.
 
 Everything comes in SI units; what is not known is a dash, never a zero.
 """
@@ -18,6 +18,7 @@ __all__ = [
     "DASH",
     "Placed",
     "angle",
+    "capital",
     "count",
     "digits",
     "effect_at",
@@ -49,13 +50,13 @@ class Placed(Protocol):
 
 
 def length(metres: float | None) -> str:
-    """Return a length in mm, in µm below a tenth of a millimetre."""
-    return wording.length(metres, digits)
+    """Return a length in mm, the one unit of lengths in a report."""
+    return wording.thousandths(metres, digits, "m")
 
 
 def angle(radians: float | None) -> str:
-    """Return a small angle in mrad, in µrad below a tenth of one."""
-    return wording.angle(radians, digits)
+    """Return a small angle in mrad, the one unit of small angles in a report."""
+    return wording.thousandths(radians, digits, "rad")
 
 
 def percent(share: float | None) -> str:
@@ -69,11 +70,11 @@ def measure_text(measure: Rms | Mapping[str, Any] | None) -> str:
     Examples
     --------
     >>> measure_text({"translation": 4.17e-5, "rotation": 7.79e-5})
-    '41.7 µm and 77.9 µrad'
+    '0.0417 mm and 0.0779 mrad'
     >>> measure_text({"translation": 4.17e-5, "rotation": None}), measure_text(None)
-    ('41.7 µm', '–')
+    ('0.0417 mm', '–')
     """
-    return " and ".join(wording.measures(measure, digits, " of the motors")) or DASH
+    return " and ".join(wording.measures(measure, digits, " of the motors", wording.thousandths)) or DASH
 
 
 def part(measure: Rms | Mapping[str, Any] | None, key: str) -> float | None:
@@ -98,9 +99,14 @@ def in_sheets(members: Sequence[int], most: int, multiple: int = 1) -> list[Sequ
     return [members[start : start + size] for start in range(0, len(members), size)]
 
 
+def capital(text: str) -> str:
+    """Return a text that begins with a capital letter."""
+    return text[:1].upper() + text[1:]
+
+
 def effect_at(effect: Placed) -> str:
-    """Write an effect with its place."""
-    return f"{effect.effect} ({place(effect.where)})"
+    """Write an effect with its place, as far as it has one."""
+    return f"{effect.effect} ({place(effect.where)})" if dict(effect.where.items()) else effect.effect
 
 
 def effect_text(entry: EffectInModel) -> str:

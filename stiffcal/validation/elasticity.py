@@ -24,6 +24,7 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.validation.heldout import left_out_residuals, pose_folds
 from stiffcal.validation.region_folds import region_folds
+from stiffcal.wording import significant
 
 ERRORS = 2.0
 """Standard errors over poses by which an error falls, and standard deviations by which a value differs from zero."""
@@ -129,7 +130,7 @@ def _summary(joints: list[JointElasticity]) -> Elasticity:
     mend = (
         "no payload at the flange would show it in such poses"
         if payload is None
-        else f"measure again with {payload:.2g} kg at the flange in half of the poses"
+        else f"measure again with {significant(payload, 2)} kg at the flange in half of the poses"
     )
     why = f"{known}elasticity of {_joints(others)} cannot be identified from these poses: {mend}"
     return Elasticity(verdict=verdict, why=why, payload_kg=payload, joints=joints)

@@ -1,44 +1,39 @@
-"""The whole loop on a bundled example: paper 002's robot and procedure (campaigns/irb4400)."""
+"""The whole loop on a bundled example: a robot with a hidden effect, found and added (campaigns/demo)."""
 
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from stiffcal.files import replacing
-from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
+from stiffcal.workflow.improve import improve_campaign
+from stiffcal.workflow.improve_results import ImproveStep
 from stiffcal.workflow.run import run_campaign
 from stiffcal.workflow.run_result import RunResult
 from stiffcal.workflow.simulate import simulate_campaign
 from stiffcal.workflow.steps import RunContext
 
 EXAMPLE = Path(__file__).parent / "example"
-"""A copy of campaigns/irb4400, so that an installed package has it too; `make example` renews it, a test holds it."""
-
-FIGURE_2 = LoadPathRequest(
-    corners="-100,200,-300;0,0,0;100,-200,100",
-    pose="-90,30,-45,0,15,0",
-    note=(
-        "the pose of a 15° grid of axes 1, 2, 3 and 5 at which the tip goes down furthest on both legs "
-        "(campaigns/irb4400/search_pose.py)"
-    ),
-)
-"""Wang, Zhang and Fuhlbrigge 2009, Fig. 2, with the stiffness of its section II.C."""
+"""A copy of campaigns/demo, so that an installed package has it too; `make example` renews it, a test holds it."""
 
 
-def run_demo(folder: Path, context: RunContext | None = None) -> RunResult:
-    """Copy the example to a folder, make its logs from their seed, and run the whole loop on it.
+def run_demo(
+    folder: Path, context: RunContext | None = None, notify_step: Callable[[ImproveStep], None] | None = None
+) -> RunResult:
+    """Copy the example to a folder, make its logs from their seed, find and add what its model lacks, and report.
 
     Parameters
     ----------
     folder : where to; made if it does not exist, taken again if it is an earlier demo.
     context : progress and so on.
+    notify_step : called with each model once its error in held-out poses is known.
 
     Returns
     -------
     RunResult
-        As `run_campaign`, with ``folder``.
+        As `run_campaign`, of the completed model, with ``folder``.
 
     Raises
     ------
@@ -46,10 +41,12 @@ def run_demo(folder: Path, context: RunContext | None = None) -> RunResult:
     """
     context = context or RunContext()
     folder = Path(folder)
-    context.notify(f"copying the example to {folder} and making its raw logs from their seed")
+    context.notify(
+        f"copying the example to {folder} and making its raw logs from their seed: the robot that is simulated has an "
+        "effect that model.toml lacks"
+    )
     simulate_campaign(EXAMPLE, folder, None, context.progress)
     with replacing(folder / "README.md") as beside:  # not through a link that lies there
         shutil.copyfile(EXAMPLE / "README.md", beside)
-    store = context.store or str(folder / "store")
-    predict_campaign(EXAMPLE / "figure-2", RunContext(store=store, progress=context.progress), load_path=FIGURE_2)
+    improve_campaign(folder, context, notify_step=notify_step)
     return replace(run_campaign(folder, context), folder=str(folder))

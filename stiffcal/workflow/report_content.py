@@ -113,6 +113,7 @@ def report_content(
     measured = runs_with_fits(data)
     drawn_pages = [kind.page(measured, identified) for kind in all_kinds()]
     pages = tuple(page for page in drawn_pages if page is not None)
+    main_tables = [table for kind in all_kinds() if (table := kind.main_table(identified)) is not None]
     unused = [SetAsideRows(entry.run, entry.numbers, entry.why) for page in pages for entry in page.unused]
     content = ReportContent(
         provenance=_provenance(data, identified, history),
@@ -130,9 +131,11 @@ def report_content(
         covariates=() if report_states is None else tuple(most_correlated_covariates(data, identified, report_states)),
         load_paths=tuple(_load_path(path) for path in paths["paths"]),
         pages=pages,
+        main_tables=tuple(main_tables),
         joint_pictures=joint_pictures(data, identified),
         link_pictures=link_pictures(data, identified),
         with_and_without=with_and_without(data),
+        drift_follows="temperature" if np.isfinite(states.temperature).any() else "time",
         settings=data.campaign.manifest.report,
     )
     return with_diagnosis(content, data, identified)

@@ -41,7 +41,7 @@ def test_what_moved_comes_first_then_what_is_new() -> None:
     assert isinstance(table, TableBlock)
     rows = [tuple(cell.replace(chr(0x202F), " ") for cell in row) for row in table.rows]
     assert [row[0] for row in rows] == ["joint 3 (A3)", "joint 2 (A2)", "joint 3 (A3)"]
-    assert rows[0][2:] == ("27 400 ± 150", "59 900 ± 960", "N·m/rad", "+119 %")
+    assert rows[0][2:] == ("(2.740 ± 0.015)·10⁴", "(5.990 ± 0.096)·10⁴", "N·m/rad", "+119 %")
     assert rows[2][2:] == ("not in the model", "1.80 ± 0.10", "mrad", "–")
     assert "1 other value stays within" in table.caption
 

@@ -33,7 +33,7 @@ from stiffcal.report.figures.load_path import apparent_negative, draw_load_path
 from stiffcal.report.figures.measured_against_predicted import draw_measured_against_predicted
 from stiffcal.report.figures.residual_against import draw_residual_against
 from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residuals_by_run
-from stiffcal.report.figures.robot_poses import arrow_scale, draw_pose_sheet, draw_robot_poses, residual_arrows
+from stiffcal.report.figures.robot_poses import arrow_scale, draw_pose_sheet, residual_arrows
 from tests.laboratory.fits import validation_of
 from tests.laboratory.report_content import made_up_content, made_up_states
 
@@ -60,7 +60,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     ),
     "residuals_by_run": lambda: draw_residuals_by_run(VALIDATION.by_run, Rms(1e-5, None)),
     "residuals_by": lambda: draw_residuals_by([("branch", VALIDATION.by_branch)], None),
-    "robot_poses": lambda: draw_robot_poses(CONTENT.runs, STATES),
+    "robot_poses": lambda: draw_pose_sheet(CONTENT.runs, [0, 1], STATES, 100.0),
     "ladder": lambda: draw_ladder(FITS, VALIDATION.zero_model, Rms(1e-5, None)),
     "ladder_rotation": lambda: draw_ladder(FITS, VALIDATION.zero_model, None, "rotation"),
     "load_path": lambda: draw_load_path(PATH),
@@ -121,6 +121,13 @@ def test_series_differ_without_colour() -> None:
     styles = direction_styles(STATES, np.arange(len(STATES)))
     assert len(styles) == 3
     assert len({marker for _, marker in styles.values()}) == len(styles)
+
+
+def test_a_direction_looks_alike_in_all_pictures() -> None:
+    """Also where a picture lacks other directions, or they come in another order."""
+    whole = direction_styles(STATES, np.arange(len(STATES)))
+    last = max(whole)
+    assert direction_styles(STATES, np.flatnonzero(STATES.direction == last)) == {last: whole[last]}
 
 
 def test_opposite_directions_share_a_colour() -> None:

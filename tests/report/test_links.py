@@ -71,9 +71,9 @@ def test_rods_end_tool_and_the_bent_link_are_drawn() -> None:
     assert len(pictures) == 4
     words = [" ".join(text.get_text() for axes in p.draw().axes for text in (axes.xaxis.label, axes.yaxis.label))
              for p in pictures]  # fmt: skip
-    assert "change of length [µm]" in words[0]
-    assert "displacement of the link's end [µm]" in words[1]
-    assert "turn of the link's end [µrad]" in words[1]
+    assert "change of length [mm]" in words[0]
+    assert "displacement of the link's end [mm]" in words[1]
+    assert "turn of the link's end [mrad]" in words[1]
     assert "tool [mm]" in words[2]
     assert "force along y [N]" in words[2]
     assert "displacements drawn 1 000 times" in words[3]
@@ -111,7 +111,7 @@ def test_displacement_along_a_line_has_a_panel_per_run() -> None:
     made = load_deformation.section(replace(content, states=states))
     assert not isinstance(made, LeftOut)
     (picture,) = [block for block in made.blocks if isinstance(block, PictureBlock)]
-    assert picture.caption.endswith("the fitted model is nowhere more than 30.0 µm off.")
+    assert picture.caption.endswith("the fitted model is nowhere more than 0.0300 mm off.")
 
 
 @pytest.mark.parametrize("name", ["draw_rods", "draw_end", "draw_tool", "draw_bent"])

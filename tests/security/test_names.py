@@ -109,10 +109,10 @@ def test_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         {"kind": "paragraph", "tone": "plain", "text": "".join(names), "before_picture": False},
         {"kind": "items", "texts": names},
         {"kind": "subheading", "text": RUNS[1]},
-        {"kind": "facts", "rows": [[name, name] for name in names]},
+        {"kind": "facts", "rows": [[name, name] for name in names], "before_picture": False},
         {"kind": "table", "columns": columns, "rows": [[name, name] for name in names], "caption": RUNS[0]},
     ]
-    sections = [{"title": JOINTS[4], "new_page": False, "blocks": blocks}]
+    sections = [{"title": JOINTS[4], "blocks": blocks}]
     head = {"title": NAMED["robot"], "kind": "x", "campaign": NAMED["campaign"], "date": "#", "maker": "*m*"}
     (tmp_path / "page.pdf").write_bytes(set_pages({**head, "sections": sections}, tmp_path, "2026-11-22"))
     fonts._fonts_covering.cache_clear()

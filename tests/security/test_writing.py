@@ -135,7 +135,7 @@ def test_demo_writes_its_readme_through_no_link(tmp_path: Path, monkeypatch: pyt
     folder.mkdir()
     (folder / "truth.json").write_text("{}")
     (folder / "README.md").symlink_to(victim)
-    for step in ("simulate_campaign", "predict_campaign"):
+    for step in ("simulate_campaign", "improve_campaign"):
         monkeypatch.setattr(demo, step, lambda *_, **__: {})
     monkeypatch.setattr(demo, "run_campaign", lambda *_: FitAndPdf())
     demo.run_demo(folder)

@@ -14,6 +14,7 @@ from stiffcal.batch.results import BatchCounts, BatchResult, BatchTask, BatchWor
 from stiffcal.batch.summary import junit_text, markdown_text
 from stiffcal.batch.task import run_task
 from stiffcal.cli.batch import show_batch
+from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.improve import show_ladder
 from stiffcal.documents import document_of
 from stiffcal.report.blocks import Facts, TableBlock
@@ -124,7 +125,7 @@ def test_improve_and_the_report_show_the_run_and_the_lines_that_leave_it_out(fol
     result = improve_campaign(folder, dry_run=True)
     assert [suspect.run for suspect in result.suspects or []] == ["pose3"]
     text = StringIO()
-    show_ladder(Console(file=text, width=200), result)
+    show_ladder(AnswerConsole(file=text, width=200), result)
     assert "suspect: run pose3: unit:" in text.getvalue()
     content = made_up_content()
     section = suspects.section(replace(content, diagnose=None, identify=identify_campaign(folder)))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.curves import ClampedCurve, clamped_curves
-from stiffcal.experiments.clamped.pictures import branches_picture, curves_picture, play_picture
+from stiffcal.experiments.clamped.pictures import branches_picture, curves_picture, play_picture, tangents_picture
 from stiffcal.experiments.clamped.results import ClampedSection, Definition, JointResult
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.presentation import (
@@ -166,8 +166,8 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection, identified: Identi
         blocks.append(curves_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
     if any(len(curve.poses) > 1 for curve in curves):
         blocks.append(play_picture(curves))
-    if with_result:
-        blocks.append(_tangent_table(with_result))
+    for start in range(0, len(with_result), _PER_PICTURE):
+        blocks.append(tangents_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
     title = "The clamped robot: play, friction and torque over angle"
     return Page(title, tuple(blocks), subject="clamped robot", parameters=shown_parameters(section, identified))
 
@@ -208,25 +208,24 @@ def _degrees(radians: float | None, significant: int = 3) -> Digits:
 def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     columns = (
         Column("joint", numbers=_TEXT),
-        Column("play", "°"),
-        Column("± 95 %", "°"),
+        Column("play, ± 95 %", "°"),
         Column("law's width b", "°"),
         Column("crossed within", "± N·m"),
         Column("between poses", "°"),
         Column("resolution", "°"),
-        Column("friction", "N·m"),
+        Column("friction, ± 95 %", "N·m"),
         Column("torque from", numbers=_TEXT),
     )
     rows: list[tuple[Words, ...]] = []
     for curve, joint in known:
         friction: Words = ("none found",)
         if joint.friction is not None and joint.friction_std is not None:
-            friction = (Digits(joint.friction), " ± ", Digits(NORMAL_95 * joint.friction_std, 2))
+            half = NORMAL_95 * joint.friction_std
+            friction = (Interval(joint.friction, joint.friction - half, joint.friction + half),)
         rows.append(
             (
                 (curve.joint,),
-                (_degrees(joint.play),) if joint.play_found else ("none found",),
-                (_degrees(NORMAL_95 * joint.play_std, 2),),
+                _play(joint),
                 (_degrees(joint.play_width),) if joint.play_found else ("–",),
                 (Digits(joint.play_band, 2),),
                 (_degrees(joint.spread_between_poses, 2),),
@@ -238,16 +237,22 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     return Table(columns, tuple(rows), "Play and friction of each joint, from all poses that are used.")
 
 
+def _play(joint: JointResult) -> Words:
+    half = NORMAL_95 * _DEGREE * joint.play_std
+    if not joint.play_found or joint.play is None:
+        return ("none found, ± ", Digits(half, 2))
+    play = _DEGREE * joint.play
+    return (Interval(play, play - half, play + half),)
+
+
 def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     columns = (
         Column("joint", numbers=_TEXT),
-        Column("stiffness, chord", "N·m/rad"),
         Column("p1", "N·m/rad"),
         Column("p2", "N·m/rad²"),
         Column("p3", "N·m/rad³"),
         Column("angle reached", "°"),
         Column("torque reached", "N·m"),
-        Column("poses", numbers=_TEXT),
     )
     rows: list[tuple[Words, ...]] = []
     for curve, joint in known:
@@ -255,37 +260,12 @@ def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
         cells: list[Words] = []
         for power, coefficient in enumerate((shape.p1, shape.p2, shape.p3), start=1):
             half = NORMAL_95 * math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0))
-            cells.append((Digits(coefficient), " ± ", Digits(half, 2)))
+            cells.append((Interval(coefficient, coefficient - half, coefficient + half),))
         reach: Words = (_degrees(shape.reach[0]), " … ", _degrees(shape.reach[1]))
         torque: Words = (Digits(shape.torque[0]), " … ", Digits(shape.torque[1]))
-        chord: Words = (Interval(joint.chord_stiffness, *joint.chord_interval),)
-        rows.append(((curve.joint,), chord, *cells, reach, torque, (", ".join(shape.runs),)))
+        rows.append(((curve.joint,), *cells, reach, torque))
     caption = (
         "Torque over angle, τ = p1 φ + p2 φ² + p3 φ³, φ from the flank: rising in all that was reached, and not to be "
         "used beyond. p1 is the tangent stiffness at the flank. Uncertainties 95 %."
     )
     return Table(columns, tuple(rows), caption)
-
-
-def _tangent_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
-    columns = (
-        Column("joint", numbers=_TEXT),
-        Column("torque", "N·m"),
-        Column("angle", "°"),
-        Column("stiffness", "N·m/rad"),
-        Column("95 % interval", "N·m/rad"),
-    )
-    rows: list[tuple[Words, ...]] = []
-    for curve, joint in known:
-        for tangent in joint.tangent_stiffness:
-            low, high = tangent.interval
-            rows.append(
-                (
-                    (curve.joint,),
-                    (Digits(tangent.torque),),
-                    (_degrees(tangent.angle),),
-                    (Digits(tangent.stiffness),),
-                    (Digits(low), " … ", Digits(high)),
-                )
-            )
-    return Table(columns, tuple(rows), "Tangent stiffness over torque, play excluded.")

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.experiments.clamped.curves import ClampedCurve, ClampedPose
-from stiffcal.experiments.presentation import Band, Line, Marks, Names, Panel, Picture, Series, Span
+from stiffcal.experiments.departures import Departure, find_departures
+from stiffcal.experiments.presentation import Band, Digits, Line, Marks, Names, Panel, Picture, Series, Span, Words
 from stiffcal.uncertainty import NORMAL_95
 
-_ROW_MM = 52.0
+_ROW_MM = 43.0
+_DEGREE = 180.0 / np.pi
 
 
 def branches_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
@@ -19,11 +21,13 @@ def branches_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
         "play in grey."),
     )  # fmt: skip
     panels = tuple(_branches(curve.joint, curve.widest_pose) for curve in curves)
-    return Picture(panels, columns=2, height=_height(len(curves)), caption=caption)
+    return _in_rows(panels, caption)
 
 
-def _height(n_panels: int) -> float:
-    return _ROW_MM * ((n_panels + 1) // 2) + 10
+def _in_rows(panels: tuple[Panel, ...], caption: Words) -> Picture:
+    """Return a picture of panels, two or three in a row, not higher than 100 mm for six of them."""
+    columns = 2 if len(panels) <= 2 else 3
+    return Picture(panels, columns=columns, height=_ROW_MM * -(-len(panels) // columns) + 10, caption=caption)
 
 
 def _branches(joint: str, pose: ClampedPose) -> Panel:
@@ -42,12 +46,40 @@ def _branches(joint: str, pose: ClampedPose) -> Panel:
 
 def curves_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
     """Return the torque-angle curve of every joint, counted from the flank, with the readings of all poses used."""
-    caption = (
+    caption: Words = (
         "Torque over the spring's angle of ", Names(tuple(curve.joint for curve in curves)),
         (", counted from the flank, play, friction and the sensor's zero taken off: readings of all poses that are "
-        "used, the third-order polynomial (dashed) and its 95 % interval."),
+        "used, the third-order polynomial (dashed) and its 95 % interval."), *_departures_in_words(curves),
     )  # fmt: skip
-    return Picture(tuple(_curve(curve) for curve in curves), columns=2, height=_height(len(curves)), caption=caption)
+    return _in_rows(tuple(_curve(curve) for curve in curves), caption)
+
+
+def departures(curve: ClampedCurve) -> list[Departure]:
+    """Return where the readings leave the 95 % interval of the curve, over the angle in rad and in N·m."""
+    used = [pose for pose in curve.poses if pose.run in curve.curve_runs]
+    if not used or not curve.angle.size:
+        return []
+    angle = np.concatenate([pose.spring_angle for pose in used])
+    torque = np.concatenate([pose.spring_torque for pose in used])
+    within = (angle >= curve.angle.min()) & (angle <= curve.angle.max())
+    angle, torque = angle[within], torque[within]
+    half = NORMAL_95 * np.interp(angle, curve.angle, curve.std)
+    return find_departures(angle, torque - np.interp(angle, curve.angle, curve.torque), half)
+
+
+def _departures_in_words(curves: tuple[ClampedCurve, ...]) -> Words:
+    """Return where the readings leave the band, joint by joint."""
+    words: list[str | Digits] = []
+    for curve in curves:
+        for departure in departures(curve):
+            side = "above" if departure.mean > 0.0 else "below"
+            words += [
+                "; " if words else " On average the readings leave the band (grey bars): ",
+                f"{curve.joint} from ",
+            ]
+            words += [Digits(_DEGREE * departure.low), "° to ", Digits(_DEGREE * departure.high), "°, "]
+            words += [Digits(abs(departure.mean), 2), f" N·m {side} the curve"]
+    return (*words, ".") if words else (" The readings stay within the band.",)
 
 
 def _curve(curve: ClampedCurve) -> Panel:
@@ -63,10 +95,34 @@ def _curve(curve: ClampedCurve) -> Panel:
     half = NORMAL_95 * curve.std
     series.append(Band(angle, curve.torque - half, curve.torque + half))
     series.append(Line(angle, curve.torque, is_dashed=True))
+    for departure in departures(curve):
+        inside = (curve.angle >= departure.low) & (curve.angle <= departure.high)
+        if inside.any():
+            series.append(Line(angle[inside], curve.torque[inside] + departure.mean, width=2.6, colour="quiet"))
     return Panel(
         curve.joint, "angle from the flank [°]", "torque [N·m]", tuple(series), x_ticks=5, has_zero_lines=True,
         has_own_legend=True,
     )  # fmt: skip
+
+
+def tangents_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
+    """Return the tangent stiffness of every joint over its torque, with the 95 % interval."""
+    panels = []
+    for curve in curves:
+        tangents = [] if curve.result is None else sorted(curve.result.tangent_stiffness, key=lambda at: at.torque)
+        torque = np.array([at.torque for at in tangents])
+        value = np.array([at.stiffness for at in tangents])
+        low, high = (np.array([at.interval[end] for at in tangents]) for end in (0, 1))
+        series = (
+            Band(torque, low, high, label="95 % interval"),
+            Line(torque, value, width=0.9),
+            Marks(torque, value, "o", 0, size=2.6, is_hollow=False, label="tangent stiffness"),
+        )
+        panels.append(Panel(curve.joint, "torque [N·m]", "stiffness [N·m/rad]", series, x_ticks=5, head_room=0.05))
+    caption: Words = (
+        "Tangent stiffness of ", Names(tuple(curve.joint for curve in curves)), " over torque, play excluded.",
+    )  # fmt: skip
+    return _in_rows(tuple(panels), caption)
 
 
 def play_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
@@ -97,4 +153,4 @@ def play_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
             "Crosses: poses left out, because the motion hardly exceeds the play. The line is the joint's play."
         ),
     )
-    return Picture((panel,), columns=1, height=70.0, caption=caption)
+    return Picture((panel,), columns=1, height=56.0, caption=caption)

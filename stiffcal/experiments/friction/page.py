@@ -258,6 +258,8 @@ def _table(curves: tuple[FrictionCurve, ...]) -> Table:
             if value is None:
                 cells.append((Digits(None),))
             else:
-                cells.append((Digits(value), " (fixed)") if half is None else (Digits(value), " ± ", Digits(half, 2)))
+                cells.append(
+                    (Digits(value), " (fixed)") if half is None else (Interval(value, value - half, value + half),)
+                )
         rows.append(((curve.joint,), *cells, (Digits(curve.rms),), (Digits(curve.noise),)))
-    return Table(columns, tuple(rows), "Friction of the drives, with 95 % uncertainty. A dash: not identified.")
+    return Table(columns, tuple(rows), "Friction of the drives, ± 95 %. A dash: not in the model, or not identified.")

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.departures import Departure, find_departures
 from stiffcal.experiments.friction.curves import FrictionCurve
-from stiffcal.experiments.presentation import Band, Digits, Line, Marks, Names, Panel, Picture, Series
+from stiffcal.experiments.presentation import Band, Digits, Line, Marks, Names, Panel, Picture, Series, Words
 from stiffcal.uncertainty import NORMAL_95
 
 # The slow range is drawn apart where readings lie below this share of the fastest: 004 measured 1 to 5 %, then 10 to
 # 100 %.
 SLOW = 0.08
-_ROW_MM = 46.0
+_ROW_MM = 34.0
 
 
 def slow_limit(curve: FrictionCurve) -> float | None:
@@ -44,13 +45,35 @@ def friction_picture(curves: tuple[FrictionCurve, ...]) -> Picture:
             panels.append(_panel(curve, limit, f"{curve.joint}: slow"))
         panels.append(_panel(curve, None, f"{curve.joint}: all speeds"))
     fastest = max(float(abs(curve.velocity).max()) for curve in curves)
-    caption = (
+    caption: Words = (
         "Friction torque over speed of ", Names(tuple(curve.joint for curve in curves)), ", up to ", Digits(fastest),
         (" rad/s: as measured both ways (folded onto positive speeds), the fitted law, and the 95 % interval of its "
-        "curve. Left the slow range on a scale of its own."),
+        "curve. Left the slow range on a scale of its own."), *_departures_in_words(curves),
     )  # fmt: skip
     height = _ROW_MM * len(curves) + 8
     return Picture(tuple(panels), columns=2, height=height, caption=caption, widths=(1.0, 1.6))
+
+
+def departures(curve: FrictionCurve) -> list[Departure]:
+    """Return where the readings leave the 95 % interval of the fitted curve, over speed in rad/s and in N·m."""
+    speed = np.abs(curve.velocity)
+    residual = curve.friction * np.sign(curve.velocity) - np.interp(speed, curve.speed, curve.fitted)
+    return find_departures(speed, residual, NORMAL_95 * np.interp(speed, curve.speed, curve.std))
+
+
+def _departures_in_words(curves: tuple[FrictionCurve, ...]) -> Words:
+    """Return where the readings leave the band, joint by joint."""
+    words: list[str | Digits] = []
+    for curve in curves:
+        for departure in departures(curve):
+            side = "above" if departure.mean > 0.0 else "below"
+            words += [
+                "; " if words else " On average the readings leave the band (grey bars): ",
+                f"{curve.joint} from ",
+            ]
+            words += [Digits(departure.low), " to ", Digits(departure.high), " rad/s, ", Digits(abs(departure.mean), 2)]
+            words += [f" N·m {side} the curve"]
+    return (*words, ".") if words else (" The readings stay within the band.",)
 
 
 def _panel(curve: FrictionCurve, limit: float | None, title: str) -> Panel:
@@ -71,6 +94,11 @@ def _panel(curve: FrictionCurve, limit: float | None, title: str) -> Panel:
     low, high = (curve.fitted + sign * NORMAL_95 * curve.std for sign in (-1.0, 1.0))
     series.append(Band(curve.speed[fitted], low[fitted], high[fitted], label="95 % interval"))
     series.append(Line(curve.speed[fitted], curve.fitted[fitted], label="fit"))
+    for departure in departures(curve):
+        inside = fitted & (curve.speed >= departure.low) & (curve.speed <= departure.high)
+        if inside.any():
+            mean = curve.fitted[inside] + departure.mean
+            series.append(Line(curve.speed[inside], mean, width=2.6, colour="quiet", label="mean, outside the band"))
     return Panel(
         title, "speed [rad/s]", "friction torque [N·m]", tuple(series),
         x_limits=(0.0, limit if limit is not None else 1.04 * float(speed.max())),

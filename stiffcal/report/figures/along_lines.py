@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PER_ROW, PER_SHEET = 3, 12
-ROW_MM = 52.0
+PER_ROW, PER_SHEET = 3, 6
+ROW_MM = 46.0
 
 
 @canvas.styled
@@ -43,7 +43,7 @@ def draw_along_lines(states: ReportStates, runs: list[int], names: list[str]) ->
         below.set_ylim(-1.1 * largest, 1.1 * largest)
         if place % PER_ROW == 0:
             above.set_ylabel("displacement [mm]")
-            below.set_ylabel("left [µm]")
+            below.set_ylabel("left [mm]")
         if place + PER_ROW >= len(runs):
             below.set_xlabel("force along the line [N]")
     canvas.share_legend(figure, list(panels[0, 0].get_legend_handles_labels()[0]))
@@ -51,10 +51,10 @@ def draw_along_lines(states: ReportStates, runs: list[int], names: list[str]) ->
 
 
 def _largest_left(states: ReportStates, runs: list[int]) -> float:
-    """Return the largest residual of these runs, µm: their lower panels have one scale."""
+    """Return the largest residual of these runs, mm: their lower panels have one scale."""
     inside = states.used & np.isin(states.run, runs)
     residual = np.linalg.norm((states.measured - states.predicted)[inside, :3], axis=1)
-    return float(np.nanmax(1e6 * residual, initial=1.0))
+    return float(np.nanmax(1e3 * residual, initial=1e-3))
 
 
 def _draw_run(above: Axes, below: Axes, states: ReportStates, run: int, name: str) -> None:
@@ -72,7 +72,7 @@ def _draw_run(above: Axes, below: Axes, states: ReportStates, run: int, name: st
         these = is_unloading == going_back
         colour = canvas.COLOURS[1 if going_back else 0]
         face, size = ("none", 3.2) if going_back else (colour, 2.0)
-        for panel, values, label in ((above, 1e3 * measured, text), (below, 1e6 * (measured - predicted), None)):
+        for panel, values, label in ((above, 1e3 * measured, text), (below, 1e3 * (measured - predicted), None)):
             panel.plot(
                 force[these], values[these], linestyle="none", marker="o", color=colour, markerfacecolor=face,
                 markersize=size, markeredgewidth=0.5, label=label, zorder=3,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 900
 _BRANCHES = (("loading", "o", True), ("unloading", "s", False), ("", "D", True))
-_HEIGHT_MM = 62.0
+_HEIGHT_MM = 50.0
 
 
 @canvas.styled
@@ -26,7 +26,7 @@ def draw_evidence(drawn: EvidenceFigure) -> Figure:
 
     Returns
     -------
-    Figure; residuals in µm (mm where they are large) or mrad, the covariate in its own unit (° for angles).
+    Figure; residuals in mm or mrad, the covariate in its own unit (° for angles).
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, _HEIGHT_MM)
     if drawn.picture is None:
@@ -38,7 +38,7 @@ def draw_evidence(drawn: EvidenceFigure) -> Figure:
         draw_on(example, drawn.picture)
         example.set_title("what it does (example)")
     value, covariate = covariate_axis(drawn)
-    factor, unit = residual_scale(drawn)
+    factor, unit = 1e3, residual_unit(drawn)
     finite = np.flatnonzero(np.isfinite(drawn.before) & np.isfinite(drawn.after) & np.isfinite(value))
     finite = finite[canvas.thinned(np.abs(drawn.before[finite]), MOST_POINTS)]
     for panel, residual, title in ((without, drawn.before, "without it"), (with_it, drawn.after, "with it")):
@@ -64,11 +64,9 @@ def covariate_axis(drawn: EvidenceFigure) -> tuple[Floats, str]:
     return drawn.value, drawn.evidence.driver + unit
 
 
-def residual_scale(drawn: EvidenceFigure) -> tuple[float, str]:
-    """Return factor and unit of the residuals: mrad for rotations, µm or, where they are large, mm."""
-    if drawn.rotational:
-        return 1e3, "mrad"
-    return (1e3, "mm") if np.nanmax(np.abs(drawn.before), initial=0.0) >= 5e-4 else (1e6, "µm")
+def residual_unit(drawn: EvidenceFigure) -> str:
+    """Return the unit of the residuals, a thousandth of the SI unit."""
+    return "mrad" if drawn.rotational else "mm"
 
 
 def _draw_points(axes: Axes, value: Floats, residual: Floats, drawn: EvidenceFigure, known: Integers) -> None:
@@ -111,14 +109,13 @@ def draw_errors_by_run(drawn: EvidenceFigure, noise: float | None) -> Figure:
 
     Returns
     -------
-    Figure; µm, mm or mrad.
+    Figure; mm or mrad.
     """
     from stiffcal.report.figures.load_deformation import name_runs
 
     runs = drawn.evidence.by_run
-    largest = max(max(run.before, run.after) for run in runs)
-    factor, unit = (1e3, "mrad") if drawn.rotational else (1e3, "mm") if largest >= 2e-4 else (1e6, "µm")
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 48)
+    factor, unit = 1e3, residual_unit(drawn)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 38)
     axes = figure.subplots()
     at = np.arange(len(runs))
     before = np.array([run.before for run in runs]) * factor

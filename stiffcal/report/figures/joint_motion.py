@@ -25,7 +25,7 @@ def draw_joint(joint: JointPicture) -> Figure:
 
     The same scale in each row, so that what is large looks large.
     """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 70)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 66)
     panels = figure.subplots(2, 3)
     for row in range(2):
         row_curves = joint.curves[3 * row : 3 * row + 3]

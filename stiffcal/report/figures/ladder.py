@@ -64,7 +64,7 @@ def draw_ladder(
     Figure; rms in mm, mrad or N·m.
     """
     rungs = ladder_rungs(fits, zero_model, component)
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 26 + 10 * len(rungs))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 26 + 8 * len(rungs))
     handles = fill_ladder(figure.subplots(), rungs, wording.part(noise, component), component, (_LABEL_WIDTH, 2))
     canvas.share_legend(figure, handles)
     return figure
@@ -95,13 +95,17 @@ def fill_ladder(
     if floor is not None:
         axes.axvspan(low, floor, color=canvas.PALE, alpha=0.5, linewidth=0, zorder=0.2)
     axes.set_ylim(len(rungs) - 0.5, -0.5)
-    width, most_lines = label_size
-    labels = [textwrap.fill(_shorten(rung.label, most_lines * width - 12), width) for rung in rungs]
-    axes.set_yticks(range(len(rungs)), labels)
+    axes.set_yticks(range(len(rungs)), ["\n".join(label_lines(rung.label, label_size)) for rung in rungs])
     axes.xaxis.set_major_formatter(lambda value, _: wording.digits(value, 1))
     axes.xaxis.set_minor_formatter(lambda value, _: wording.digits(value, 1) if f"{value:e}"[0] in "25" else "")
     axes.set_xlabel(f"{title} [{unit}], logarithmic")
     return handles
+
+
+def label_lines(label: str, size: tuple[int, int]) -> list[str]:
+    """Return a rung's label in lines of so many letters, shortened at a word after so many lines."""
+    width, most_lines = size
+    return textwrap.wrap(label, width, max_lines=most_lines, placeholder=" …", break_on_hyphens=False) or [""]
 
 
 def leading_component(fits: Sequence[HistoryEntry]) -> str | None:
@@ -169,10 +173,6 @@ def _draw_rung(axes: Axes, row: int, rung: Rung, scale: tuple[str, float], above
 def _limits(values: Sequence[float | None]) -> tuple[float, float]:
     known = [value for value in values if value]
     return (min(known) / 1.6, max(known) * 2.2) if known else (0.1, 1.0)
-
-
-def _shorten(text: str, limit: int) -> str:
-    return text if len(text) <= limit else text[: limit - 1] + "…"
 
 
 def _legend(axes: Axes, noise: float | None) -> list[Any]:

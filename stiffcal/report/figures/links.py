@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-ROW_MM = 62.0
+ROW_MM = 46.0
 COMPONENTS = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
 # A bent link is drawn with its largest displacement as long as this share of the link.
 BENT_SHARE = 0.12
@@ -31,10 +31,10 @@ def draw_rods(picture: LinkPicture) -> Figure:
         for rod, name in enumerate(picture.rods):
             label = f"{name}, {1e3 * picture.rod_lengths[rod]:.0f} mm"
             colour = canvas.COLOURS[rod % len(canvas.COLOURS)]
-            _marks(panel, run, 1e6 * run.lengths[:, rod], colour, canvas.MARKERS[rod % len(canvas.MARKERS)], label)
+            _marks(panel, run, 1e3 * run.lengths[:, rod], colour, canvas.MARKERS[rod % len(canvas.MARKERS)], label)
             if run.modelled is not None:
-                _line(panel, run.force, 1e6 * run.modelled[:, rod], colour, "-", None)
-        _dress(panel, run, "change of length [µm]")
+                _line(panel, run.force, 1e3 * run.modelled[:, rod], colour, "-", None)
+        _dress(panel, run, "change of length [mm]")
     canvas.share_legend(figure, _handles(panels))
     return figure
 
@@ -44,7 +44,7 @@ def draw_end(picture: LinkPicture, number: int) -> Figure:
     """Draw the six displacements of the link's end over the force: marks from the rods, lines by the compliance."""
     run = picture.runs[number]
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 78)
-    for panel, first, factor, unit in zip(figure.subplots(1, 2), (0, 3), (1e6, 1e6), ("µm", "µrad"), strict=True):
+    for panel, first, factor, unit in zip(figure.subplots(1, 2), (0, 3), (1e3, 1e3), ("mm", "mrad"), strict=True):
         for k in range(first, first + 3):
             if not np.isfinite(run.end[:, k]).any():
                 continue
@@ -62,7 +62,7 @@ def draw_end(picture: LinkPicture, number: int) -> Figure:
 def draw_tool(picture: LinkPicture) -> Figure:
     """Draw the tool's displacement along the force: measured, by the model with the link and with the link rigid."""
     chosen = [number for number in picture.large_runs if picture.runs[number].tool is not None]
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 66.0 * ((len(chosen) + 1) // 2))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 48.0 * ((len(chosen) + 1) // 2))
     rows = (len(chosen) + 1) // 2
     panels = figure.subplots(2 * rows, 2, squeeze=False, gridspec_kw={"height_ratios": [2.0, 1.0] * rows})
     for place, number in enumerate(chosen):
@@ -89,10 +89,10 @@ def _draw_tool_run(above: Axes, below: Axes, run: LinkRun) -> None:
     above.set_ylabel("tool [mm]")
     above.tick_params(labelbottom=False)
     canvas.zero_lines(below)
-    _marks(below, run, 1e6 * (run.tool - run.with_link), canvas.COLOURS[0], "o", None)
+    _marks(below, run, 1e3 * (run.tool - run.with_link), canvas.COLOURS[0], "o", None)
     if run.without_link is not None:
-        _line(below, run.force, 1e6 * (run.with_link - run.without_link), canvas.COLOURS[1], (0, (4, 2)), None)
-    below.set_ylabel("left [µm]")
+        _line(below, run.force, 1e3 * (run.with_link - run.without_link), canvas.COLOURS[1], (0, (4, 2)), None)
+    below.set_ylabel("left [mm]")
     below.set_xlabel(f"force along {run.along} [N]")
 
 
@@ -129,7 +129,7 @@ def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: flo
         # rods of one height lie one behind the other: their names stand apart along the link
         wanted = float(bent.x1[-1]) * (0.08 + 0.84 * rod / max(len(picture.rods) - 1, 1))
         place = float(np.clip(wanted, min(x), max(x)))
-        text = f"{name} {1e6 * bent.change[rod]:+.1f} µm"
+        text = f"{name} {1e3 * bent.change[rod]:+.4f} mm"
         # the outermost rods are named on their outer side, the others towards the axis
         outermost = abs(y[0]) >= float(np.abs(bent.start[:, across]).max()) - 1e-9
         up = (y[0] >= 0.0) == outermost

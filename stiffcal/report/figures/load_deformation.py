@@ -14,11 +14,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-ROWS_PER_SHEET = 10
+ROWS_PER_SHEET = 5
 
 
 def direction_styles(states: ReportStates, chosen: Integers) -> dict[str, tuple[str, str]]:
-    """Give each direction of load a colour and a marker; opposite directions share the colour.
+    """Give each direction of load a colour and a marker, the same in all pictures of these states.
+
+    Opposite directions share the colour.
 
     Parameters
     ----------
@@ -27,10 +29,11 @@ def direction_styles(states: ReportStates, chosen: Integers) -> dict[str, tuple[
 
     Returns
     -------
-    label to (colour, marker).
+    label to (colour, marker), of the directions of the chosen states.
     """
-    labels = list(dict.fromkeys(str(label) for label in states.direction[chosen] if label))
-    units = {label: _unit_forces(states, chosen, label) for label in labels}
+    used = np.flatnonzero(states.used)
+    labels = sorted({str(label) for label in states.direction[used] if label})
+    units = {label: _unit_forces(states, used, label) for label in labels}
     styles: dict[str, tuple[str, str]] = {}
     n_colours = 0
     for number, label in enumerate(labels):
@@ -41,7 +44,8 @@ def direction_styles(states: ReportStates, chosen: Integers) -> dict[str, tuple[
         else:
             colour = styles[partner][0]
         styles[label] = (colour, canvas.MARKERS[number % len(canvas.MARKERS)])
-    return styles
+    drawn = set(states.direction[chosen].tolist())
+    return {label: style for label, style in styles.items() if label in drawn}
 
 
 def _unit_forces(states: ReportStates, chosen: Integers, label: str) -> dict[int, Floats]:
@@ -194,13 +198,13 @@ def draw_load_deformation(states: ReportStates, run: int, name: str = "") -> Fig
 
     Returns
     -------
-    Figure; forces in N, deflections in mm, residuals in µm, base axes.
+    Figure; forces in N, deflections in mm, residuals in mm, base axes.
     """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 92)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 80)
     panels = figure.subplots(2, 3, sharex="col", sharey="row", height_ratios=(2.6, 1.0))
     chosen = states_of_run(states, run)
     styles = direction_styles(states, chosen)
-    residual = (states.measured - states.predicted) * 1e6
+    residual = (states.measured - states.predicted) * 1e3
     for axis, letter in enumerate(canvas.AXES_NAMES):
         upper, lower = panels[0, axis], panels[1, axis]
         _draw_panel(upper, states, run, axis, styles)
@@ -208,7 +212,7 @@ def draw_load_deformation(states: ReportStates, run: int, name: str = "") -> Fig
         _draw_markers(lower, states, chosen, styles, (states.force[:, axis], residual[:, axis]))
         upper.set_title(f"{name}, along {letter}" if name else f"along {letter}")
         upper.set_ylabel(f"deflection D{letter} [mm]")
-        lower.set_ylabel("residual [µm]")
+        lower.set_ylabel("residual [mm]")
         lower.set_xlabel(f"force F{letter} [N]")
     canvas.share_legend(figure, _legend_handles(states, [run], styles))
     return figure
@@ -228,7 +232,7 @@ def draw_load_deformation_sheet(states: ReportStates, runs: list[int], names: li
     -------
     Figure; forces in N, deflections in mm, base axes.
     """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 16 + 21.5 * len(runs))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 15 + 18.0 * len(runs))
     panels = figure.subplots(len(runs), 3, sharex="col", sharey=True, squeeze=False)
     every = np.concatenate([states_of_run(states, run) for run in runs])
     many = direction_styles(states, every)
@@ -259,7 +263,7 @@ def draw_deflection_by_run(states: ReportStates, names: list[str], runs: list[in
     -------
     Figure; deflections in mm, base axes; runs along the abscissa.
     """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 135)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 96)
     panels = figure.subplots(3, 1, sharex=True)
     used = np.flatnonzero(states.used & np.isin(states.run, runs))
     at = np.array([runs.index(run) for run in states.run[used]], dtype=np.float64)
@@ -271,7 +275,7 @@ def draw_deflection_by_run(states: ReportStates, names: list[str], runs: list[in
         panel.plot(
             at, predicted, linestyle="none", marker="D", color=canvas.INK, markerfacecolor="white", label="predicted"
         )
-        panel.set_ylabel(f"deflection D{letter} [mm]")
+        panel.set_ylabel(f"D{letter} [mm]")
         panel.set_xlim(-0.8, len(runs) - 0.2)
     name_runs(panels[-1], [names[run] for run in runs])
     canvas.share_legend(figure, panels[0].get_legend_handles_labels()[0])

@@ -51,13 +51,13 @@ def draw_measured_against_predicted(states: ReportStates) -> Figure:
     Figure; deflections in mm, rotations in mrad, base axes.
     """
     rows = 2 if states.has_rotation else 1
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 53 * rows)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 44 * rows)
     panels = figure.subplots(rows, 3, squeeze=False)
     for row in range(rows):
         for axis, letter in enumerate(canvas.AXES_NAMES):
             panel = panels[row, axis]
             _draw_panel(panel, states, 3 * row + axis, 1e3)
-            quantity, unit = (f"rotation about {letter}", "mrad") if row else (f"deflection D{letter}", "mm")
+            quantity, unit = (f"R{letter}", "mrad") if row else (f"D{letter}", "mm")
             panel.set_xlabel(f"predicted {quantity} [{unit}]")
             panel.set_ylabel(f"measured {quantity} [{unit}]")
     canvas.share_legend(figure, panels[0, 0].get_legend_handles_labels()[0])

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.report import wording
 from stiffcal.report.figures import canvas
-from stiffcal.report.figures.ladder import Rung, fill_ladder, ladder_rungs
+from stiffcal.report.figures.ladder import Rung, fill_ladder, label_lines, ladder_rungs
 from stiffcal.report.figures.robot_poses import side_view
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from stiffcal.report.content import PlaceShare, ReportRun
     from stiffcal.results.history_results import HistoryEntry
 
-_LABEL_SIZE = (26, 3)
+_LABEL_SIZE = (26, 6)
 MOST_RUNGS = 8
 # Shares of the deflection below this get no number.
 _LEAST_WRITTEN, _MOST_WRITTEN = 0.01, 8
@@ -53,7 +54,9 @@ def draw_overview(
     """
     rungs = ladder_rungs(fits[-MOST_RUNGS:], zero_model, component)
     rungs += [expected] if expected is not None else []
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, max(24.0 + 9.0 * len(rungs), 58.0 if run is not None else 0.0))
+    lines = max(len(label_lines(rung.label, _LABEL_SIZE)) for rung in rungs)
+    height = 24.0 + max(9.0, 2.9 * lines) * len(rungs)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, max(height, 58.0 if run is not None else 0.0))
     if run is None:
         handles = fill_ladder(figure.subplots(), rungs, wording.part(noise, component), component, _LABEL_SIZE)
     else:
@@ -62,6 +65,16 @@ def draw_overview(
         _draw_robot(robot, run, shares)
     canvas.share_legend(figure, handles)
     return figure
+
+
+def _free_corner(line: Floats) -> tuple[bool, bool]:
+    """Return the corner of the picture that is farthest from the arm (n, 2): whether right, whether up."""
+    span = np.maximum(np.ptp(line, axis=0), 1e-9)
+    ends = (line - line.min(axis=0)) / span
+    along = np.linspace(0.0, 1.0, 9)[:, None, None]
+    points = (ends[None, :-1] + along * np.diff(ends, axis=0)[None]).reshape(-1, 2)
+    corners = ((True, False), (False, False), (True, True), (False, True))
+    return max(corners, key=lambda corner: float(np.linalg.norm(points - np.array(corner, float), axis=1).min()))
 
 
 def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> None:
@@ -94,7 +107,11 @@ def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> Non
         )  # fmt: skip
     written = [place for place in shares if place.share >= _LEAST_WRITTEN][:_MOST_WRITTEN]
     text = "\n".join(f"{place.label}  {100.0 * place.share:.0f} %" for place in written)
-    axes.annotate(text, (1.0, 0.0), xycoords="axes fraction", ha="right", va="bottom", fontsize=6)
+    right, up = _free_corner(line)
+    axes.annotate(
+        text, (float(right), float(up)), xycoords="axes fraction", ha="right" if right else "left",
+        va="top" if up else "bottom", fontsize=6,
+    )  # fmt: skip
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.22)
     axes.set_axis_off()

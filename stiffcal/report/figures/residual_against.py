@@ -31,14 +31,13 @@ def draw_residual_against(
 
     Returns
     -------
-    Figure; residuals in µm (mm where they are large), base axes; covariates in their own units.
+    Figure; residuals in mm, base axes; covariates in their own units.
     """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 26 * len(covariates) if len(covariates) > 1 else 62)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 25 * len(covariates) if len(covariates) > 1 else 62)
     panels = figure.subplots(len(covariates), 3, sharey=True, squeeze=False)
     used = np.flatnonzero(states.used)
     unnamed = "unloaded" if (states.branch[used] != "").any() else "load state"
-    in_mm = float(np.nanmax(np.abs(states.residual[used, :3]), initial=0.0)) >= 5e-4
-    factor, unit = (1e3, "mm") if in_mm else (1e6, "µm")
+    factor, unit = 1e3, "mm"
     residual = states.residual * factor
     used = used[canvas.thinned(np.linalg.norm(residual[used, :3], axis=1), MOST_POINTS)]
     limits = canvas.padded_limits(np.concatenate([residual[used, :3].ravel(), -residual[used, :3].ravel()]))

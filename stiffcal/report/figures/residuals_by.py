@@ -19,19 +19,12 @@ if TYPE_CHECKING:
     from stiffcal.validation.results import ErrorSlice
 
 Slices: TypeAlias = "Sequence[ErrorSlice]"
-_UNITS = {"translation": (1e6, "µm"), "rotation": (1e3, "mrad"), "length": (1e6, "µm")}
+_UNITS = {"translation": "mm", "rotation": "mrad", "length": "mm"}
 
 
-def _scale(parts: Slices, component: str) -> tuple[float, str]:
-    """Millimetres instead of micrometres where residuals are large."""
-    factor, unit = _UNITS[component]
-    rms = [value for part in parts if (value := wording.part(part.rms, component)) is not None]
-    return (1e3, "mm") if unit == "µm" and rms and max(rms) >= 2e-4 else (factor, unit)
-
-
-def _draw_bars(axes: Axes, parts: Slices, component: str, noise: float | None, quantity: tuple[float, str]) -> None:
+def _draw_bars(axes: Axes, parts: Slices, component: str, noise: float | None) -> None:
     """Draw rms as bars, the largest residual as a mark, the noise as a line."""
-    factor, unit = quantity
+    factor, unit = 1e3, _UNITS[component]
     at = np.arange(len(parts))
     rms, largest = (
         np.array([wording.part(measure, component) or np.nan for measure in measures]) * factor
@@ -68,13 +61,13 @@ def draw_residuals_by_run(parts: Slices, noise: Rms | None = None) -> Figure:
 
     Returns
     -------
-    Figure; µm or mm, mrad.
+    Figure; mm, mrad.
     """
     components = _components(parts)
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 12 + 38 * len(components))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 12 + 32 * len(components))
     panels = figure.subplots(len(components), 1, sharex=True, squeeze=False)[:, 0]
     for panel, component in zip(panels, components, strict=True):
-        _draw_bars(panel, parts, component, wording.part(noise, component), _scale(parts, component))
+        _draw_bars(panel, parts, component, wording.part(noise, component))
     name_runs(panels[-1], [part.label for part in parts])
     canvas.share_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure
@@ -91,21 +84,20 @@ def draw_residuals_by(groups: Sequence[tuple[str, Slices]], noise: Rms | None = 
 
     Returns
     -------
-    Figure; µm or mm, mrad; one scale for all columns.
+    Figure; mm, mrad; one scale for all columns.
     """
     every = [part for _, parts in groups for part in parts]
     components = _components(every)
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 20 + 38 * len(components))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 22 + 32 * len(components))
     widths = [max(2.0, len(parts)) for _, parts in groups]
     panels = figure.subplots(
         len(components), len(groups), sharex="col", sharey="row", squeeze=False, width_ratios=widths
     )  # fmt: skip
     for row, component in enumerate(components):
-        quantity = _scale(every, component)
         top = 0.0
         for column, (title, parts) in enumerate(groups):
             panel = panels[row, column]
-            _draw_bars(panel, parts, component, wording.part(noise, component), quantity)
+            _draw_bars(panel, parts, component, wording.part(noise, component))
             top = max(top, panel.get_ylim()[1])
             panel.set_ylim(0, top)
             if column:

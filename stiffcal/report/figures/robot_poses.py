@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PER_SHEET = 20
 # Parallel projection: the eye stands this far to the side of where the arm mostly points, and this high, degrees.
 _ASIDE, _ELEVATION = 60.0, 22.0
 _ARROWS_PER_RUN = 6
@@ -69,13 +68,6 @@ def side_view(stick: Floats) -> Floats:
     return _view(float(np.rad2deg(np.arctan2(reach[1], reach[0]))) - 90.0, 0.0)
 
 
-_VIEWS = {
-    "from the side": (np.array([[1.0, 0, 0], [0, 0, 1.0]]), "x", "z"),
-    "from the front": (np.array([[0, 1.0, 0], [0, 0, 1.0]]), "y", "z"),
-    "from above": (np.array([[1.0, 0, 0], [0, 1.0, 0]]), "x", "y"),
-}
-
-
 def _draw_stick(axes: Axes, stick: Floats, colour: str, width: float, joints: bool = True) -> None:
     axes.plot(stick[:, 0], stick[:, 1], color=colour, linewidth=width, solid_joinstyle="round", zorder=2)
     if joints:
@@ -120,39 +112,6 @@ def _end(run: ReportRun) -> Floats:
 
 
 @canvas.styled
-def draw_robot_poses(runs: Sequence[ReportRun], states: ReportStates | None, scale: float | None = None) -> Figure:
-    """Draw all poses over each other, from the side, the front and above, with residual arrows at the target.
-
-    Parameters
-    ----------
-    runs : the runs; those without a stick figure are left out.
-    states : the load states; None draws no arrows.
-    scale : magnification of the arrows; None: chosen by `arrow_scale`.
-
-    Returns
-    -------
-    Figure; base axes, m.
-    """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 72)
-    panels = figure.subplots(1, 3)
-    drawn = [(number, run) for number, run in enumerate(runs) if run.stick is not None]
-    magnify = scale or (arrow_scale(runs, states) if states is not None else 1.0)
-    for panel, (title, (view, across, up)) in zip(panels, _VIEWS.items(), strict=True):
-        for number, run in drawn:
-            assert run.stick is not None
-            points = np.concatenate([run.stick, _end(run)[None]])
-            _draw_stick(panel, points @ view.T, "#9a9a9a", 0.6 if len(drawn) > 15 else 0.9, joints=len(drawn) <= 15)
-            if states is not None:
-                _, residual = residual_arrows(states, number)
-                _draw_arrows(panel, view @ _end(run), magnify * residual @ view.T, 0.7)
-        panel.set_aspect("equal", adjustable="datalim")
-        panel.set_title(title)
-        panel.set_xlabel(f"{across} [m]")
-        panel.set_ylabel(f"{up} [m]")
-    return figure
-
-
-@canvas.styled
 def draw_pose_sheet(
     runs: Sequence[ReportRun], numbers: Sequence[int], states: ReportStates | None, scale: float, columns: int = 4
 ) -> Figure:
@@ -161,7 +120,7 @@ def draw_pose_sheet(
     Parameters
     ----------
     runs : all runs.
-    numbers : indices of the runs to draw, at most `PER_SHEET` look well.
+    numbers : indices of the runs to draw.
     states : the load states; None draws no arrows.
     scale : magnification of the arrows.
     columns : pictures side by side.

@@ -38,13 +38,11 @@ def _quantities(result: MapResult) -> list[_Quantity]:
     workspace, task, shape = result.found, result.task, result.grid.shape
     quantities = []
     if task.wrench.any():
-        for name, size, units in (
-            ("position error", workspace.position_error, ("µm", "mm")),
-            ("orientation error", workspace.orientation_error, ("µrad", "mrad")),
+        for name, size, unit in (
+            ("position error", workspace.position_error, "mm"),
+            ("orientation error", workspace.orientation_error, "mrad"),
         ):
-            small = bool(np.nanmax(size, initial=0.0) < 1e-4)
-            values = (1e6 if small else 1e3) * size.reshape(shape)
-            quantities.append(_Quantity(name, units[0] if small else units[1], values))
+            quantities.append(_Quantity(name, unit, 1e3 * size.reshape(shape)))
     if task.direction is not None:
         text = ", ".join(f"{value:.3g}" for value in task.direction)
         quantities.append(_Quantity(f"stiffness along ({text})", "N/mm", 1e-3 * workspace.stiffness.reshape(shape)))

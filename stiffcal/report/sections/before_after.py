@@ -8,6 +8,7 @@ from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
+from stiffcal.report.estimates import estimate_text, printed_unit
 from stiffcal.report.sections.stiffness import where_words
 
 ORDER = 35
@@ -20,12 +21,12 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     for change in content.fit_changes:
         own = "" if change.own else " (not computed by you)"
         blocks.append(SubheadingBlock(f"{change.change}: fit {change.before} → fit {change.after}{own}"))
-        blocks += _values(change.values, content.joint_names)
+        blocks += _values(change.values, content)
     diagnosis = content.diagnose
     if diagnosis is not None and diagnosis.before_after:
         names = wording.listing(wording.effect_at(effect) for effect in diagnosis.missing)
         blocks.append(SubheadingBlock(f"What adding {names} would change"))
-        blocks += _values(diagnosis.before_after, content.joint_names)
+        blocks += _values(diagnosis.before_after, content)
     if not blocks:
         return LeftOut(_TITLE, "the model of these load states has not changed, and nothing is to be added")
     return ReportSection(_TITLE, (Paragraph(_lead()), *blocks))
@@ -38,7 +39,7 @@ def _lead() -> str:
     )
 
 
-def _values(values: Sequence[BeforeAfter], joint_names: tuple[str, ...]) -> list[Block]:
+def _values(values: Sequence[BeforeAfter], content: ReportContent) -> list[Block]:
     """Return a table of what moved beyond its interval or is new, and how much of the rest stayed within."""
     listed = [value for value in values if value.outside_interval or value.before is None or value.after is None]
     listed.sort(key=lambda value: (not value.outside_interval, -abs(value.relative or 0.0)))
@@ -48,41 +49,31 @@ def _values(values: Sequence[BeforeAfter], joint_names: tuple[str, ...]) -> list
         return [Paragraph(f"No value moved by more than its 95 % interval ({n_within} compared).")]
     columns = (
         TableColumn("place", align="left"), TableColumn("effect", align="left", width=1.0),
-        TableColumn("before, ± 95 %"), TableColumn("after, ± 95 %"), TableColumn("unit", align="left"),
+        TableColumn("before"), TableColumn("after"), TableColumn("unit", align="left"),
         TableColumn("change"),
     )  # fmt: skip
-    rows = tuple(_row(value, joint_names) for value in listed)
-    caption = "Values that moved by more than their 95 % interval, and values that one of the two models lacks."
+    rows = tuple(_row(value, content) for value in listed)
+    caption = (
+        "Values, ± 95 %, that moved by more than their 95 % interval, and values that one of the two models lacks."
+    )
     return [TableBlock(columns, rows, f"{caption} {within}" if n_within else caption)]
 
 
-def _row(value: BeforeAfter, joint_names: tuple[str, ...]) -> tuple[str, ...]:
+def _row(value: BeforeAfter, content: ReportContent) -> tuple[str, ...]:
     symbol = value.name.rsplit(".", 1)[-1]
-    unit = wording.unit_words(value.unit)
-    printed, scale = _PRINTED_UNITS.get(unit, (unit, 1.0))
+    printed, scale = printed_unit(value.unit, content.drift_follows)
     change = wording.DASH
     if value.relative is not None:
         sign = "+" if value.relative > 0 else ""
         change = f"{sign}{wording.percent(value.relative)}"
     return (
-        where_words(value.where, joint_names), value.effect + ("" if symbol == "c" else f", {symbol}"),
+        where_words(value.where, content.joint_names), value.effect + ("" if symbol == "c" else f", {symbol}"),
         _estimate(value.before, scale), _estimate(value.after, scale), printed, change,
     )  # fmt: skip
-
-
-_PRINTED_UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "N/m": ("N/µm", 1e-6), "N/rad": ("N/mrad", 1e-3)}
 
 
 def _estimate(estimate: EstimatedValue | None, scale: float) -> str:
     if estimate is None:
         return "not in the model"
-    low, high = (None if end is None else end * scale for end in estimate.interval or (None, None))
-    if estimate.value is None:
-        return f"above {wording.digits(low)}" if low is not None else "not identified"
-    value = estimate.value * scale
-    if estimate.interval is None:
-        return wording.digits(value)
-    if low is None or high is None or abs(high + low - 2.0 * value) > 0.1 * (high - low):
-        ends = (wording.digits(low) if low is not None else "−∞", wording.digits(high) if high is not None else "∞")
-        return f"{wording.digits(value)} ({ends[0]} … {ends[1]})"
-    return f"{wording.digits(value)} ± {wording.digits((high - low) / 2.0, 2)}"
+    text = estimate_text(estimate.value, estimate.interval, scale)
+    return "not identified" if text == wording.DASH else text

@@ -10,6 +10,7 @@ from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
     Facts,
+    Items,
     LeftOut,
     Paragraph,
     ReportSection,
@@ -20,6 +21,10 @@ from stiffcal.report.blocks import (
 from stiffcal.report.content import ReportContent, ReportStates
 
 ORDER = 20
+MOST_WARNINGS = 4
+"""More warnings are listed here, not on the first page."""
+MOST_RUNS_HERE = 24
+"""More runs are listed in an appendix."""
 _MOST_ANGLE_COLUMNS = 8
 _TITLE = "The campaign at a glance"
 
@@ -31,13 +36,24 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     blocks: list[Block] = [Facts(_facts(content))]
     if content.instruments:
         blocks.append(_instruments(content))
-    blocks.append(_runs(content))
+    if len(content.runs) <= MOST_RUNS_HERE:
+        blocks.append(runs_table(content))
+    else:
+        blocks.append(Paragraph(f"The {len(content.runs)} runs with their joint angles are listed in an appendix."))
+    if len(warnings := warnings_of(content)) > MOST_WARNINGS:
+        blocks += [SubheadingBlock("Warnings"), Items(tuple(warnings))]
     blocks.append(SubheadingBlock("What was set aside"))
     if content.set_aside:
         blocks.append(_set_aside(content))
     else:
         blocks.append(Paragraph("Nothing: all that was read was used."))
-    return ReportSection(_TITLE, tuple(blocks), new_page=True)
+    return ReportSection(_TITLE, tuple(blocks))
+
+
+def warnings_of(content: ReportContent) -> list[str]:
+    """Return the warnings of all steps, each once."""
+    results = (content.ingest, content.identify, content.validate)
+    return list(dict.fromkeys(text for result in results if result is not None for text in result.warnings))
 
 
 def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
@@ -58,7 +74,8 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
     rows.append(("load states used", wording.count(int(states.used.sum()), "state") + besides))
     if directions:
         rows.append(("directions of force", wording.listing(directions, 12)))
-    rows.append(("loads", f"up to {wording.digits(float(load.max()))} N"))
+    if load.max() > 0.0:
+        rows.append(("loads", f"up to {wording.digits(float(load.max()))} N"))
     rows.append(("largest deflection", f"{wording.length(float(deflection.max()))}"))
     rows.append(("measured", "displacement and rotation" if states.has_rotation else "displacement, no rotation"))
     return tuple(rows)
@@ -83,7 +100,8 @@ def _instruments(content: ReportContent) -> TableBlock:
     return TableBlock(columns, rows, "Instruments. “Averaged”: the table came with one row per load state.")
 
 
-def _runs(content: ReportContent) -> TableBlock:
+def runs_table(content: ReportContent) -> TableBlock:
+    """Return the table of all runs."""
     few = len(content.joint_names) <= _MOST_ANGLE_COLUMNS
     finite = any(np.isfinite(run.joints).any() for run in content.runs)
     angles = content.joint_names if few and finite else ()

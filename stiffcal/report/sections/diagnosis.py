@@ -45,7 +45,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.extend(_pattern(diagnosis.pattern))
     if diagnosis.superfluous:
         names = wording.listing(map(wording.effect_at, diagnosis.superfluous))
-        blocks.append(Paragraph(f"Not needed: {names}. Without it the error in held-out poses is no larger."))
+        its = "it" if len(diagnosis.superfluous) == 1 else "any of them"
+        blocks.append(Paragraph(f"Not needed: {names}. Without {its} the error in held-out poses is no larger."))
     blocks.extend(_way_here(content))
     return ReportSection(_TITLE, tuple(blocks))
 

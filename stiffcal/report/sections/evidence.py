@@ -1,4 +1,7 @@
-"""The evidence, effect by effect: the residual against what drives it, before and after."""
+"""The evidence for each missing effect: the residual against what drives it, before and after.
+
+That for effects that the model holds already is in an appendix, `stiffcal.report.sections.evidence_appendix`.
+"""
 
 from __future__ import annotations
 
@@ -11,50 +14,68 @@ from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, PictureBlock, ReportSection, SubheadingBlock
 from stiffcal.report.content import EvidenceFigure, ReportContent
+from stiffcal.report.estimates import parameter_text, printed_unit
 from stiffcal.report.figures.evidence import MOST_POINTS, draw_errors_by_run, draw_evidence
 
 ORDER = 74
-_TITLE = "The evidence, effect by effect"
+_TITLE = "The evidence for what is missing"
 # A chart with more runs than this has marks too close to distinguish.
 _MOST_RUNS = 60
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
-    """Lay out the evidence for each effect that is missing, or that the model gained."""
+    """Lay out the evidence for each effect that is missing."""
     if content.diagnose is None:
         return LeftOut(_TITLE, content.not_diagnosed)
-    if not content.evidence:
-        reason = "the diagnosis kept no evidence of single effects"
-        if not content.diagnose.has_searched:
-            reason = "there are no load states in which effects could be judged"
-        elif not content.diagnose.missing:
-            reason = (
-                "no effect on load states is missing, and the model holds none beyond the joints’ compliances that is "
-                "judged alone"
-            )
-        if content.diagnose.unexplained:
-            reason = "no effect accounts for what is left, so none is shown"
-        return LeftOut(_TITLE, reason)
-    blocks: list[Block] = [
-        Paragraph(
-            "Every effect is judged alone: the model without it is fitted again, everything else free, and both models "
-            "predict each pose from the others only. The residual is read along the direction in which the effect "
-            "moves the target. An effect that is real leaves its trace in the left picture and none in the middle one."
-        )
-    ]
-    for figure in content.evidence:
-        blocks.extend(_of_effect(content.diagnose, figure))
+    figures = [figure for figure in content.evidence if figure.missing]
+    if not figures:
+        return LeftOut(_TITLE, _why_none(content.diagnose))
+    blocks: list[Block] = [Paragraph(HOW_JUDGED)]
+    for figure in figures:
+        blocks.extend(evidence_of(content.diagnose, figure, content.drift_follows))
     return ReportSection(_TITLE, tuple(blocks))
 
 
-def _of_effect(diagnosis: DiagnoseResult, figure: EvidenceFigure) -> list[Block]:
+HOW_JUDGED = (
+    "Every effect is judged alone: the model without it is fitted again, everything else free, and both models "
+    "predict each pose from the others only. The residual is read along the direction in which the effect "
+    "moves the target. An effect that is real leaves its trace in the left picture and none in the middle one."
+)
+
+
+def _why_none(diagnosis: DiagnoseResult) -> str:
+    """Return why there is no evidence to show."""
+    if diagnosis.missing:
+        return "the diagnosis kept no evidence of single effects"
+    if diagnosis.unexplained:
+        return "no effect of the catalogue accounts for what is left"
+    if not diagnosis.has_searched:
+        return "no load states, in which effects could be judged"
+    return "no effect is missing"
+
+
+def evidence_of(
+    diagnosis: DiagnoseResult, figure: EvidenceFigure, drift_follows: str, by_run: bool = True
+) -> list[Block]:
+    """Lay out the evidence for one effect.
+
+    Parameters
+    ----------
+    diagnosis : of the present fit. figure : the effect. drift_follows : as in `ReportContent`.
+    by_run : with the chart of errors run by run.
+    """
     evidence = figure.evidence
-    blocks: list[Block] = [SubheadingBlock(f"{evidence.effect}, {wording.place(evidence.where)} ({evidence.status})")]
-    text = figure.seen or f"{_capital(figure.fingerprint or figure.summary)}."
+    blocks: list[Block] = [SubheadingBlock(f"{wording.effect_at(evidence)}: {evidence.status}")]
+    text = figure.seen or f"{wording.capital(figure.fingerprint or figure.summary)}."
     blocks.append(Paragraph(f"{text} {_rms_reduction_words(evidence)}"))
-    facts = [("what it is", _capital(figure.summary) + ".")]
+    facts = [("what it is", wording.capital(figure.summary) + ".")]
     if figure.parameters:
-        facts.append(("as fitted", "; ".join(_parameter_words(parameter) for parameter in figure.parameters)))
+        facts.append(
+            (
+                "as fitted, ± 95 %",
+                "; ".join(_parameter_words(parameter, drift_follows) for parameter in figure.parameters),
+            )
+        )
     if figure.seen:
         names = [wording.effect_at(alternative) for alternative in figure.alternatives]
         facts.append(("looks the same", wording.listing(names, 6) if names else "nothing else in the catalogue"))
@@ -62,7 +83,7 @@ def _of_effect(diagnosis: DiagnoseResult, figure: EvidenceFigure) -> list[Block]
         facts.append(("to check", figure.check))
     blocks.append(Facts(tuple(facts)))
     blocks.append(PictureBlock(partial(draw_evidence, figure), _caption(figure)))
-    if 1 < len(evidence.by_run) <= _MOST_RUNS:
+    if by_run and 1 < len(evidence.by_run) <= _MOST_RUNS:
         noise = wording.part(diagnosis.noise, evidence.component)
         better = sum(run.after < run.before for run in evidence.by_run)
         caption = (
@@ -107,13 +128,6 @@ def _caption(figure: EvidenceFigure) -> str:
     return text
 
 
-def _parameter_words(parameter: IdentifiedParameter) -> str:
-    symbol, unit = parameter.name.rpartition(".")[2], wording.unit_words(parameter.unit)
-    text = f"{symbol} = {wording.digits(parameter.value)}"
-    if parameter.std is not None:
-        text += f" ± {wording.digits(parameter.std, 2)}"
-    return text if unit in ("", "1") else f"{text} {unit}"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
+def _parameter_words(parameter: IdentifiedParameter, drift_follows: str) -> str:
+    unit, scale = printed_unit(parameter.unit, drift_follows)
+    return f"{parameter.name.rpartition('.')[2]} = {parameter_text(parameter, scale)} {unit}".rstrip()

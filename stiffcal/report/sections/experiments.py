@@ -20,6 +20,7 @@ from stiffcal.report.blocks import (
 )
 from stiffcal.report.blocks import TableColumn as Column
 from stiffcal.report.content import ReportContent
+from stiffcal.report.estimates import estimate_text
 from stiffcal.report.figures.panels import draw_panels
 
 ORDER = 44
@@ -33,7 +34,7 @@ def section(content: ReportContent) -> tuple[ReportSection | LeftOut, ...]:
 def _section_of(page: Page) -> ReportSection | LeftOut:
     if not page.blocks:
         return LeftOut(page.title, page.why_empty)
-    return ReportSection(page.title, tuple(_block(block) for block in page.blocks), new_page=True)
+    return ReportSection(page.title, tuple(_block(block) for block in page.blocks))
 
 
 def _block(block: presentation.Block) -> Block:
@@ -45,15 +46,19 @@ def _block(block: presentation.Block) -> Block:
         case presentation.Subheading():
             return SubheadingBlock(block.text)
         case presentation.Table():
-            columns = tuple(
-                Column(column.title, column.unit, align="right" if column.numbers else "left")
-                for column in block.columns
-            )
-            return TableBlock(columns, tuple(tuple(text_of(cell) for cell in row) for row in block.rows), block.caption)
+            return table_of(block, block.caption)
         case presentation.Picture():
             return PictureBlock(partial(draw_panels, block), text_of(block.caption))
         case _:
             assert_never(block)
+
+
+def table_of(table: presentation.Table, caption: str) -> TableBlock:
+    """Return a table of a kind of experiment as the report sets it."""
+    columns = tuple(
+        Column(column.title, column.unit, align="right" if column.numbers else "left") for column in table.columns
+    )
+    return TableBlock(columns, tuple(tuple(text_of(cell) for cell in row) for row in table.rows), caption)
 
 
 def text_of(words: Words) -> str:
@@ -70,7 +75,7 @@ def text_of(words: Words) -> str:
             case Digits(value, significant):
                 text += wording.digits(value, significant)
             case Interval(value, low, high):
-                text += f"{wording.digits(value)} ({wording.digits(low)} … {wording.digits(high)})"
+                text += estimate_text(value, (low, high))
             case Names(names):
                 text += wording.listing(names)
             case Joints(joints):

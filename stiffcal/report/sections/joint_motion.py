@@ -49,7 +49,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
         blocks += [PictureBlock(partial(draw_joint, joint), _caption(joint)) for joint in joints]
     if cartesian:
         blocks += _cartesian(cartesian)
-    return ReportSection(_TITLE if joints else "Cartesian stiffness", tuple(blocks), new_page=True)
+    return ReportSection(_TITLE if joints else "Cartesian stiffness", tuple(blocks))
 
 
 def _n_identified(joints: tuple[JointPicture, ...], kind: str) -> tuple[int, int]:

@@ -8,7 +8,7 @@ from functools import partial
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, PictureBlock, ReportSection, TableBlock, TableColumn
+from stiffcal.report.blocks import Block, LeftOut, Paragraph, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.ladder import draw_ladder, leading_component
 from stiffcal.report.figures.overview import MOST_RUNGS
@@ -16,16 +16,16 @@ from stiffcal.results.history_results import HistoryEntry
 
 ORDER = 15
 _TITLE = "From no model to the noise: the ladder of fits"
-_MOST_STEPS = 25
+_MOST_STEPS = 9
 # Captions of the measures' ladders; the first one drawn has its numbers in words.
 _ALSO = {
-    "translation": "The same ladder for the target's place.",
-    "rotation": "The same ladder for the measured rotations.",
-    "motor_angle": "The same ladder for the angles of clamped motors.",
-    "torque": "The same ladder for the torques of drives in motion.",
+    "translation": "The ladder for the target's position.",
+    "rotation": "The ladder for the measured rotations.",
+    "motor_angle": "The ladder for the angles of clamped motors.",
+    "torque": "The ladder for the torques of drives in motion.",
 }
 _TITLES = {
-    "translation": "place",
+    "translation": "position",
     "rotation": "rotation",
     "length": "rods",
     "motor_angle": "clamped motors",
@@ -45,9 +45,10 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     present = None if content.identify is None else content.identify.fit_id
     drawn_fits = sorted(fits, key=lambda fit: fit.id == present)[-_MOST_STEPS:]
     blocks: list[Block] = []
-    # A bench's first page holds this very picture.
-    is_bench = content.states is None or not content.states.used.any()
-    on_first_page = leading_component(drawn_fits) if is_bench and len(fits) <= MOST_RUNGS else None
+    # the first page holds this very picture
+    on_first_page = leading_component(drawn_fits) if len(fits) <= MOST_RUNGS else None
+    if on_first_page is not None:
+        blocks.append(Paragraph(_caption(drawn_fits, zero, noise, on_first_page)))
     for component, text in _ALSO.items():
         if component != on_first_page and any(wording.part(fit.fit_rms, component) is not None for fit in drawn_fits):
             caption = text if blocks else _caption(drawn_fits, zero, noise, component)
@@ -59,7 +60,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 
 def _caption(fits: Sequence[HistoryEntry], zero: Rms | None, noise: Rms | None, component: str) -> str:
-    text = "Error in held-out poses, fit by fit, each rung with what the model gained"
+    text = "Error in held-out poses, fit by fit, with what the model gained"
     last = next((fit for fit in reversed(fits) if wording.part(fit.heldout_rms, component) is not None), None)
     floor, start = wording.part(noise, component), wording.part(zero, component)
     if last is not None:
@@ -80,14 +81,14 @@ def _table(fits: Sequence[HistoryEntry]) -> TableBlock:
     measures = [name for name in _TITLES if any(wording.part(fit.fit_rms, name) is not None for fit in fits)]
     columns = (
         TableColumn("fit", align="left"),
-        TableColumn("time", align="left"),
+        TableColumn("time (UTC)", align="left"),
         TableColumn("model", align="left", width=1.0),
-        *(TableColumn(f"{_TITLES[name]}, {data}") for name in measures for data in ("held-out", "fitted")),
+        *(TableColumn(f"{_TITLES[name]},\n{data}") for name in measures for data in ("held-out", "fitted")),
     )
     rows = []
     before: ModelSummary | None = None
     for fit in fits:
-        time = fit.time.replace("T", " ").removesuffix("Z")
+        time = fit.time[:16].replace("T", "\n")
         model = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
         before = fit.model
         errors = [{name: wording.part(rms, name)} for name in measures for rms in (fit.heldout_rms, fit.fit_rms)]
@@ -100,5 +101,5 @@ def _table(fits: Sequence[HistoryEntry]) -> TableBlock:
                 *(wording.measure_text(error) for error in errors),
             )
         )
-    caption = "All fits of this campaign, oldest first (times in UTC): the model, then what changed; errors are rms."
+    caption = "All fits of this campaign, oldest first: the model, then what changed; errors are rms."
     return TableBlock(columns, tuple(rows), caption)

@@ -56,7 +56,7 @@ def section(content: ReportContent) -> ReportSection | None:
         blocks += _of_link(picture, link_results.get(picture.link))
     if fit is not None and fit.coupling is not None:
         blocks += _coupling(fit.coupling)
-    return ReportSection(_TITLE, tuple(blocks), new_page=True)
+    return ReportSection(_TITLE, tuple(blocks))
 
 
 def _of_link(picture: LinkPicture, link_result: LinkResult | None) -> list[Block]:

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, Paragraph, PictureBlock, ReportSection, SubheadingBlock
+from stiffcal.report.blocks import Block, LeftOut, Paragraph, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent, ReportStates
 from stiffcal.report.figures import along_lines as lines
 from stiffcal.report.figures import load_deformation as drawing
@@ -105,11 +105,10 @@ def _curves(content: ReportContent, states: ReportStates, curves: list[int]) -> 
     drawn_runs = (
         rest if len(rest) <= _MOST_SMALL else [rest[i] for i in np.linspace(0, len(rest) - 1, _MOST_SMALL).astype(int)]
     )
-    if drawn_runs:
-        blocks.append(SubheadingBlock("The other runs"))
     for sheet in map(list, wording.in_sheets(drawn_runs, drawing.ROWS_PER_SHEET)):
         names = [content.runs[number].name for number in sheet]
-        caption = f"Deflection against force in {wording.listing(names)}, all to one scale per axis."
+        other = "the other runs" if len(chosen) else "the runs"
+        caption = f"Deflection against force in {other}: {wording.listing(names)}; one scale per axis."
         if len(drawn_runs) < len(rest):
             caption += f" Of {len(rest)} such runs {len(drawn_runs)}, evenly spread, are drawn."
         blocks.append(PictureBlock(partial(drawing.draw_load_deformation_sheet, states, sheet, names), caption))
@@ -162,10 +161,14 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -
         if int(states.used.sum()) <= len(content.runs)
         else f"fewer than {_FEWEST_STATES} load states each"
     )
+    drawn_runs = _worst_singles(states, singles)
+    verb = "holds" if len(singles) == 1 else "hold"
     text = (
-        f"{wording.count(len(singles), 'run')} hold {few}, so no curve against force can be drawn for them. Each run’s "
-        "measured and predicted deflection stand above one another instead; the line between them is the residual."
+        f"{wording.count(len(singles), 'run')} {verb} {few}, so no curve against force can be drawn for them. Measured "
+        "and predicted deflection are drawn run by run instead; the line between them is the residual."
     )
+    if len(drawn_runs) < len(singles):
+        text += f" The {len(drawn_runs)} runs with the largest residuals are drawn."
     names = [run.name for run in content.runs]
     blocks: list[Block] = [Paragraph(text)]
     heldout = " by a fit without that pose" if states.predicted_heldout is not None else " by the fit"
@@ -175,9 +178,17 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -
     caption = (
         f"Deflection in each run, measured and predicted{heldout}. Largest difference: run "
         f"{names[int(states.run[worst])]}, "
-        f"{wording.length(float(off[worst]))} under {wording.digits(float(states.load[worst]))} N."
+        f"{wording.length(float(off[worst]))}"
+        + (f" under {wording.digits(float(states.load[worst]))} N." if states.load[worst] > 0.0 else ".")
     )
-    for group in map(list, wording.in_sheets(singles, _MOST_SINGLES)):
-        picture = partial(drawing.draw_deflection_by_run, states, names, group)
-        blocks.append(PictureBlock(picture, caption))
-    return blocks
+    picture = partial(drawing.draw_deflection_by_run, states, names, drawn_runs)
+    return [*blocks, PictureBlock(picture, caption)]
+
+
+def _worst_singles(states: ReportStates, singles: list[int]) -> list[int]:
+    """Return the runs with the largest residuals, in their order, as many as a picture shows."""
+    if len(singles) <= _MOST_SINGLES:
+        return singles
+    off = np.linalg.norm(np.nan_to_num(states.residual[:, :3]), axis=1)
+    largest = {run: float(off[states.used & (states.run == run)].max(initial=0.0)) for run in singles}
+    return sorted(sorted(singles, key=lambda run: -largest[run])[:_MOST_SINGLES])

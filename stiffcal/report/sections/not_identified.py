@@ -19,16 +19,20 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
     elsewhere = content.parameters_on_pages
-    named = [
-        group.reason
+    groups = [
+        group
         for group in content.identify.not_identifiable
         if not group.parameters or not set(group.parameters) <= elsewhere
+    ]
+    named = [
+        f"{wording.listing(group.parameters, 24)}: {group.reason}" if group.parameters else group.reason
+        for group in groups
     ]
     parameters = [parameter for parameter in content.identify.parameters if parameter.name not in elsewhere]
     open_ones = [
         f"{parameter.name} ({where_words(parameter.where, content.joint_names)}): no value"
         for parameter in parameters
-        if not parameter.identifiable
+        if not parameter.identifiable and not any(parameter.name in group.parameters for group in groups)
     ]
     hardly = _hardly([parameter for parameter in parameters if parameter.poorly_known], content.joint_names)
     if hardly and not named and not open_ones:

@@ -16,8 +16,8 @@ from stiffcal.report.blocks import (
 )
 from stiffcal.report.content import ReportContent
 
-ORDER = 76
-_TITLE = "Every effect that was tried"
+ORDER = 910
+_TITLE = "Appendix: every effect that was tried"
 _MOST_ROWS = 15
 # Where every candidate is rejected, the first few are enough.
 _FEW_ROWS = 8

@@ -118,7 +118,11 @@ def _by_groups(validation: ValidateResult) -> list[Block]:
         blocks.append(PictureBlock(partial(draw_residuals_by, groups, validation.noise), caption))
     angles = validation.by_joint_angle
     if len(angles) > 1:
-        caption = f"Residual by joint angle: {_extremes(angles)}{_noise_words(validation)}"
+        named = [
+            replace(part, label=f"joint {part.joint}, {label}")
+            for part, label in zip(angles, _degrees(angles), strict=True)
+        ]
+        caption = f"Residual by joint angle: {_extremes(named)}{_noise_words(validation)}"
         joints = list(dict.fromkeys(part.joint for part in angles))
         for sheet in wording.in_sheets(range(len(joints)), _JOINTS_PER_PICTURE):
             groups = [
@@ -130,6 +134,16 @@ def _by_groups(validation: ValidateResult) -> list[Block]:
             ]
             blocks.append(PictureBlock(partial(draw_residuals_by, groups, validation.noise), caption))
     return blocks
+
+
+def _degrees(parts: Sequence[ErrorSlice]) -> list[str]:
+    """Return ranges of angles in words; the label of a part that is no range."""
+    return [
+        part.label
+        if part.low is None or part.high is None
+        else f"{math.degrees(part.low):.0f}° to {math.degrees(part.high):.0f}°".replace("-", "−")
+        for part in parts
+    ]
 
 
 def _short(parts: Sequence[ErrorSlice], unit: str) -> list[ErrorSlice]:

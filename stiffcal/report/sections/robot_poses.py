@@ -7,47 +7,64 @@ from functools import partial
 import numpy as np
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, PictureBlock, ReportSection
+from stiffcal.report.blocks import LeftOut, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import robot_poses as drawing
 
 ORDER = 80
 _TITLE = "The robot in its poses"
-_MOST_POSES = 60
+_MOST_POSES = 12
+_COLUMNS = 6
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
-    """Lay out all poses over each other, then each by itself."""
-    numbers = [number for number, run in enumerate(content.runs) if run.stick is not None]
+    """Lay out a few poses, each by itself: those with the largest residuals, and others evenly spread."""
+    numbers = _distinct(content)
     if not numbers:
         return LeftOut(_TITLE, "there are no load states, or the robot has no dimensions (a joint on a bench)")
-    states = content.states if content.identify is not None else None
+    has_residuals = content.identify is not None and content.states is not None and bool(content.states.used.any())
+    states = content.states if has_residuals else None
     scale = drawing.arrow_scale(content.runs, states) if states is not None else 1.0
-    arrows = " No arrows: no model has been fitted."
+    longest = [0.0] * len(content.runs)
     if states is not None:
-        longest = max(
-            float(np.linalg.norm(drawing.residual_arrows(states, n)[1], axis=1).max(initial=0.0)) for n in numbers
-        )
-        arrows = (
+        for number in numbers:
+            arrows = drawing.residual_arrows(states, number)[1]
+            longest[number] = float(np.linalg.norm(arrows, axis=1).max(initial=0.0))
+    chosen = _chosen(numbers, longest)
+    caption = _caption(len(chosen), len(numbers), has_residuals)
+    if states is not None:
+        caption += (
             " Arrows: residual (measured minus predicted) at the largest load of each direction, drawn "
-            f"{wording.digits(scale)} times their length; the longest is {wording.length(longest)}."
+            f"{wording.digits(scale)} times their length; the longest is {wording.length(max(longest))}. The bar in "
+            "the last picture gives the scales."
         )
-    overview = partial(drawing.draw_robot_poses, content.runs, states, scale)
-    caption = f"All {wording.count(len(numbers), 'pose')} from three sides, base axes.{arrows}"
-    blocks: list[Block] = [PictureBlock(overview, caption)]
-    drawn_runs = (
-        numbers
-        if len(numbers) <= _MOST_POSES
-        else [numbers[i] for i in np.linspace(0, len(numbers) - 1, _MOST_POSES).astype(int)]
-    )
-    columns = 4 if len(drawn_runs) <= 12 else 5
-    for sheet in wording.in_sheets(drawn_runs, drawing.PER_SHEET, multiple=columns):
-        names = f"{content.runs[sheet[0]].name} to {content.runs[sheet[-1]].name}"
-        caption = f"Poses {names}, viewed from the side and from above; circles: joints, grey: the shadow on the floor."
-        caption += " The bar in the last picture gives the scales." if states is not None else ""
-        if len(drawn_runs) < len(numbers):
-            caption += f" {len(drawn_runs)} of {len(numbers)} poses are drawn."
-        blocks.append(
-            PictureBlock(partial(drawing.draw_pose_sheet, content.runs, sheet, states, scale, columns), caption)
-        )
-    return ReportSection(_TITLE, tuple(blocks))
+    columns = min(_COLUMNS, max(len(chosen), 4))
+    picture = partial(drawing.draw_pose_sheet, content.runs, chosen, states, scale, columns)
+    return ReportSection(_TITLE, (PictureBlock(picture, caption),))
+
+
+def _distinct(content: ReportContent) -> list[int]:
+    """Return the runs to choose from: the first of each pose."""
+    poses: dict[tuple[float, ...], int] = {}
+    for number, run in enumerate(content.runs):
+        if run.stick is not None:
+            poses.setdefault(tuple(np.round(run.joints, 2).tolist()), number)
+    return list(poses.values())
+
+
+def _chosen(numbers: list[int], longest: list[float]) -> list[int]:
+    """Return the runs to draw, in their order: half those with the largest residuals, half evenly spread."""
+    if len(numbers) <= _MOST_POSES:
+        return numbers
+    worst = sorted(numbers, key=lambda number: -longest[number])[: _MOST_POSES // 2]
+    rest = [number for number in numbers if number not in worst]
+    even = [rest[k] for k in np.linspace(0, len(rest) - 1, _MOST_POSES - len(worst)).round().astype(int)]
+    return sorted([*worst, *even])
+
+
+def _caption(n_chosen: int, n_all: int, has_residuals: bool) -> str:
+    which = wording.count(n_all, "pose")
+    if n_chosen < n_all:
+        worst = f"the {_MOST_POSES // 2} with the largest residuals and others " if has_residuals else ""
+        which = f"{n_chosen} of {n_all} poses, {worst}evenly spread"
+    return f"{which}, viewed from the side and from above; circles: joints, grey: the shadow on the floor."

@@ -9,14 +9,12 @@ from stiffcal.model.summary import Where
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
+from stiffcal.report.estimates import STIFFNESS_UNITS, parameter_text, printed_unit, stiffness_text
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.uncertainty import NORMAL_95
 
 ORDER = 30
 _TITLE = "Stiffness"
 MOST_ON_FIRST_PAGE = 9
-_STIFFNESS_UNITS = {"rad/(N·m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
-_PRINTED_UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "rad/(N·m)": ("µrad/(N·m)", 1e6), "m/N": ("µm/kN", 1e9)}
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
@@ -33,13 +31,13 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     blocks: list[Block] = [Paragraph(_lead(content.identify))]
     springs = [parameter for parameter in parameters if _is_spring(parameter)]
     other_parameters = [parameter for parameter in parameters if not _is_spring(parameter)]
-    for unit, (printed, scale) in _STIFFNESS_UNITS.items():
+    for unit, (printed, scale) in STIFFNESS_UNITS.items():
         members = [spring for spring in springs if wording.unit_words(spring.unit) == unit]
         if members:
             blocks.append(_stiffness_table(members, printed, scale, content.joint_names))
     if other_parameters:
         blocks.append(SubheadingBlock("Other parameters"))
-        blocks.append(_other_table(other_parameters, content.joint_names))
+        blocks.append(_other_table(other_parameters, content))
     return ReportSection(_TITLE, tuple(blocks))
 
 
@@ -69,26 +67,27 @@ def short_stiffness_table(
 
 
 def _short_row(spring: IdentifiedParameter, joint_names: tuple[str, ...]) -> tuple[str, ...]:
-    unit, scale = _STIFFNESS_UNITS[wording.unit_words(spring.unit)]
-    value, std = spring.known_stiffness, spring.known_stiffness_std
-    interval = [None if end is None else end * scale for end in spring.stiffness_interval or []] or None
-    half = None if spring.fixed or value is None or std is None else _half_width(value * scale, std * scale, interval)
-    if value is None:
-        text = wording.DASH
-    elif interval and (None in interval or _lopsided(value * scale, interval)):
-        text = f"{wording.digits(value * scale)} ({_interval_words(interval)})"
-    else:
-        text = wording.plus_minus(value * scale, half) if half else wording.digits(value * scale)
-    return where_words(spring.where, joint_names), spring.effect, text, unit, _verdict(spring)
+    unit, scale = STIFFNESS_UNITS[wording.unit_words(spring.unit)]
+    return _place(spring, joint_names), _effect(spring), stiffness_text(spring, scale), unit, _verdict(spring)
+
+
+def _place(spring: IdentifiedParameter, joint_names: tuple[str, ...]) -> str:
+    return where_words(spring.where, joint_names)
+
+
+def _effect(spring: IdentifiedParameter) -> str:
+    """Return the effect, with the component where it has several."""
+    symbol = spring.name.rsplit(".", 1)[-1]
+    return spring.effect + ("" if symbol == "c" else f" {symbol}")
 
 
 def _is_spring(parameter: IdentifiedParameter) -> bool:
-    return parameter.is_compliance and wording.unit_words(parameter.unit) in _STIFFNESS_UNITS
+    return parameter.is_compliance and wording.unit_words(parameter.unit) in STIFFNESS_UNITS
 
 
 def _lead(fit: IdentifyResult) -> str:
     chi2, condition = fit.reduced_chi2, fit.condition
-    text = "Values with ± 95 %; the interval itself, which need not be symmetric, is in the next column."
+    text = "± is the 95 % interval; both its ends are given where it is not symmetric."
     if chi2 is not None:
         text += (
             f" The residuals are {wording.digits(chi2**0.5)} times what the stated noise explains (root of reduced χ²)."
@@ -113,27 +112,6 @@ def where_words(where: Where, joint_names: tuple[str, ...]) -> str:
         name = joint_names[joints[0] - 1]
         return f"joint {joints[0]} ({name})"
     return wording.place(where)
-
-
-def _half_width(value: float | None, std: float | None, interval: list[float | None] | None) -> float | None:
-    """Half of the 95 % interval where it is symmetric, else 1.96 standard uncertainties."""
-    if value is None or std is None:
-        return None
-    if interval and interval[0] is not None and interval[1] is not None and not _lopsided(value, interval):
-        return (interval[1] - interval[0]) / 2.0
-    return NORMAL_95 * std
-
-
-def _lopsided(value: float, interval: list[float | None]) -> bool:
-    low, high = interval
-    return low is None or high is None or not 0.8 < (high - value) / max(value - low, 1e-300) < 1.25
-
-
-def _interval_words(interval: list[float | None] | None) -> str:
-    if not interval:
-        return wording.DASH
-    low, high = ("" if end is None else wording.digits(end) for end in interval)
-    return f"{low} … {high}" if low and high else f"above {low}" if low else f"below {high}" if high else "unbounded"
 
 
 def _verdict(parameter: IdentifiedParameter) -> str:
@@ -171,38 +149,22 @@ def _stiffness_table(
     columns = (
         TableColumn("place", align="left"),
         TableColumn("effect", align="left"),
-        TableColumn("stiffness", unit),
-        TableColumn("± 95 %", unit),
+        TableColumn("stiffness, ± 95 %", unit),
         TableColumn("standard uncertainty", "%"),
         *(TableColumn("share of geometry", "%"),) * shared,
-        TableColumn("95 % interval", unit, align="left"),
         TableColumn("remark", align="left", width=1.0),
     )
     rows: list[tuple[str, ...]] = []
-    poorly: list[str] = []
     for spring in members:
-        value, std = (
-            None if number is None else number * scale
-            for number in (spring.known_stiffness, spring.known_stiffness_std)
-        )
-        ends = spring.stiffness_interval
-        interval = [None if end is None else end * scale for end in ends] if ends else None
-        half = None if spring.fixed else _half_width(value, std, interval)
-        verdict = _verdict(spring)
-        place = where_words(spring.where, joint_names)
-        if _is_poorly_known(spring):
-            poorly.append(place)
-        symbol = spring.name.rsplit(".", 1)[-1]
-        effect = spring.effect + ("" if symbol == "c" else f" {symbol}")
+        value, std = spring.known_stiffness, spring.known_stiffness_std
         rows.append(
-            (place, effect, wording.digits(value),
-             "± " + wording.digits(half) if half else wording.DASH,
+            (_place(spring, joint_names), _effect(spring), stiffness_text(spring, scale),
              wording.digits(100 * std / value, 2) if std and value else wording.DASH,
              *(wording.DASH if spring.from_geometry is None else f"{100.0 * spring.from_geometry:.0f}",) * shared,
-             _interval_words(interval),
-             verdict)
+             _verdict(spring))
         )  # fmt: skip
-    caption = f"Stiffness in {unit}, with 95 % uncertainty."
+    poorly = list(dict.fromkeys(_place(spring, joint_names) for spring in members if _is_poorly_known(spring)))
+    caption = f"Stiffness in {unit}."
     if shared:
         caption += " Share of geometry: that part of the variance that the tolerance of lengths and angles makes."
     if poorly:
@@ -216,20 +178,17 @@ def _without_empty_remarks(columns: tuple[TableColumn, ...], rows: list[tuple[st
     return TableBlock(columns[:last], tuple(row[:last] for row in rows), caption)
 
 
-def _other_table(members: list[IdentifiedParameter], joint_names: tuple[str, ...]) -> TableBlock:
+def _other_table(members: list[IdentifiedParameter], content: ReportContent) -> TableBlock:
     columns = (
-        TableColumn("parameter", align="left"), TableColumn("place", align="left", width=1.0), TableColumn("value"),
-        TableColumn("± 95 %"), TableColumn("unit", align="left"), TableColumn("remark", align="left", width=1.0),
+        TableColumn("parameter", align="left"), TableColumn("place", align="left"), TableColumn("value, ± 95 %"),
+        TableColumn("unit", align="left"), TableColumn("remark", align="left", width=1.0),
     )  # fmt: skip
     rows: list[tuple[str, ...]] = []
     for parameter in members:
-        unit = wording.unit_words(parameter.unit)
-        printed, scale = _PRINTED_UNITS.get(unit, (unit, 1.0))
-        value = parameter.value
-        half = None if parameter.fixed else _half_width(value, parameter.std, parameter.interval)
-        rows.append(
-            (parameter.name, where_words(parameter.where, joint_names),
-             wording.digits(None if value is None else value * scale),
-             "± " + wording.digits(half * scale) if half else wording.DASH, printed, _verdict(parameter))
-        )  # fmt: skip
-    return _without_empty_remarks(columns, rows, "Other parameters of the model, with 95 % uncertainty.")
+        printed, scale = printed_unit(parameter.unit, content.drift_follows)
+        place = where_words(parameter.where, content.joint_names)
+        rows.append((parameter.name, place, parameter_text(parameter, scale), printed, _verdict(parameter)))
+    caption = "Other parameters of the model."
+    if any(unit in ("µm/h", "mrad/h", "µm/K", "mrad/K") for *_, unit, _ in rows):
+        caption += f" The drift follows the {content.drift_follows}."
+    return _without_empty_remarks(columns, rows, caption)

@@ -10,6 +10,8 @@ from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, Pict
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.ladder import Rung, leading_component
 from stiffcal.report.figures.overview import draw_overview
+from stiffcal.report.sections.campaign import MOST_WARNINGS, warnings_of
+from stiffcal.report.sections.experiments import table_of
 from stiffcal.report.sections.stiffness import short_stiffness_table
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
@@ -39,10 +41,12 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if elasticity is not None and elasticity.verdict != "identified":
         # the table below lists what the fit gives, whether or not something else explains the same places
         blocks.append(Paragraph(f"Elasticity of the joints: {elasticity.why}."))
-    results = (content.ingest, content.identify, content.validate)
-    warnings = [text for result in results if result is not None for text in result.warnings]
-    if warnings:
-        blocks.append(Items(tuple(dict.fromkeys(f"Warning: {text}" for text in warnings))))
+    points = [f"Warning: {text}" for text in warnings_of(content)]
+    if len(points) > MOST_WARNINGS:
+        first = points[: MOST_WARNINGS - 1]
+        points = [*first, f"{len(points) - len(first)} more warnings: see “The campaign at a glance”"]
+    if points:
+        blocks.append(Items(tuple(points)))
     blocks += _overview(content)
     return ReportSection("In short", tuple(blocks))
 
@@ -51,7 +55,7 @@ def _verdict(content: ReportContent) -> str:
     """Return the answer of the diagnosis, with the error that the missing effects leave; why there is none else."""
     diagnosis = content.diagnose
     if diagnosis is None:
-        return f"Not diagnosed: {content.not_diagnosed}."
+        return wording.capital(content.not_diagnosed)
     text = diagnosis.summary
     if diagnosis.missing:
         before, after = wording.measure_text(diagnosis.rms), wording.measure_text(diagnosis.heldout_rms_with_missing)
@@ -64,11 +68,11 @@ def _next_step(content: ReportContent) -> str:
     """Return the command or the measurement that the answer calls for."""
     diagnosis = content.diagnose
     if diagnosis is None:
-        return "stiffcal diagnose"
+        return "stiffcal diagnose DIR"
     if diagnosis.missing or diagnosis.superfluous:
-        return "stiffcal improve"
+        return "stiffcal improve DIR"
     if diagnosis.undecided:
-        return "measure once more the poses on which the answer depends, then stiffcal diagnose"
+        return "measure once more the poses on which the answer depends, then stiffcal diagnose DIR"
     if diagnosis.pattern is not None:
         return "test the pattern under “What is missing”: stiffcal effects new NAME --from DIR"
     if diagnosis.unexplained:
@@ -82,6 +86,8 @@ def _overview(content: ReportContent) -> list[Block]:
     if content.identify is not None:
         table = short_stiffness_table(content.identify.parameters, content.parameters_on_pages, content.joint_names)
         blocks += [table] if table is not None else []
+        if content.readings_alone:
+            blocks += [table_of(table, "What these runs determine, ± 95 %.") for table in content.main_tables]
     fits = [] if content.history is None else content.history.fits
     zero = None if content.validate is None else content.validate.zero_model
     noise = None if content.validate is None else content.validate.noise
@@ -143,10 +149,22 @@ def _fit_sentences(content: ReportContent) -> list[str]:
         return [_readings_sentence(content, fit)]
     text = (
         f"The model ({wording.model_words(fit.model)}) was fitted to "
-        f"{wording.count(fit.n_states, 'load state')} in {wording.count(fit.n_runs, 'run')} of the "
-        f"{content.provenance.robot}"
+        f"{wording.count(fit.n_states, 'load state')} in {wording.count(fit.n_runs, 'run')} of "
+        f"{the_robot(content.provenance.robot)}"
     )
     return [f"{text}; on these data it leaves {wording.measure_text(fit.rms)} rms."]
+
+
+def the_robot(name: str) -> str:
+    """Return a robot's name in a sentence, with one article.
+
+    Examples
+    --------
+    >>> the_robot("KUKA KR 125"), the_robot("a six-axis robot"), the_robot("The arm")
+    ('the KUKA KR 125', 'the six-axis robot', 'the arm')
+    """
+    article, _, rest = name.partition(" ")
+    return f"the {rest if rest and article.lower() in ('a', 'an', 'the') else name}"
 
 
 def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
@@ -154,7 +172,7 @@ def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
     fitted_model = (content.readings_alone[0].fitted if len(content.readings_alone) == 1 else "") or model
     readings = wording.count(fit.n_readings, "reading") if fit.n_readings else wording.count(fit.n_states, "state")
     return (
-        f"{fitted_model} of the {content.provenance.robot} was fitted to {readings} in "
+        f"{fitted_model} of {the_robot(content.provenance.robot)} was fitted to {readings} in "
         f"{wording.count(fit.n_runs, 'run')}; on these data it leaves {wording.measure_text(fit.rms)} rms."
     )
 

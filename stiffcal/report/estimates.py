@@ -1,0 +1,103 @@
+"""Estimates in the report's tables: a value with ± 95 %, digits by the uncertainty, in the unit that people read.
+
+One unit for a quantity in the whole report: lengths in mm, small angles in mrad.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.report import wording
+from stiffcal.uncertainty import NORMAL_95
+
+STIFFNESS_UNITS = {"rad/(N·m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
+"""Unit of a compliance to the unit of its stiffness, with the factor to it from SI units."""
+
+_UNITS = {
+    "rad": ("mrad", 1e3),
+    "m": ("mm", 1e3),
+    "rad/(N·m)": ("µrad/(N·m)", 1e6),
+    "m/N": ("µm/kN", 1e9),
+    "N/m": ("N/µm", 1e-6),
+    "N/rad": ("N/mrad", 1e-3),
+}
+# Rates of a drift, whose unit goes by what it follows.
+_RATES = {
+    ("m/s or m/K", "time"): ("µm/h", 3.6e9),
+    ("m/s or m/K", "temperature"): ("µm/K", 1e6),
+    ("rad/s or rad/K", "time"): ("mrad/h", 3.6e6),
+    ("rad/s or rad/K", "temperature"): ("mrad/K", 1e3),
+}
+
+
+def printed_unit(unit: str, drift_follows: str) -> tuple[str, float]:
+    """Return the unit in which a parameter is printed, and the factor to it.
+
+    Parameters
+    ----------
+    unit : of the JSON document.
+    drift_follows : "time" or "temperature": what a drift of this campaign is counted by.
+
+    Examples
+    --------
+    >>> printed_unit("rad", "time"), printed_unit("m/s or m/K", "time"), printed_unit("N*m", "time")
+    (('mrad', 1000.0), ('µm/h', 3600000000.0), ('N·m', 1.0))
+    """
+    words = wording.unit_words(unit)
+    return _RATES.get((words, drift_follows)) or _UNITS.get(words, ("" if words == "1" else words, 1.0))
+
+
+def estimate_text(value: float | None, interval: Sequence[float | None] | None, scale: float = 1.0) -> str:
+    """Return a value with ± 95 %; the interval's ends where it is lopsided or open.
+
+    Parameters
+    ----------
+    value : None where none was found. interval : its 95 % interval; None: not known. scale : factor on all three.
+
+    Examples
+    --------
+    >>> estimate_text(2.7e6, [2.694e6, 2.706e6]), estimate_text(2.0, [1.0, None]), estimate_text(None, None)
+    ('(2.7000 ± 0.0060)·10⁶', '2.00 (above 1.00)', '–')
+    """
+    low, high = (None if end is None else end * scale for end in interval or (None, None))
+    if value is None:
+        return f"above {wording.digits(low)}" if low is not None else wording.DASH
+    if interval is None:
+        return wording.digits(value * scale)
+    if low is None or high is None or _is_lopsided(value * scale, low, high):
+        return f"{wording.digits(value * scale)} ({_ends(low, high)})"
+    return wording.plus_minus(value * scale, (high - low) / 2.0)
+
+
+def parameter_text(parameter: IdentifiedParameter, scale: float) -> str:
+    """Return a parameter's value with ± 95 %, times `scale`."""
+    return estimate_text(parameter.value, None if parameter.fixed else interval_of(parameter), scale)
+
+
+def interval_of(parameter: IdentifiedParameter) -> Sequence[float | None] | None:
+    """Return the 95 % interval of a parameter, by its standard uncertainty where none was computed."""
+    if parameter.interval is not None or parameter.value is None or parameter.std is None:
+        return parameter.interval
+    half = NORMAL_95 * parameter.std
+    return [parameter.value - half, parameter.value + half]
+
+
+def stiffness_text(spring: IdentifiedParameter, scale: float) -> str:
+    """Return the stiffness of a compliance with ± 95 %, times `scale`."""
+    value, std, interval = spring.known_stiffness, spring.known_stiffness_std, spring.stiffness_interval
+    if spring.fixed:
+        interval = None
+    elif interval is None and value is not None and std is not None:
+        interval = [value - NORMAL_95 * std, value + NORMAL_95 * std]
+    return estimate_text(value, interval, scale)
+
+
+def _is_lopsided(value: float, low: float, high: float) -> bool:
+    return not 0.8 < (high - value) / max(value - low, 1e-300) < 1.25
+
+
+def _ends(low: float | None, high: float | None) -> str:
+    if low is None:
+        return "unbounded" if high is None else f"below {wording.digits(high)}"
+    return f"above {wording.digits(low)}" if high is None else f"{wording.digits(low)} … {wording.digits(high)}"
