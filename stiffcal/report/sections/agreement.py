@@ -21,7 +21,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
     by = "by fits without that pose" if states.predicted_heldout is not None else "by the fit itself (not validated)"
-    caption = f"Deflection measured against predicted {by}, base axes: displacement D, rotation R. On the dashed diagonal both agree."
+    caption = f"Measured against predicted {by}, base axes: displacement D, rotation R. On the diagonal both agree."
     validation = content.validate
     if validation is not None:
         left = validation.relative.translation
