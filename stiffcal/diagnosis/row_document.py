@@ -138,6 +138,12 @@ def left_out_residual(scan: RowScan, trial: Trial | None) -> Floats:
     residual = scan.residual[0].copy()
     for number, members in enumerate(scan.folds):
         residual[members] -= score.without[number] @ columns[:, members]
+    return free_of_constants(scan, residual)
+
+
+def free_of_constants(scan: RowScan, residual: Floats) -> Floats:
+    """Return (k,) residuals with free constants taken out and their freedom counted."""
+    residual = residual.copy()
     for members in scan.space.members:
         weight = 1.0 / scan.fit.sigma[members] ** 2
         residual[members] -= float(np.sum(weight * residual[members]) / weight.sum())
@@ -147,7 +153,7 @@ def left_out_residual(scan: RowScan, trial: Trial | None) -> Floats:
 
 def left_out_rms(scan: RowScan, trial: Trial | None, problem: RowProblem) -> Rms:
     """Return the rms of what is left out."""
-    return _as_rms(left_out_residual(scan, trial), problem)
+    return rms_of_rows(left_out_residual(scan, trial), problem)
 
 
 def _rms_after_choosing(scan: RowScan, problem: RowProblem) -> Rms:
@@ -156,15 +162,16 @@ def _rms_after_choosing(scan: RowScan, problem: RowProblem) -> Rms:
     for number in np.unique(chosen):
         rows = np.concatenate([scan.folds[k] for k in np.flatnonzero(chosen == number)])
         residual[rows] = left_out_residual(scan, None if number == 0 else scan.trials[number - 1])[rows]
-    return _as_rms(residual, problem)
+    return rms_of_rows(residual, problem)
 
 
-def _as_rms(values: Floats, problem: RowProblem) -> Rms:
+def rms_of_rows(values: Floats, problem: RowProblem) -> Rms:
+    """Return the rms of (k,) values in the problem's measure."""
     return Rms.of({"translation": None, "rotation": None, problem.measure: float(np.sqrt(np.mean(values**2)))})
 
 
 def _noise(fit: RowFit, problem: RowProblem) -> Rms | None:
-    return None if fit.noise is None else _as_rms(fit.sigma, problem)
+    return None if fit.noise is None else rms_of_rows(fit.sigma, problem)
 
 
 def _findings(context: RowSearchContext, search: RowSearch, before: Rms) -> list[Finding]:

@@ -22,6 +22,7 @@ from stiffcal.experiments.presentation import Table
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.experiments.drawn_rows import DrawnRows
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
@@ -48,7 +49,9 @@ class ExperimentKind:
     tables: tuple[str, ...] = ()
     """The tables of the store that are made of this kind's logs, none where its runs make load states alone."""
     fit_tables: tuple[str, ...] = ()
-    """The tables of the store that `fit` makes."""
+    """The tables of the store that `fit` and `validate` make."""
+    kept_tables: tuple[str, ...] = ()
+    """Those of them that stay in the store for every fit of the history, to be drawn again."""
     holds_flange: bool = False
     """Whether a fixture holds the flange in these runs: their load states then know its place, and miss its motion."""
     plot_axis: str = ""
@@ -113,6 +116,16 @@ class ExperimentKind:
     def problems(self, data: MeasuredRuns) -> tuple[RowProblem, ...]:
         """Return the rows in which ``diagnose`` looks for missing effects; none where load states hold all readings."""
         return ()
+
+    def drawn_rows(self, data: MeasuredRuns, identified: IdentifiedModel) -> DrawnRows | None:
+        """Return the rows that the page for a browser draws; None where load states hold all readings.
+
+        Parameters
+        ----------
+        data : the campaign, with the tables of logs and of the fit.
+        identified : the result of ``identify``.
+        """
+        return None
 
     def basic_effects(self) -> tuple[str, ...]:
         """Return the names of the effects that a model of this kind begins with, and that are never superfluous."""
@@ -180,6 +193,11 @@ def tables_of_logs() -> tuple[str, ...]:
     True
     """
     return tuple(name for kind in all_kinds() for name in kind.tables)
+
+
+def tables_kept() -> tuple[str, ...]:
+    """Return the names of the tables that stay in the store for every fit of the history."""
+    return tuple(name for kind in all_kinds() for name in kind.kept_tables)
 
 
 def tables_of_fits() -> tuple[str, ...]:

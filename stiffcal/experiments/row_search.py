@@ -50,6 +50,8 @@ class RowFit:
     """(k,) standard uncertainty of each row, in the measure's unit."""
     columns: Floats
     """(p, k) change of each row per unit of the free parameters, and of what else is fitted with them."""
+    names: tuple[str, ...]
+    """Full names of the free parameters, which are the first columns."""
     bounds: tuple[Floats, Floats]
     """(p,) lower and upper, how far these can go from where they are."""
     residual: Floats
@@ -77,6 +79,8 @@ class RowProblem(ABC):
     """Where models are judged: "at held-out speeds"."""
     folds_in_words: str
     """What is left out in turn: "speeds"."""
+    index: Integers
+    """(k,) number of each row among all rows of the campaign, as in `DrawnRows`."""
     joints: tuple[int, ...]
     """The joints whose rows they are, from 1."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.rows import LENGTH, ROTATION
+from stiffcal.identification.rows import LENGTH, MOTOR, ROTATION
 from stiffcal.measurements.columns import Values
 from stiffcal.store import table_of, values_of
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from stiffcal.measurements.load_states import LoadStates
 
 
+MOTOR_ANGLE = "motor{}_angle_rad"
 COMPONENTS = ("dx_m", "dy_m", "dz_m", "rx_rad", "ry_rad", "rz_rad")
 
 
@@ -34,7 +35,8 @@ def observed_table(
 
     Columns: ``state`` (index into the load states, from 0), ``run``, ``row``, and per target and component
     ``<target>_dx_m_measured``, ``…_predicted``, ``…_residual`` (displacement since the run's reference, base axes, m
-    and rad), for each gauge ``<gauge>_displacement_m_…`` and each rod ``<rod>_length_m_…`` (changes likewise).
+    and rad), for each gauge ``<gauge>_displacement_m_…`` and each rod ``<rod>_length_m_…`` (changes likewise), for
+    each drive of clamped runs ``motor<k>_angle_rad_…`` (at the joint's side).
     Measured is predicted plus residual: each run's free offset is taken out. NaN where not measured.
 
     Parameters
@@ -84,6 +86,8 @@ def _named_rows(states: LoadStates, data: Observations) -> Iterator[tuple[str, i
             yield f"{setup.target_names[body]}_{COMPONENTS[component]}", place, everywhere
         elif kind == LENGTH:
             yield f"{setup.rods[body].names[component]}_length_m", place, everywhere
+        elif kind == MOTOR:
+            yield MOTOR_ANGLE.format(component + 1), place, everywhere
         elif data.layout.gauges is not None:
             for number, gauge in enumerate(setup.gauges):
                 of_gauge = data.layout.gauges.gauge[component] == number
@@ -112,6 +116,27 @@ def gauge_block(table: pa.Table, names: Sequence[str], directions: Floats, kind:
             along[where] = values_of(table.column(name))
             measured = np.isfinite(along)
             block[measured, :3] = along[measured, None] * directions[measured, number]
+    return block
+
+
+def motor_block(table: pa.Table, kind: str, n_states: int) -> Floats:
+    """Return (n_states, 6): the angle of the moved motor in the first column, rad; NaN where none was read.
+
+    The other components are zero.
+
+    Parameters
+    ----------
+    table : of `observed_table`.
+    kind, n_states : as in `component_block`.
+    """
+    block = np.full((n_states, 6), np.nan)
+    where = values_of(table.column("state"))
+    for name in table.column_names:
+        if name.startswith("motor") and name.endswith(f"_angle_rad_{kind}"):
+            angle = values_of(table.column(name))
+            read = np.isfinite(angle)
+            block[where[read]] = 0.0
+            block[where[read], 0] = angle[read]
     return block
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import difflib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -100,6 +100,16 @@ class FuzzInput:
     """The format's options with which it is read."""
 
 
+@dataclass(frozen=True)
+class RawRows:
+    """Rows of a log as they stand in its file."""
+
+    columns: tuple[str, ...] = ()
+    """The file's columns."""
+    lines: Mapping[int, tuple[int, str]] = field(default_factory=dict)
+    """Data row (from 1) to the number of its line and the line, without its end."""
+
+
 class Reader(ABC):
     """A log format. `display_name` is the file as the user named it, for messages; default: the path itself."""
 
@@ -145,6 +155,10 @@ class Reader(ABC):
     @abstractmethod
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return the place of data row `row` (from 1) in the file, e.g. ``line 12``."""
+
+    def raw_rows(self, path: Path, options: Options, rows: Collection[int]) -> RawRows:
+        """Return some data rows (from 1) as they stand in the file; nothing of a format that is no text."""
+        return RawRows()
 
 
 class DatabaseReader(Reader):

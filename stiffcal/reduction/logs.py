@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
@@ -19,7 +19,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector
 from stiffcal.quantities import unit
 from stiffcal.quaternions import quaternion_from_rotation
-from stiffcal.readers import Batch, DatabaseReader, WantedColumns, find_reader
+from stiffcal.readers import Batch, DatabaseReader, RawRows, WantedColumns, find_reader
 from stiffcal.reduction.excluded_rows import RowExclusions
 from stiffcal.reduction.kept_rows import KeptRows, check_sizes, columns_with_gaps, first_missing, gaps_read, kept_rows
 from stiffcal.reduction.log_names import in_file_words, in_manifest_words, names_in_file, with_run_names_checked
@@ -322,6 +322,12 @@ def place_of_row(folder: Path, source: Source, file: str, row: int) -> str:
     """Return the place of data row ``row`` (from 1) in the file."""
     reader = find_reader(folder / file, source.format_for(file), file)
     return str(reader.place_of_row(folder / file, reader_options(source, reader.name, file), row))
+
+
+def raw_rows_of(folder: Path, source: Source, file: str, rows: Collection[int]) -> RawRows:
+    """Return data rows (from 1) as they stand in the file; nothing where the format is no text."""
+    reader = find_reader(folder / file, source.format_for(file), file)
+    return reader.raw_rows(folder / file, reader_options(source, reader.name, file), rows)
 
 
 def wanted_columns(

@@ -135,6 +135,12 @@ OBSERVED: Mapping[str, ColumnDescription] = {
         )
         for kind, words in _KINDS.items()
     },
+    **{
+        f"motor<k>_angle_rad_{kind}": ColumnDescription(
+            f"what the motor of joint k turns in a clamped run, at the joint's side: {words}", "rad", missing=True
+        )
+        for kind, words in _KINDS.items()
+    },
 }
 
 HELDOUT: Mapping[str, ColumnDescription] = {
@@ -159,6 +165,14 @@ EVIDENCE: Mapping[str, ColumnDescription] = {
     "law": ColumnDescription(
         "what the effect adds in that direction, since the state under weight alone", "", missing=True
     ),
+}
+
+ROW_REFITS: Mapping[str, ColumnDescription] = {
+    "entry": ColumnDescription("index of the refit in the document refits; from 0"),
+    "row": ColumnDescription(
+        "index of the bin of passes, or sample of other motion, among all of the campaign; from 0"
+    ),
+    "residual": ColumnDescription("measured less predicted by a fit without this speed, or second of motion", "N·m"),
 }
 
 REFITS: Mapping[str, ColumnDescription] = {

@@ -24,7 +24,7 @@ from stiffcal.diagnosis.evidence import EffectEvidence
 from stiffcal.diagnosis.refits import Refit, RefitSummary
 from stiffcal.experiments import all_kinds
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, RowLayout
+from stiffcal.identification.rows import GAUGE, LENGTH, MOTOR, ROTATION, TRANSLATION, GaugeRows, RowLayout
 from stiffcal.identification.state_loads import BRANCH, LOAD, TORQUE
 from stiffcal.identification.state_tables import observed_table
 from stiffcal.ingest.recording_tables import recording_table
@@ -45,10 +45,11 @@ from stiffcal.schemas.table_columns import (
     OBSERVED,
     RECORDING,
     REFITS,
+    ROW_REFITS,
     STATES,
 )
 from stiffcal.store import table_of
-from stiffcal.workflow.evidence import evidence_columns, refit_columns
+from stiffcal.workflow.evidence import evidence_columns, refit_columns, row_refit_columns
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}
@@ -60,6 +61,7 @@ _TEXTS = {
     "fit": "The table `fit`: one row per load state that was fitted, with what the fitted model predicts for it.",
     "unseen": "The table `unseen`: one row per load state, with the residual of a fit made without its pose.",
     "refits": "The table `refits`: one row per refit and load state, its residual by a fit made without its pose.",
+    "row_refits": "The table `row_refits`: one row per refit and row of torque, of friction runs without load states.",
     "evidence": "The table `evidence`: one row per effect and load state, the residual against what drives the effect.",
 }
 
@@ -67,7 +69,7 @@ _TEXTS = {
 def table_specimens() -> dict[str, TableSpecimen]:
     """Return each table of the store with one row, as its writer makes it, and what its columns mean."""
     states = _states()
-    judged = (states, _observations(states), np.zeros((8, 1)), np.zeros((8, 1)))
+    judged = (states, _observations(states), np.zeros((9, 1)), np.zeros((9, 1)))
     words = np.array([""])
     tables: dict[str, tuple[pa.Table, Mapping[str, ColumnDescription]]] = {
         "states": (states_table(states, ("<joint>",)), STATES),
@@ -75,6 +77,7 @@ def table_specimens() -> dict[str, TableSpecimen]:
         "fit": (observed_table(*judged), OBSERVED),
         "unseen": (observed_table(*judged, {BRANCH: words, LOAD: _ONE, TORQUE.format(1): _ONE}), HELDOUT),
         "refits": (table_of(refit_columns(states, judged[1], [_refit()], _FIRST)), REFITS),
+        "row_refits": (table_of(row_refit_columns([_refit()], [_FIRST])), ROW_REFITS),
         "evidence": (table_of(evidence_columns(states, {"": _evidence()})), EVIDENCE),
     }
     specimens = {name: TableSpecimen(_TEXTS[name], *pair) for name, pair in tables.items()}
@@ -171,15 +174,15 @@ def _states() -> LoadStates:
 
 
 def _observations(states: LoadStates) -> Observations:
-    """Return the six components of that state, its gauge and its rod."""
-    numbers = np.append(np.arange(6), (0, 0))
+    """Return the six components of that state, its gauge, its rod and its motor."""
+    numbers = np.append(np.arange(6), (0, 0, 0))
     gauges = GaugeRows(np.array([6]), _FIRST, np.zeros((1, 3, 1)), np.zeros((1, 1), dtype=np.int64))
-    kinds = np.array([TRANSLATION] * 3 + [ROTATION] * 3 + [GAUGE, LENGTH])
+    kinds = np.array([TRANSLATION] * 3 + [ROTATION] * 3 + [GAUGE, LENGTH, MOTOR])
     return Observations(
         angles=np.zeros((1, 1)), wrench=np.zeros((6, 1)),
         order=StateOrder(_FIRST, _ONE, _ONE, np.zeros((1, 1)), _ONE, _ONE),
-        measured=np.zeros((8, 1)), measured_mask=np.ones((8, 1), dtype=np.bool_),
-        layout=RowLayout(kinds, np.zeros(8, dtype=np.int64), numbers, gauges),
+        measured=np.zeros((9, 1)), measured_mask=np.ones((9, 1), dtype=np.bool_),
+        layout=RowLayout(kinds, np.zeros(9, dtype=np.int64), numbers, gauges),
         free_offset=True, run=_FIRST, setup=states.setup, index=_FIRST,
     )  # fmt: skip
 
@@ -206,7 +209,7 @@ def _evidence() -> EffectEvidence:
 
 def _refit() -> Refit:
     summary = RefitSummary(change="with", effect="", where=Where(), heldout_rms=Rms(0.0, 0.0), values=[])
-    return Refit(summary, np.zeros((8, 1)))
+    return Refit(summary, np.zeros((9, 1)))
 
 
 def schema_texts() -> dict[str, str]:

@@ -32,6 +32,8 @@ class ViewRun:
     """True where that source has a file of its own for this run."""
     first_row: str = ""
     """Where data row 1 of that source stands in its file, in words; "" where that is not known."""
+    columns: list[str] = field(default_factory=list)
+    """The columns of that file; empty where it is no text."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,8 +116,8 @@ class ViewEffect:
     """``effect place``."""
     joint: int | None
     """Its joint, or the joint that moves its link, from 1; None for the set-up and couplings."""
-    link: bool
-    """True for a link."""
+    part_of: Literal["joint", "bearing", "link", "setup"]
+    """What gives: a drive about its joint's axis, a joint's bearing, a link, or none of them."""
     share: float
     """Of the squares of the predicted deflection."""
     part: Floats
@@ -134,6 +136,10 @@ class ViewStates:
     """(n,) False for states set aside and references."""
     why: list[str]
     """(n,) why a state is not used; "" where it is."""
+    lines: list[str]
+    """(n,) the raw row as it stands in its file; "" where that is no text."""
+    line_number: Integers
+    """(n,) line of that row in the file, from 1; 0 where it is no text."""
     measured: Floats
     """(n, 3) or (n, 6) m and rad, base axes, since the run's reference."""
     force: Floats
@@ -160,6 +166,10 @@ class ViewContent:
     """The error with no model at all, all states; None where it is not known."""
     suspected: list[int]
     """Joints from 1 where the diagnosis misses an effect."""
+    suspected_links: list[int]
+    """Links where it misses one, by the joint that moves them, from 1; 0 for the base."""
+    suspects: list[str]
+    """The missing effects with their places, "link-beam swing"."""
     n_states: int
     """All load states; more than are drawn where a sample is drawn."""
     joints: list[str]
@@ -169,9 +179,11 @@ class ViewContent:
     one_direction: bool
     """True where each state was measured along one direction: components across it are zero and not measured."""
     measure: Literal["translation", "motor_angle", "length", "torque"]
-    """What errors are compared in. Residuals of states are drawn of translations, and of the moved motor's angle:
-    (n, 3) rad with zeros in the second and third column.
+    """What errors are compared in. Residuals of states are drawn of translations; of the moved motor's angle and of
+    the torque they are (n, 3) rad or N·m with zeros in the second and third column.
     """
+    direction: str
+    """Name of the variable by which errors are cut next to the run."""
     runs: list[ViewRun]
     states: ViewStates | None
     """Those that are drawn; None where the campaign holds none."""

@@ -42,6 +42,14 @@ const stiffcal = {};
     return result;
   }
 
+  const MM = { factor: 1e3, unit: "mm" }, UM = { factor: 1e6, unit: "µm" }, MRAD = { factor: 1e3, unit: "mrad" }, URAD = { factor: 1e6, unit: "µrad" };
+  /** One unit for all lengths of the page, and one for all angles, by the size of the noise. */
+  function unitsOf(data) {
+    const noise = data.noise || {}, length = noise.translation < 1e-6 ? UM : MM;
+    const angle = (noise.motor_angle ?? noise.rotation) > 1e-4 ? MRAD : URAD;
+    return { length, angle, main: { torque: { factor: 1, unit: "N·m" }, motor_angle: angle }[data.measure] || length };
+  }
+
   /** Read the data of the page. @returns {Promise<any>} */
   S.load = async function () {
     const whole = await inflate(bytesOf(document.getElementById("data").textContent));
@@ -56,6 +64,7 @@ const stiffcal = {};
     S.members = S.data.runs.map(() => []);
     for (let i = 0; i < S.n; i++) S.members[states.run[i]].push(i);
     S.scalar = S.data.measure !== "translation";
+    S.units = unitsOf(S.data);
     S.components = S.scalar ? ["x"] : S.data.rotation ? ["x", "y", "z", "rx", "ry", "rz"] : ["x", "y", "z"];
     return S.data;
   };
@@ -112,30 +121,47 @@ const stiffcal = {};
     return count ? Math.sqrt(sum / count) : NaN;
   };
 
+  /** What a residual key may be, with its words. @returns {[string, string][]} */
+  S.residualKeys = function () {
+    if (S.scalar) return [["r.x", S.data.measure === "torque" ? "torque" : "angle of the moved motor"]];
+    return [...S.components.map((name, k) => [`r.${name}`, k < 3 ? `along ${name}` : `about ${name.slice(1)}`]), ["r.length", "length"],
+      ["r.all", "along x, y and z together"], ...S.data.effects.map((effect) => [`r.along ${effect.name}`, `along the effect ${effect.name}`])];
+  };
+
   /**
-   * A residual to draw, in µm or µrad.
-   * @param {string} name "x" … "rz", "length" or "along EFFECT" @returns {{values: Float64Array, label: string, unit: string}}
+   * Numbers to draw or to colour by: a variable, a residual ("r.x"), or the component of a residual ("component").
+   * @param {string} key
+   * @returns {{values: Float64Array|null, label: string, unit: string, levels: string[], sigma: number, wide: boolean}}
+   *   sigma: of the noise, in the unit, 0 where none belongs to it; wide: three values of each state, null: its component
    */
-  S.residualOf = function (name) {
-    const shown = S.residual(), values = new Float64Array(S.n), axis = S.components.indexOf(name);
-    const kind = shown.heldout ? "held-out residual" : "residual of the fit";
+  S.quantity = function (key) {
+    const variable = S.variableByName.get(key);
+    if (variable) return { ...variable, sigma: 0, wide: false };
+    if (key === "component") return { values: null, label: "component of the residual", unit: "", levels: ["x", "y", "z"], sigma: 0, wide: true };
+    const shown = S.residual(), name = key.slice(2), axis = S.components.indexOf(name), { noise } = S.data;
+    const kind = shown.heldout ? "held-out residual" : "residual of the fit", length = S.units.length, sigma = S.sigma();
+    const { factor, unit } = S.scalar ? S.units.main : axis < 3 ? length : S.units.angle;
+    if (key === "r.all") {
+      return { values: shown.move.map((value) => length.factor * value), label: kind, unit: length.unit, levels: [], sigma: length.factor * sigma, wide: true };
+    }
+    const values = new Float64Array(S.n);
     if (axis >= 0) {
       const source = axis < 3 ? shown.move : shown.turn;
       for (let i = 0; i < S.n; i++) {
         const value = source[3 * i + (axis % 3)];
-        values[i] = S.data.one_direction && value === 0 ? NaN : 1e6 * value;
+        values[i] = S.data.one_direction && value === 0 ? NaN : factor * value;
       }
-      if (S.scalar) return { values, label: `${kind} of the moved motor's angle`, unit: "µrad" };
-      return { values, label: `${kind} ${axis < 3 ? "along" : "about"} ${"xyz"[axis % 3]}`, unit: axis < 3 ? "µm" : "µrad" };
+      const words = S.scalar ? (S.data.measure === "torque" ? " torque" : " angle of the moved motor") : ` ${axis < 3 ? "along" : "about"} ${"xyz"[axis % 3]}`;
+      return { values, label: kind + words, unit, levels: [], sigma: factor * (axis < 3 ? sigma : (noise?.rotation ?? NaN) / Math.sqrt(3)), wide: false };
     }
     const effect = S.data.effects.find((entry) => `along ${entry.name}` === name);
     for (let i = 0; i < S.n; i++) {
       const r = [0, 1, 2].map((k) => shown.move[3 * i + k]);
-      if (!effect) { values[i] = 1e6 * Math.hypot(...r); continue; }
-      const p = [0, 1, 2].map((k) => effect.part[0][3 * i + k]);
-      const size = Math.hypot(...p);
-      values[i] = size > 0 ? (1e6 * (r[0] * p[0] + r[1] * p[1] + r[2] * p[2])) / size : NaN;
+      if (!effect) { values[i] = length.factor * Math.hypot(...r); continue; }
+      const p = [0, 1, 2].map((k) => effect.part[0][3 * i + k]), size = Math.hypot(...p);
+      values[i] = size > 0 ? (length.factor * (r[0] * p[0] + r[1] * p[1] + r[2] * p[2])) / size : NaN;
     }
-    return { values, label: effect ? `${kind} along ${effect.name}` : `length of the ${kind}`, unit: "µm" };
+    const label = effect ? `${kind} along the effect ${effect.name}` : `length of the ${kind}`;
+    return { values, label, unit: length.unit, levels: [], sigma: length.factor * (effect ? sigma : (S.main(noise) ?? NaN) / 2), wide: false };
   };
 })(stiffcal);

@@ -82,7 +82,8 @@
     });
     g.textAlign = "right";
     g.textBaseline = "middle";
-    const rows = S.ticks(axes.y[0], axes.y[1], Math.max(2, box.h / 45)), rowTexts = S.tickTexts(rows);
+    const named = axes.yNames && axes.yNames.length > 0;
+    const rows = named ? axes.yNames.map((_, k) => k).filter((k) => k % Math.ceil(axes.yNames.length / Math.max(1, box.h / 16)) === 0) : S.ticks(axes.y[0], axes.y[1], Math.max(2, box.h / 45)), rowTexts = named ? rows.map((k) => S.visible(axes.yNames[k]).slice(0, 9)) : S.tickTexts(rows);
     rows.forEach((mark, k) => {
       const y = Math.round(toY(mark)) + 0.5;
       g.moveTo(box.x, y); g.lineTo(box.x + box.w, y);
@@ -117,6 +118,24 @@
     }
   };
 
+  /** Words above a picture: categories with their markers, or the ends of a scale. */
+  S.legend = function (g, box, words, palette, scale) {
+    g.textAlign = "left"; g.textBaseline = "middle";
+    let right = box.x;
+    if (scale) {
+      g.fillStyle = S.theme.ink; g.fillText(S.visible(words[0]), right, 12);
+      right += g.measureText(S.visible(words[0])).width + 6;
+      palette.forEach((c) => { g.fillStyle = c; g.fillRect(right, 6, 10, 12); right += 10; });
+      g.fillStyle = S.theme.ink; g.fillText(S.visible(words[1]), right + 6, 12);
+      return;
+    }
+    words.forEach((word, k) => {
+      g.beginPath(); S.marker(g, k, right + 6, 12, 4); g.fillStyle = palette[k]; g.fill();
+      g.fillStyle = S.theme.ink; g.fillText(S.visible(word), right + 14, 12);
+      right += 26 + g.measureText(S.visible(word)).width;
+    });
+  };
+
   /** A text cut to a width, in pixels. @param {CanvasRenderingContext2D} g @param {string} text @param {number} width */
   S.shortened = function (g, text, width) {
     if (g.measureText(text).width <= width) return text;
@@ -127,7 +146,7 @@
 
   /** Bars with names, one below the other; returns where each is. */
   S.bars = function (g, width, rows, options) {
-    const left = Math.min(0.42 * width, 320), right = 128, height = options.rowHeight;
+    const left = Math.min(Math.max(0.42 * width, 150), 320), right = width < 420 ? 96 : 128, height = options.rowHeight;
     const most = Math.max(...rows.map((row) => Math.max(row.value || 0, row.second || 0)), options.line || 0) || 1;
     const least = options.log ? Math.min(...rows.flatMap((row) => [row.value, row.second]).filter((v) => v > 0), options.line || most) / 2 : 0;
     const toX = (v) => left + (options.log ? Math.max(Math.log(v / least), 0) / Math.log((most * 1.15) / least) : v / (most * 1.15)) * (width - left - right);

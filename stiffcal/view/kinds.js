@@ -70,7 +70,7 @@
           number++;
           S.panel({
             id: `kind${number}`, title: panel.title || page.title, about: words(block.caption || []), height: 340,
-            draw: (canvas) => { drawPanel(canvas, panel); return `${panel.y_label} against ${panel.x_label}`; },
+            draw: (canvas) => { drawPanel(canvas, panel); return panel.x_label ? `${panel.y_label} against ${panel.x_label}` : panel.y_label; },
             table: () => ({ head: ["series", panel.x_label, panel.y_label], rows: panel.series.flatMap((s, k) => (s.x && s.y ? [...s.x.keys()].map((i) => [s.label || String(k + 1), s.x[i], s.y[i]]) : [])) }),
           });
         }

@@ -15,7 +15,7 @@
     const rows = () => [
       { name: "no model", value: S.main(data.zero), text: S.error(data.zero), grey: true },
       ...data.models.filter((model) => model.kind !== "without").map((model) => ({
-        id: model.id, name: model.kind === "fit" ? model.label : `candidate: ${model.effect}`, value: S.main(model.heldout_rms) ?? S.main(model.fit_rms),
+        id: model.id, name: model.kind === "fit" ? model.label : `with ${model.effect}`, value: S.main(model.heldout_rms) ?? S.main(model.fit_rms),
         second: S.main(model.fit_rms), text: S.error(S.main(model.heldout_rms) !== null ? model.heldout_rms : model.fit_rms) + (S.main(model.heldout_rms) !== null ? "" : " (fit)"),
         grey: !selectable(model), chosen: model.id === S.state.model,
       })),
@@ -23,7 +23,7 @@
     const height = 44 + ROW * rows().length;
     const panel = S.panel({
       id: "ladder", title: "3 Ladder of models", height,
-      about: "Error in held-out poses (bars) and of the fit (frames), all states; logarithmic. A click, or up and down arrows, shows a model in all panels. Grey: the store does not hold its predictions.",
+      about: `Error ${S.leftOut()} (bars) and of the fit (frames), all states; logarithmic. A click, or up and down arrows, shows a model in all panels. Grey: the store does not hold its predictions.`,
       draw, table: list, key, depends: S.shownKey,
     });
     let find = () => -1;
@@ -50,7 +50,7 @@
       find = S.bars(g, width, rows(), { top: 34, rowHeight: ROW, log: true, line: S.main(data.noise) || 0, lineLabel: `noise ${S.size(S.main(data.noise))}` });
       const model = S.modelById.get(S.state.model);
       if (!model) return data.refits_missing;
-      numbers.textContent = S.visible(`${model.label}: ${S.error(model.heldout_rms)} rms in held-out poses, ${S.error(model.fit_rms)} of the fit; noise ${S.error(data.noise)}.`);
+      numbers.textContent = S.visible(`${model.label}: ${S.error(model.heldout_rms)} rms ${S.leftOut()}${model.fit_rms ? `, ${S.error(model.fit_rms)} of the fit` : ""}; noise ${S.error(data.noise)}.`);
       numbers.dataset.heldout = String(S.main(model.heldout_rms) ?? "");
       numbers.dataset.fit = String(S.main(model.fit_rms) ?? "");
       if (listed !== model.id) { listed = model.id; compare(model, before(model)); }
@@ -59,6 +59,10 @@
 
     function compare(model, earlier) {
       const old = new Map((earlier ? earlier.values : []).map((entry) => [entry.name, entry]));
+      if (!model.values.length) {
+        S.fill(values, ["parameter"], [], `The store holds no values of this model${model.kind === "without" ? ": refits without an effect are stored by their residuals" : ""}.`);
+        return;
+      }
       const names = [...new Set([...old.keys(), ...model.values.map((entry) => entry.name)])];
       const now = new Map(model.values.map((entry) => [entry.name, entry]));
       const words = (entry) => {
@@ -73,14 +77,13 @@
         const change = a && b && a.value && b.value !== null ? S.percent(b.value / a.value - 1) : "–";
         return earlier ? [name, words(a), words(b), (b || a).unit, change] : [name, words(b), b.unit];
       });
-      const missing = model.values.length ? "" : " The store holds no values of this model.";
       const head = earlier ? ["parameter", `before: ${earlier.label}`, `after: ${model.label}`, "unit", "change"] : ["parameter", model.label, "unit"];
       S.fill(values, head, rows,
-        `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " Candidates are linear refits; intervals come with stiffcal add and identify." : ""}${missing}`);
+        `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " Candidates are linear refits; intervals come with stiffcal add and identify." : ""}`);
     }
 
     function list() {
-      const unit = { motor_angle: "rad", torque: "N·m" }[data.measure] || "m";
+      const unit = S.si();
       return {
         head: ["model", `held-out rms [${unit}]`, ...(S.data.rotation ? ["held-out rms [rad]"] : []), `fit rms [${unit}]`, ...(S.data.rotation ? ["fit rms [rad]"] : []), "show"],
         rows: data.models.map((model) => [model.label, ...[model.heldout_rms, model.fit_rms].flatMap((rms) => [S.main(rms) ?? NaN, ...(S.data.rotation ? [rms?.rotation ?? NaN] : [])]),

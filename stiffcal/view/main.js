@@ -8,6 +8,7 @@
     document.getElementById("title").textContent = S.visible(`${data.robot}, campaign ${data.campaign}`);
     document.getElementById("verdict").textContent = S.visible(data.verdict);
     const drawable = data.models.filter(S.isDrawable);
+    S.state.model = (data.models.find((entry) => entry.present) || data.models[0] || { id: "" }).id;
     if (S.n && drawable.length) {
       S.readHash();
       const model = S.choice("Model shown in all panels", drawable.map((entry) => [entry.id, entry.label]), (value) => S.set({ model: value, off: [] }));
@@ -18,7 +19,7 @@
         model.select.value = S.state.model;
         count.textContent = `${S.count(S.nSelected)} of ${S.count(S.n)} drawn states selected` + (data.n_states > S.n ? `; shown ${S.count(S.n)} of ${S.count(data.n_states)}; errors are of all` : "");
       });
-      if (!S.scalar) S.robotPanel();
+      if (!S.scalar && data.runs.some((run) => run.chain.length)) S.robotPanel();
       S.againstPanel();
       S.ladderPanel();
       S.effectsPanel();
@@ -27,7 +28,6 @@
       S.readingPanel();
       addEventListener("hashchange", () => { S.readHash(); S.redraw(); });
     } else if (data.models.length) {
-      S.state.model = (data.models.find((entry) => entry.present) || data.models[0]).id;
       S.ladderPanel();
     }
     S.kindPanels();

@@ -90,7 +90,8 @@ def unpacked(text: str) -> tuple[Document, dict[int, Floats]]:
                 integers = np.frombuffer(np.ascontiguousarray(planes.T).tobytes(), dtype=f"<i{width}")
                 lowest = -(1 << (8 * width - 1))
                 numbers = np.where(integers == lowest, np.nan, integers * entry["step"])
-                arrays[entry["at"]] = numbers.reshape(entry["shape"])
+                if entry["n"] or entry["at"] not in arrays:  # an empty array begins where the next one does
+                    arrays[entry["at"]] = numbers.reshape(entry["shape"])
             else:
                 for item in value.values():
                     visit(item)

@@ -22,10 +22,10 @@
     return element;
   };
 
-  /** A choice with a label. @param {string} label @param {[string, string][]} options value and text */
+  /** A choice with a label. @param {string} label @param {any[]} options value and text, or a heading with a list of them */
   S.choice = function (label, options, change) {
-    const select = S.make("select", { onchange: () => change(select.value) },
-      ...options.map(([value, text]) => S.make("option", { value }, text)));
+    const made = ([value, text]) => (Array.isArray(text) ? S.make("optgroup", { label: S.visible(value) }, ...text.map(made)) : S.make("option", { value }, text));
+    const select = S.make("select", { onchange: () => change(select.value) }, ...options.map(made));
     return { element: S.make("label", {}, `${label} `, select), select };
   };
   S.check = function (label, checked, change) {
@@ -56,7 +56,7 @@
           typeof cell === "number" ? S.digits(cell) : String(cell)))))));
   };
 
-  const MOST_ROWS = 100;
+  const MOST_ROWS = 100, MOST_HIGH = 640;
   /**
    * A panel: heading, controls, canvas with a table behind it, PNG and CSV.
    * @param {{id: string, title: string, about: string, height: number, controls?: any[], draw: Function, table: Function, key?: Function, depends?: () => string}} options
@@ -66,6 +66,7 @@
     const canvas = S.make("canvas", { tabIndex: 0, id: `${options.id}-canvas` });
     canvas.setAttribute("role", "img");
     canvas.style.height = `${options.height}px`;
+    if (options.least) canvas.style.minWidth = `${options.least}px`;
     const table = S.make("table", { className: "behind" });
     const details = S.make("details", { ontoggle: () => fillTable() }, S.make("summary", {}, "Table of this picture"),
       S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": `${options.title}: table` }, table));
@@ -76,12 +77,12 @@
     };
     const note = S.make("p", { className: "note", id: `${options.id}-note` });
     const section = S.make("section", { id: options.id, className: "panel", "aria-labelledby": `${options.id}-title` },
-      S.make("h2", { id: `${options.id}-title` }, options.title),
-      S.make("p", { className: "about" }, options.about),
-      S.make("div", { className: "controls" }, ...(options.controls || []).map((entry) => entry.element || entry),
+      S.make("div", { className: "heading" }, S.make("h2", { id: `${options.id}-title` }, options.title),
         S.make("button", { type: "button", onclick: () => canvas.toBlob((blob) => save(`${options.id}.png`, blob)), title: "Save this picture" }, "PNG"),
         S.make("button", { type: "button", onclick: csv, title: "Save the numbers of this picture" }, "CSV")),
-      canvas, note, details);
+      ...(options.about ? [S.make("p", { className: "about" }, options.about)] : []),
+      ...(options.controls ? [S.make("div", { className: "controls" }, ...options.controls.map((entry) => entry.element || entry))] : []),
+      options.height > MOST_HIGH || options.least ? S.make("div", { className: "scroll tall" }, canvas) : canvas, note, details);
     function fillTable() {
       if (!details.open) return;
       const { head, rows } = options.table();

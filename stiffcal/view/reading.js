@@ -3,6 +3,7 @@
     const { data } = S, { states } = data, names = Object.keys(data.readings);
     const table = S.make("table", { id: "reading-table" });
     const lines = S.make("pre", { id: "exclude", tabIndex: 0, "aria-label": "Lines for campaign.toml" });
+    const rawHead = S.make("h3", {}, "Raw rows as they stand in the file"), rawLines = S.make("pre", { id: "raw-rows", tabIndex: 0, "aria-label": "Raw rows" });
     const about = S.make("p", { className: "note", id: "reading-note" });
     const copied = S.make("span", { role: "status" });
     const copy = S.make("button", { type: "button", onclick: async () => {
@@ -15,11 +16,11 @@
       S.save("reading.csv", [head, ...rows].map((row) => row.map(S.csvCell).join(",")).join("\r\n"));
     };
     S.place(S.make("section", { id: "reading", className: "panel", "aria-labelledby": "reading-title" },
-      S.make("h2", { id: "reading-title" }, "6 Reading"),
+      S.make("div", { className: "heading" }, S.make("h2", { id: "reading-title" }, "6 Reading"), S.make("button", { type: "button", onclick: csv, title: "Save the readings of the selected states, of all where none is selected" }, "CSV")),
       S.make("p", { className: "about" }, "The chosen state as the store holds it (SI units), between its neighbours, and where it stands in the logs."),
       S.make("div", { className: "controls" }, S.make("button", { type: "button", onclick: () => S.goTo(S.state.at - 1) }, "Previous state"),
-        S.make("button", { type: "button", onclick: () => S.goTo(S.state.at + 1) }, "Next state"), S.make("button", { type: "button", onclick: csv }, "CSV")),
-      about, S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Reading and its neighbours" }, table),
+        S.make("button", { type: "button", onclick: () => S.goTo(S.state.at + 1) }, "Next state")),
+      about, S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Reading and its neighbours" }, table), rawHead, rawLines,
       S.make("h3", {}, "Leave the selected states out"), lines, S.make("p", {}, copy, copied)));
 
     /** The lines of campaign.toml that leave the selected states out. */
@@ -33,7 +34,7 @@
         if (!groups.has(key)) groups.set(key, []);
         groups.get(key).push(states.row[i]);
       }
-      if (!groups.size) return "# these states were found in logs sampled over time: leave a run out with holdout = true, or name its states in a table (states = \"…\")";
+      if (!groups.size) return "# these states were found in logs sampled over time and have no row of their own:\n# leave their run out of the fit with holdout = true under [[runs]]";
       return [...groups].map(([key, rows]) => {
         const [source, run] = JSON.parse(key);
         return ["[[exclude]]", `source = ${S.tomlText(source)}`, ...(run ? [`run = ${S.tomlText(run)}`] : []), `rows = [${rows.sort((a, b) => a - b).join(", ")}]`, 'why = "…"'].join("\n");
@@ -45,15 +46,18 @@
       const key = `${S.state.at}/${S.version}`;
       if (key === listed) return;
       listed = key;
-      const i = S.state.at, run = data.runs[states.run[i]], members = S.members[states.run[i]], k = members.indexOf(i);
-      const neighbours = [members[k - 1], i, members[k + 1]];
+      const i = S.state.at, run = data.runs[states.run[i]], near = (j) => (j >= 0 && j < S.n ? j : undefined);
+      const neighbours = [near(i - 1), i, near(i + 1)];
       const used = states.used[i] ? "used" : states.why[i] ? `not used: ${states.why[i]}` : "reference of its run";
-      const first = run.first_row ? ` (data row 1 is ${run.first_row})` : "";
-      const place = run.source ? `data row ${states.row[i]}${first}` : `hold ${states.row[i]}`;
+      const line = states.line_number[i], first = line ? ` (line ${line})` : run.first_row ? ` (data row 1 is ${run.first_row})` : "";
+      const place = run.source ? `data row ${states.row[i]}${first}` : `${data.measure === "torque" ? "mean" : "hold"} ${states.row[i]}`;
       about.textContent = S.visible(`Run ${run.name}, ${place}${run.files.length ? ` of ${run.files.join(", ")}` : ""}; ${used}.`);
       lines.textContent = exclusion();
-      const cells = names.map((name) => [name, ...neighbours.map((j) => (j === undefined ? "–" : String(Number(data.readings[name][j].toPrecision(8)))))]);
-      S.fill(table, ["quantity", "previous", "chosen", "next"], [["row", ...neighbours.map((j) => (j === undefined ? "–" : String(states.row[j])))], ...cells], data.raw ? "Averages over the state" : "Readings are left out of this page (--no-raw).");
+      const raw = neighbours.filter((j) => j !== undefined && states.lines[j]);
+      rawHead.hidden = rawLines.hidden = !raw.length;
+      rawLines.textContent = [`columns: ${run.columns.map(S.visible).join(" | ")}`, ...raw.map((j) => `line ${states.line_number[j]}${j === i ? " (chosen)" : ""}: ${S.visible(states.lines[j])}`)].join("\n");
+      const cells = names.map((name) => [name, ...neighbours.map((j) => (j === undefined ? "–" : String(Number(data.readings[name][j].toPrecision(7)))))]);
+      S.fill(table, ["quantity", "previous", "chosen", "next"], [["run", ...neighbours.map((j) => (j === undefined ? "–" : data.runs[states.run[j]].name))], ["row", ...neighbours.map((j) => (j === undefined ? "–" : String(states.row[j])))], ...cells], data.raw ? (run.source ? "As read, in SI units" : "Averages over the state, in SI units") : "Readings are left out of this page (--no-raw).");
     };
     S.onChange(list);
     new IntersectionObserver((entries) => { visible = entries[entries.length - 1].isIntersecting; if (visible) list(); }).observe(table);

@@ -45,19 +45,32 @@
     still.addEventListener("change", () => { play.hidden = still.matches; if (timer) play.click(); });
     const step = (by) => {
       const members = S.members[S.state.run], k = members.indexOf(S.state.at);
-      if (members.length) S.goTo(members[(k + by + members.length) % members.length]);
+      // places measured once each are runs of one state: there one goes from run to run
+      if (members.length < 2) S.goTo((S.state.at + by + S.n) % S.n);
+      else S.goTo(members[(k + by + members.length) % members.length]);
     };
     function next() { step(1); }
 
-    /** Share of the deflection of each joint and of the link after it. */
-    const joint = new Float64Array(data.joints.length + 1), link = new Float64Array(data.joints.length + 1);
-    for (const effect of data.effects) if (effect.joint) (effect.link ? link : joint)[effect.joint] += Math.max(effect.share, 0);
+    /** Share of the deflection of each drive, of its bearing and of the link after it; of the base link at 0. */
+    const parts = { joint: new Float64Array(data.joints.length + 1), bearing: new Float64Array(data.joints.length + 1), link: new Float64Array(data.joints.length + 1) };
+    for (const effect of data.effects) if (parts[effect.part_of] && effect.joint !== null) parts[effect.part_of][effect.joint] += Math.max(effect.share, 0);
+    const { joint, bearing, link } = parts;
+    const nowhere = data.suspects.filter((name) => name.endsWith(" setup"));
+    const largest = data.effects.filter((effect) => effect.share >= 0.01).sort((a, b) => b.share - a.share).slice(0, 5).map((effect) => `${effect.name} ${S.percent(effect.share)}`);
+    const standing = (largest.length ? ` Largest shares of the deflection: ${largest.join(", ")}.` : "")
+      + (data.suspects.length ? ` Suspected: ${data.suspects.join(", ")}${nowhere.length ? " (the set-up has no place on the robot)" : ""}.` : "");
+    const small = (label, text, change) => S.make("button", { type: "button", "aria-label": label, title: label, onclick: change }, text);
+    const view = S.make("span", { role: "group", "aria-label": "Camera", className: "camera" },
+      small("Turn left", "◂", () => S.set({ turn: S.state.turn - 0.2 })), small("Turn right", "▸", () => S.set({ turn: S.state.turn + 0.2 })),
+      small("Tilt up", "▴", () => S.set({ tilt: Math.min(S.state.tilt + 0.15, 1.5) })), small("Tilt down", "▾", () => S.set({ tilt: Math.max(S.state.tilt - 0.15, -1.5) })),
+      small("Zoom in", "+", () => S.set({ zoom: S.state.zoom * 1.2 })), small("Zoom out", "−", () => S.set({ zoom: S.state.zoom / 1.2 })),
+      small("First view", "⟲", () => S.set({ turn: 0.9, tilt: 0.35, zoom: 1 })));
 
     const panel = S.panel({
       id: "robot", title: "1 Robot", height: 420,
-      about: "The chain of the chosen run at rest (grey) and deformed. Discs and links are sized by their share of the tool's deflection; a diamond marks a suspected joint. Drag or arrow keys: orbit; wheel, + and −: zoom; N and P: next and previous state.",
+      about: "The chain at rest (dashed) and deformed. Discs (drives), rings (bearings) and links are as large or wide as their share of the tool's deflection; a diamond marks a suspected place. Drag or arrow keys turn the picture, + and − or the wheel (after a click) zoom, N and P step.",
       controls: [run, S.make("button", { type: "button", onclick: () => step(-1) }, "Previous state"),
-        S.make("button", { type: "button", onclick: next }, "Next state"), play, exaggeration, ...arrows],
+        S.make("button", { type: "button", onclick: next }, "Next state"), play, view, exaggeration, ...arrows],
       draw, table, key,
       depends: () => { const s = S.state; return [s.model, s.kind, s.off, s.mode, s.run, s.at, s.scale, s.arrows, s.turn, s.tilt, s.zoom, S.version].join(); },
     });
@@ -81,7 +94,11 @@
       S.set({ turn: S.state.turn + (event.clientX - x) / 150, tilt: Math.max(-1.5, Math.min(1.5, S.state.tilt + (event.clientY - y) / 150)) });
     });
     panel.canvas.addEventListener("pointerup", () => { drag = null; });
-    panel.canvas.addEventListener("wheel", (event) => { event.preventDefault(); S.set({ zoom: S.state.zoom * (event.deltaY < 0 ? 1.1 : 1 / 1.1) }); }, { passive: false });
+    panel.canvas.addEventListener("wheel", (event) => {
+      if (document.activeElement !== panel.canvas) return;
+      event.preventDefault();
+      S.set({ zoom: S.state.zoom * (event.deltaY < 0 ? 1.1 : 1 / 1.1) });
+    }, { passive: false });
 
     /** What is drawn of a state, m and N. @param {number} i */
     function vectors(i) {
@@ -97,10 +114,17 @@
       ARROWS.forEach(([letter], k) => { arrows[k].input.checked = S.state.arrows.includes(letter); });
       const { g, width, height } = S.begin(canvas), { state, theme } = S;
       const scale = natural * 10 ** state.scale, chain = data.runs[state.run].chain;
-      const pixels = (Math.min(0.53 * height, 0.46 * width) / longest.chain) * state.zoom;
       const [ct, st, ce, se] = [Math.cos(state.turn), Math.sin(state.turn), Math.cos(state.tilt), Math.sin(state.tilt)];
-      const [cx, cy, cz] = boxOf(chain).centre;
-      const project = (x, y, z) => [width / 2 + pixels * (-st * (x - cx) + ct * (y - cy)), height / 2 - pixels * (ce * (z - cz) - se * (ct * (x - cx) + st * (y - cy)))];
+      // the picture is as large as the chain of the run and its arrows leave room for
+      const flat = (x, y, z) => [-st * x + ct * y, se * (ct * x + st * y) - ce * z];
+      let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
+      for (let k = 0; k < K; k++) {
+        const [u, v] = flat(chain[3 * k], chain[3 * k + 1], chain[3 * k + 2]);
+        left = Math.min(left, u); right = Math.max(right, u); top = Math.min(top, v); bottom = Math.max(bottom, v);
+      }
+      const room = Math.min((width - 150) / Math.max(right - left, 0.7 * longest.chain), (height - 130) / Math.max(bottom - top, 0.7 * longest.chain));
+      const pixels = Math.max(room, 1e-9) * state.zoom, [cu, cv] = [(left + right) / 2, (top + bottom) / 2];
+      const project = (x, y, z) => { const [u, v] = flat(x, y, z); return [width / 2 + pixels * (u - cu), height / 2 + 12 + pixels * (v - cv)]; };
       const point = (values, k, move, by) => project(values[3 * k] + (move ? by * move[0] : 0), values[3 * k + 1] + (move ? by * move[1] : 0), values[3 * k + 2] + (move ? by * move[2] : 0));
       const line = (points, colour, w, dash) => {
         g.strokeStyle = colour; g.lineWidth = w; g.setLineDash(dash || []); g.beginPath();
@@ -122,18 +146,23 @@
         const at = 3 * (i * K + k);
         return point(chain, k, [states.shape[at], states.shape[at + 1], states.shape[at + 2]], scale);
       }) : rest;
-      for (let k = 0; k + 1 < K; k++) line([moved[k], moved[k + 1]], theme.ink, 3 + 14 * Math.sqrt(link[k] || 0));
+      const diamond = (x, y, r) => { g.beginPath(); S.marker(g, 4, x, y, r); g.strokeStyle = theme.warm; g.lineWidth = 3; g.stroke(); };
+      for (let k = 0; k + 1 < K; k++) {
+        line([moved[k], moved[k + 1]], theme.ink, 3 + 14 * Math.sqrt(link[k] || 0));
+        if (data.suspected_links.includes(k)) diamond((moved[k][0] + moved[k + 1][0]) / 2, (moved[k][1] + moved[k + 1][1]) / 2, 13);
+      }
+      const labels = [];
       for (let k = 1; k <= data.joints.length; k++) {
         const r = 4 + 16 * Math.sqrt(joint[k]);
         g.beginPath(); g.arc(moved[k][0], moved[k][1], r, 0, 6.2832);
         g.fillStyle = theme.series[0]; g.fill(); g.lineWidth = 1; g.strokeStyle = theme.ground; g.stroke();
-        if (data.suspected.includes(k)) {
-          g.beginPath(); S.marker(g, 4, moved[k][0], moved[k][1], r + 7);
-          g.strokeStyle = theme.warm; g.lineWidth = 3; g.stroke();
-        }
-        g.fillStyle = theme.ink; g.textAlign = "left"; g.textBaseline = "bottom";
-        g.fillText(S.visible(data.joints[k - 1]), moved[k][0] + r + 3, moved[k][1] - 3);
+        if (bearing[k] > 0) { g.beginPath(); g.arc(moved[k][0], moved[k][1], r + 3 + 6 * Math.sqrt(bearing[k]), 0, 6.2832); g.strokeStyle = theme.series[3]; g.lineWidth = 1.5 + 10 * Math.sqrt(bearing[k]); g.stroke(); }
+        if (data.suspected.includes(k)) diamond(moved[k][0], moved[k][1], r + 7);
+        const near = labels.find((label) => Math.abs(label.x - moved[k][0]) < 26 && Math.abs(label.y - moved[k][1]) < 14);
+        if (near) { near.text += `, ${S.visible(data.joints[k - 1])}`; near.r = Math.max(near.r, r); } else labels.push({ x: moved[k][0], y: moved[k][1], r, text: S.visible(data.joints[k - 1]) });
       }
+      g.fillStyle = theme.ink; g.textAlign = "left"; g.textBaseline = "bottom";
+      for (const label of labels) g.fillText(label.text, label.x + label.r + 4, label.y - 3);
       const colours = { m: theme.ink, p: theme.series[2], r: theme.warm, f: theme.accent };
       const dashes = { m: [], p: [5, 3], r: [2, 2], f: [9, 3, 2, 3] };
       const arrow = (from, vector, by, colour, w, dash) => {
@@ -160,16 +189,16 @@
         g.fillStyle = theme.ink;
         g.fillText(`${word} ${letter === "f" ? S.digits(Math.hypot(...shown.f)) + " N" : S.length(Math.hypot(...shown[letter]))}`, 46, 16 + 18 * k);
       });
-      return `Run ${data.runs[state.run].name}, state ${S.members[state.run].indexOf(i) + 1} of ${S.members[state.run].length}. Deflections × ${S.digits(scale)}, residuals × ${S.digits(5 * scale)}.`;
+      return `Run ${data.runs[state.run].name}, state ${S.members[state.run].indexOf(i) + 1} of ${S.members[state.run].length}. Deflections × ${S.digits(scale)}, residuals × ${S.digits(5 * scale)}.${standing}`;
     }
 
     function table() {
       const rows = S.members[S.state.run].map((i) => {
-        const v = vectors(i), um = (vector) => vector.map((value) => 1e6 * value);
+        const v = vectors(i), um = (vector) => vector.map((value) => S.units.length.factor * value);
         return [data.states.row[i], ...v.f, ...um(v.m), ...um(v.p), ...um(v.r)];
       });
       const names = (word, unit) => ["x", "y", "z"].map((axis) => `${word} ${axis} [${unit}]`);
-      return { head: ["row", ...names("force", "N"), ...names("measured", "µm"), ...names("predicted", "µm"), ...names("residual", "µm")], rows };
+      return { head: ["row", ...names("force", "N"), ...names("measured", S.units.length.unit), ...names("predicted", S.units.length.unit), ...names("residual", S.units.length.unit)], rows };
     }
   };
 })(stiffcal);

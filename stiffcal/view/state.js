@@ -1,7 +1,7 @@
 (function (S) {
   /** What the page shows; all of it is in the address after the "#". */
   S.state = {
-    model: "", kind: "heldout", off: [], mode: "part", x: "", y: "x", colour: "", run: 0, at: 0, scale: 0,
+    model: "", kind: "heldout", off: [], mode: "part", x: "", y: "r.x", colour: "", run: 0, at: 0, scale: 0,
     arrows: "mprf", turn: 0.9, tilt: 0.35, zoom: 1, joint: 0, over: 0,
   };
   const listeners = [];
@@ -50,6 +50,15 @@
     if (!S.n) return;
     const at = Math.max(0, Math.min(S.n - 1, i));
     S.set({ at, run: S.data.states.run[at] });
+  };
+
+  /** Choose the first state of another run. @param {number} by how many runs further */
+  S.stepRun = function (by) {
+    const runs = S.data.runs.length;
+    for (let k = 1; k <= runs; k++) {
+      const run = (((S.state.run + by * k) % runs) + runs) % runs;
+      if (S.members[run].length) { S.goTo(S.members[run][0]); return; }
+    }
   };
 
   /** Select states. @param {Iterable<number>} chosen @param {boolean} [add] keep what is selected already */
@@ -143,10 +152,10 @@
     const names = data.effects.map((effect) => effect.name);
     state.off = state.off.filter((name) => names.includes(name));
     const proposed = S.modelById.get(state.model)?.shares?.[0];
-    if (!S.variableByName.has(state.x)) state.x = proposed ? proposed.variable : data.variables[0]?.name ?? "";
-    if (state.colour !== "none" && !S.variableByName.has(state.colour)) state.colour = S.variableByName.has("branch") ? "branch" : "run";
-    const ys = [...S.components, "length", ...names.map((name) => `along ${name}`)];
-    if (!ys.includes(state.y)) state.y = "x";
+    const keys = new Set([...S.residualKeys().map(([key]) => key), ...data.variables.map((variable) => variable.name), ...(S.scalar ? [] : ["component"])]);
+    if (!keys.has(state.x)) state.x = proposed ? proposed.variable : data.variables[0]?.name ?? "";
+    if (state.colour !== "none" && !keys.has(state.colour)) state.colour = ["branch", data.direction, "run"].find((key) => keys.has(key)) ?? "none";
+    if (!keys.has(state.y) || state.y === "component") state.y = proposed ? `r.${proposed.component}` : "r.x";
     const clamp = (value, most) => Math.max(0, Math.min(most, Math.round(value)));
     state.run = clamp(state.run, Math.max(data.runs.length - 1, 0));
     state.at = clamp(state.at, Math.max(S.n - 1, 0));

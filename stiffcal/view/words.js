@@ -25,21 +25,16 @@
   /** A count, in groups of three digits. @param {number} n */
   S.count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, "\u00a0");
   /** A length. @param {number|null} metres */
-  S.length = function (metres) {
-    if (metres === null || !Number.isFinite(metres)) return "–";
-    return Math.abs(metres) >= 1e-4 ? `${S.digits(1e3 * metres)} mm` : `${S.digits(1e6 * metres)} µm`;
-  };
+  S.length = (metres) => inUnit(metres, S.units.length);
+  const inUnit = (value, { factor, unit }) => (Number.isFinite(value ?? NaN) ? `${S.digits(factor * value)} ${unit}` : "–");
   /** An angle. @param {number|null} radians */
-  S.angle = function (radians) {
-    if (radians === null || radians === undefined || !Number.isFinite(radians)) return "–";
-    return Math.abs(radians) >= 1e-3 ? `${S.digits(1e3 * radians)} mrad` : `${S.digits(1e6 * radians)} µrad`;
-  };
+  S.angle = (radians) => inUnit(radians, S.units.angle);
   /** A size in the measure of the campaign. @param {number|null} value SI */
-  S.size = function (value) {
-    const { measure } = S.data;
-    if (measure === "motor_angle") return S.angle(value);
-    return measure !== "torque" ? S.length(value) : Number.isFinite(value ?? NaN) ? `${S.digits(value)} N·m` : "–";
-  };
+  S.size = (value) => inUnit(value, S.units.main);
+  /** The SI unit of errors. */
+  S.si = () => ({ motor_angle: "rad", torque: "N·m" })[S.data.measure] || "m";
+  /** Where models are judged on what their fit has not used. */
+  S.leftOut = () => (S.data.measure === "torque" ? "at held-out speeds" : "in held-out poses");
   /** An error as people read it. @param {{translation: number|null, rotation: number|null}|null} rms */
   S.error = function (rms) {
     if (!rms) return "–";

@@ -16,7 +16,15 @@ from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.store.document_shape import result_from
 from stiffcal.workflow.diagnose_rows import diagnose_rows
-from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, REFITS, diagnoses_with, evidence_of, refit_columns
+from stiffcal.workflow.evidence import (
+    DIAGNOSES,
+    EVIDENCE,
+    REFITS,
+    ROW_REFITS,
+    diagnoses_with,
+    evidence_of,
+    refit_columns,
+)
 from stiffcal.workflow.experiments import robot_to_fit
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.load_search import diagnosis_of, search_now
@@ -67,9 +75,14 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     fit_id, key = identified.fit_id, diagnosis_key(data, identified)
     rows = diagnose_rows(data, context)
     if len(data.states) == 0:
-        diagnosis = merged_diagnosis(rows) if rows else without_states(data, identified, context)
+        diagnosis = merged_diagnosis(rows.parts) if rows.parts else without_states(data, identified, context)
         diagnosis = replace(diagnosis, fit_id=fit_id, key=key)
-        data.commit({}, {DIAGNOSE: document_of(diagnosis)}, command="diagnose")
+        refitted = StoredRefits(key=key, entries=rows.entries)
+        data.commit(
+            {ROW_REFITS: rows.columns()},
+            {DIAGNOSE: document_of(diagnosis), REFITS: document_of(refitted)},
+            command="diagnose",
+        )
         return replace(diagnosis, origin=cast(Origin, data.origin))
     loss = identified.loss
     suspicion = suspicion_of(data.campaign, data.states, loss, context.progress)
@@ -87,7 +100,7 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     kept = np.flatnonzero(_kept(data, suspicion))[search.first.fit.data.index]
     stored_refits = StoredRefits(key=key, entries=[refit.summary for refit in refits])
     falls = tuple(missing.judgement.fall for missing in search.found)
-    diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, falls, len(sound.states)), *rows])
+    diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, falls, len(sound.states)), *rows.parts])
     refit_table = refit_columns(sound.states, search.first.fit.data, refits, kept)
     return _stored(data, diagnosis, stored_refits, {EVIDENCE: table, REFITS: refit_table})
 
@@ -108,7 +121,7 @@ def _diagnosis_of_drives(
 
     key = diagnosis_key(data, identified)
     answers = diagnose_drives(sound, drives, np.flatnonzero(_kept(data, suspicion)), identified.loss, context)
-    diagnosis = merged_diagnosis([*answers.parts, *diagnose_rows(data, context)])
+    diagnosis = merged_diagnosis([*answers.parts, *diagnose_rows(data, context).parts])
     diagnosis = replace(
         diagnosis,
         fit_id=identified.fit_id,

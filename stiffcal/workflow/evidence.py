@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Columns: TypeAlias = "dict[str, Values]"
 """The columns of a table by name, arrays of one length."""
 
-EVIDENCE, DIAGNOSES, REFITS = "evidence", "diagnoses", "refits"
+EVIDENCE, DIAGNOSES, REFITS, ROW_REFITS = "evidence", "diagnoses", "refits", "row_refits"
 # A report shows no more pages of evidence than these; a model seldom needs as many effects beyond its joints.
 MOST_SHOWN = 12
 # Of a diagnosis that a later one has replaced, so many ranks are kept.
@@ -157,6 +157,23 @@ def refit_columns(states: LoadStates, data: Observations, refits: Sequence[Refit
         "entry": np.repeat(np.arange(len(refits), dtype=np.int64), len(index)),
         "state": np.tile(index.astype(np.int64), len(refits)),
         **{name: np.concatenate([part[name] for part in parts]) if parts else np.zeros(0) for name in names},
+    }
+
+
+def row_refit_columns(refits: Sequence[Refit], index: Sequence[Integers]) -> Columns:
+    """Return the columns of the table ``row_refits``: rows of one refit stand together.
+
+    Parameters
+    ----------
+    refits : in the order of the document ``refits`` of a campaign without load states.
+    index : the rows of each, in the numbering of `DrawnRows`.
+    """
+    if not refits:
+        return {"entry": np.zeros(0, dtype=np.int64), "row": np.zeros(0, dtype=np.int64), "residual": np.zeros(0)}
+    return {
+        "entry": np.repeat(np.arange(len(refits), dtype=np.int64), [len(rows) for rows in index]),
+        "row": np.concatenate(index).astype(np.int64),
+        "residual": np.concatenate([refit.residual[0] for refit in refits]),
     }
 
 

@@ -15,9 +15,11 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.summary import Balance, ModelSummary
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.workflow.steps import Ingested
+from stiffcal.workflow.steps import Ingested, kept_table
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from stiffcal.experiments.clamped.results import ClampedSection
     from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.experiments.measured import MeasuredRuns
@@ -56,6 +58,18 @@ def runs_with_fits(data: Ingested) -> MeasuredRuns:
     measured = measured_runs(data)
     fits = {name: data.store.read_table(name) for name in tables_of_fits() if name in data.store.tables}
     return replace(measured, tables={**measured.tables, **fits})
+
+
+def kept_of_kinds(tables: Mapping[str, pa.Table], key: str) -> dict[str, pa.Table]:
+    """Return those of a fit's tables that stay in the store for every fit of the history, under their lasting names.
+
+    Parameters
+    ----------
+    tables : of the fit or its validation, by name. key : of the fit.
+    """
+    from stiffcal.experiments import tables_kept
+
+    return {kept_table(name, key): tables[name] for name in tables_kept() if name in tables}
 
 
 def robot_to_fit(data: Ingested) -> CompliantRobot:

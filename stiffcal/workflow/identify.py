@@ -193,7 +193,12 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
     from stiffcal.identification.stated_geometry import geometry_found
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.results.identify_answer import identify_result
-    from stiffcal.workflow.experiments import fit_experiments, identify_without_states, merge_experiment_fits
+    from stiffcal.workflow.experiments import (
+        fit_experiments,
+        identify_without_states,
+        kept_of_kinds,
+        merge_experiment_fits,
+    )
     from stiffcal.workflow.suspects import suspects_in
 
     experiments = fit_experiments(data)
@@ -214,6 +219,7 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
         result = replace(result, agreement=agreement or None)
         suspects, not_checked = suspects_in(data.campaign, data.states, loss, present=fit)
         result = replace(result, suspects=suspects, suspects_not_checked=not_checked)
+    tables |= kept_of_kinds(tables, key_of_fit(data, loss))
     result = replace(result, loss=loss, key=key_of_fit(data, loss), registration=data.registration)
     numbered = result
 

@@ -128,6 +128,7 @@ def validate_now(
     from stiffcal.validation.elasticity import elasticity_of
     from stiffcal.validation.validate import validate_fit
     from stiffcal.workflow.experiments import (
+        kept_of_kinds,
         merge_experiment_validations,
         validate_without_states,
         validated_experiments,
@@ -157,6 +158,7 @@ def validate_now(
         carried = load_columns(data.states, fit.robot)
         tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual, carried)
         tables[kept_table(HELDOUT_STATES, identified.key)] = tables[HELDOUT_STATES]
+    tables |= kept_of_kinds(tables, identified.key)
     result = replace(
         result,
         suspects=identified.suspects,

@@ -11,45 +11,39 @@ import numpy as np
 import pyarrow as pa
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.campaign.manifest import Run
 from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.experiments import all_kinds
 from stiffcal.identification.state_loads import torques_about_joints
 from stiffcal.measurements.load_states import Attachment, LoadStates
-from stiffcal.mechanics.kinematics import attached_poses, body_poses
+from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
-from stiffcal.reduction.logs import place_of_row
 from stiffcal.report.content import ReportStates
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.store import values_of
 from stiffcal.view.content import (
     ViewContent,
-    ViewModel,
-    ViewRun,
     ViewStates,
     ViewVariable,
 )
 from stiffcal.workflow.diagnose import current_diagnosis
 from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_content import report_states_of
-from stiffcal.workflow.steps import Ingested
+from stiffcal.workflow.steps import FIT_STATES, Ingested
 from stiffcal.workflow.view_effects import view_effects
-from stiffcal.workflow.view_models import view_models
+from stiffcal.workflow.view_models import place_words, tables_of_states, view_models
 from stiffcal.workflow.view_motors import motor_states
+from stiffcal.workflow.view_rows import content_of_rows
+from stiffcal.workflow.view_runs import view_runs, with_raw_rows
+from stiffcal.workflow.view_sample import picked_model, sample_of
 
 if TYPE_CHECKING:
     from stiffcal.mechanics.chain import Chain
 
-MOST_SHOWN = 5000
-"""States that are drawn; of more a sample."""
-ALWAYS_SHOWN = 0.1
-"""Share of the sample that is kept for the largest residuals."""
 BRANCHES = ["loading", "unloading", "not loaded"]
 DEGREES = 180.0 / np.pi
-MICRO = 1e6
 MEASURES: tuple[Literal["translation", "motor_angle", "length", "torque"], ...] = (
     "translation", "motor_angle", "length", "torque",
 )  # fmt: skip
@@ -68,6 +62,8 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
     diagnosis, reason = current_diagnosis(data, identified)
     measured = runs_with_fits(data)
     pages = [page for kind in all_kinds() if (page := kind.page(measured, identified)) is not None]
+    missing = [] if diagnosis is None else diagnosis.missing
+    joints, links, suspects = _places_of(missing, placed_robot(campaign))
     content = ViewContent(
         campaign=campaign.name,
         robot=campaign.robot.name or campaign.chain.name or "robot",
@@ -75,15 +71,16 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
         verdict=reason if diagnosis is None else diagnosis.summary,
         noise=identified.noise if diagnosis is None else diagnosis.noise or identified.noise,
         zero=validation.zero_model,
-        suspected=[]
-        if diagnosis is None
-        else sorted({joint for entry in diagnosis.missing for joint in entry.where.joints or ()}),
+        suspected=joints,
+        suspected_links=links,
+        suspects=suspects,
         n_states=len(data.states),
         joints=list(data.joint_names),
         rotation=False,
         one_direction=False,
         measure=_measure(identified),
-        runs=_runs(data, raw),
+        direction="direction",
+        runs=view_runs(data, raw),
         states=None,
         variables=[],
         models=[],
@@ -95,7 +92,10 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
     )
     if len(data.states):
         return _with_states(content, data, identified, raw, reason)
-    return replace(content, models=view_models(data, identified, [], np.zeros(0, dtype=np.bool_), 3))
+    rows = [made for kind in all_kinds() if (made := kind.drawn_rows(measured, identified)) is not None]
+    if rows:
+        return content_of_rows(content, rows[0], data, identified, reason)
+    return replace(content, models=view_models(data, identified, [], np.zeros(0, dtype=np.bool_), None))
 
 
 def _measure(identified: IdentifyResult) -> Literal["translation", "motor_angle", "length", "torque"]:
@@ -107,8 +107,15 @@ def _measure(identified: IdentifyResult) -> Literal["translation", "motor_angle"
     return "translation"
 
 
-def _joints_of(missing: Sequence[ProposedEffect]) -> list[int]:
-    return sorted({joint for entry in missing for joint in entry.where.joints or ()})
+def _places_of(missing: Sequence[ProposedEffect], robot: CompliantRobot) -> tuple[list[int], list[int], list[str]]:
+    """Return the joints, the links (by the joint that moves them) and the names of what is missing."""
+    joints: set[int] = set()
+    links: set[int] = set()
+    for entry in missing:
+        joints |= {*(entry.where.joints or ()), *(joint for pair in entry.where.pairs or () for joint in pair)}
+        links |= {robot.chain.joint_of_link[name] for name in entry.where.links or ()}
+    names = [f"{entry.effect} {place_words(entry.where)}" for entry in missing]
+    return sorted(joints), sorted(links), names
 
 
 def _with_states(
@@ -121,13 +128,22 @@ def _with_states(
     measured, own = drawn.measured, None
     if content.measure == "motor_angle":
         measured, own = motor_states(robot, states)
-    models = view_models(data, identified, variables, drawn.used, measured.shape[1], own)
-    pick = _sample(drawn.residual if own is None else own)
+        label = "angle that the moved motor turned"
+        variables.insert(0, ViewVariable(name="motor", label=label, unit="°", values=DEGREES * measured[:, 0]))
+    tables = tables_of_states(data, measured.shape[1], own is not None)
+    models = view_models(data, identified, variables, drawn.used, tables, own)
+    variables += _rod_residuals(data)  # no candidates for what a residual follows: they are residuals themselves
+    pick = sample_of(drawn.residual if own is None else own)
     shown = data.states.select(pick)
     positions, target = _shape(robot, shown)
+    runs, lines, line_number = content.runs, [""] * len(pick), np.zeros(len(pick), dtype=np.int64)
+    if raw:
+        runs, lines, line_number = with_raw_rows(data, runs, states.run[pick], states.row[pick])
     missing = [model for model in models if model.kind == "with"]
     return replace(
         content,
+        direction="direction" if any(variable.name == "direction" for variable in variables) else "branch",
+        runs=runs,
         rotation=drawn.has_rotation,
         one_direction=drawn.along is not None,
         states=ViewStates(
@@ -135,75 +151,19 @@ def _with_states(
             row=states.row[pick],
             used=drawn.used[pick],
             why=[str(text) for text in states.set_aside[pick]],
+            lines=lines,
+            line_number=line_number,
             measured=measured[pick],
             force=drawn.force[pick],
             shape=positions,
             target=target,
         ),
         variables=[replace(variable, values=variable.values[pick]) for variable in variables],
-        models=[_picked(model, pick) for model in models],
+        models=[picked_model(model, pick) for model in models],
         effects=view_effects(robot, states, pick, measured.shape[1]),
         readings=_readings(data.table, pick) if raw else {},
         refits_missing="" if missing else reason or "the store holds no refits: run stiffcal diagnose again",
     )
-
-
-def _picked(model: ViewModel, pick: Integers) -> ViewModel:
-    inside, outside = model.residual_fit, model.residual_heldout
-    return replace(
-        model,
-        residual_fit=None if inside is None else inside[pick],
-        residual_heldout=None if outside is None else outside[pick],
-    )
-
-
-def _sample(residual: Floats) -> Integers:
-    """Return the states that are drawn, ascending: all, or those with the largest residuals and evenly of the rest."""
-    n = len(residual)
-    if n <= MOST_SHOWN:
-        return np.arange(n)
-    squares = np.nansum(residual[:, :3] ** 2, axis=1)
-    largest = np.argsort(-squares, kind="stable")[: int(ALWAYS_SHOWN * MOST_SHOWN)]
-    rest = np.setdiff1d(np.arange(n), largest)
-    even = rest[np.linspace(0, len(rest) - 1, MOST_SHOWN - len(largest)).astype(np.int64)]
-    return np.asarray(np.union1d(largest, even))
-
-
-def _runs(data: Ingested, raw: bool) -> list[ViewRun]:
-    states, chain, manifest = data.states, data.campaign.chain, data.campaign.manifest
-    described = {run.id: run for run in manifest.runs}
-    tables = [name for name, source in manifest.sources.items() if source.is_states]
-    rows = []
-    for info, members in zip(states.runs, states.members(), strict=True):
-        joints = states.joints[members[:1]] if len(members) else np.zeros((1, states.joints.shape[1]))
-        points, _ = body_poses(chain, chain.model_angles(joints))
-        run = described.get(info.name)
-        files: list[str] = []
-        if raw:
-            for name, source in manifest.sources.items():
-                files += manifest.files_of(name, run).values() if source.in_files else []
-        table = tables[0] if tables and raw else ""
-        rows.append(
-            ViewRun(
-                name=info.name,
-                chain=points[0],
-                holdout=info.holdout,
-                files=list(dict.fromkeys(files)),
-                source=table,
-                own_file=bool(table) and run is not None and table in run.files,
-                first_row=_first_row(data, table, run) if table else "",
-            )
-        )
-    return rows
-
-
-def _first_row(data: Ingested, source: str, run: Run | None) -> str:
-    """Return where the first data row of a source's file stands, in words; "" where the file cannot be looked at."""
-    settings = data.campaign.manifest.sources[source]
-    file = data.campaign.manifest.files_of(source, run).get("")
-    if file is None or not settings.in_files or not (data.campaign.folder / file).is_file():
-        return ""
-    return place_of_row(data.campaign.folder, settings, file, 1)
 
 
 def _variables(data: Ingested, drawn: ReportStates, torque: Floats) -> list[ViewVariable]:
@@ -220,7 +180,7 @@ def _variables(data: Ingested, drawn: ReportStates, torque: Floats) -> list[View
             ("moment", k + 1, f"moment about {'xyz'[k]} of the sensor", "N·m", column)
             for k, column in enumerate(moment.T)
         ),
-        ("deflection", 0, "size of the deflection", "µm", MICRO * np.linalg.norm(drawn.measured[:, :3], axis=1)),
+        ("deflection", 0, "size of the deflection", "mm", 1e3 * np.linalg.norm(drawn.measured[:, :3], axis=1)),
         ("time", 0, "time", "s", states.time),
         ("hold", 0, "time under load", "s", states.hold),
         *(("temperature", k + 1, f"temperature {k + 1}", "", column) for k, column in enumerate(states.temperature.T)),
@@ -238,13 +198,29 @@ def _variables(data: Ingested, drawn: ReportStates, torque: Floats) -> list[View
     runs = [run.name for run in states.runs]
     variables.append(ViewVariable(name="run", label="run", unit="", values=states.run.astype(np.float64), levels=runs))
     labels = sorted(set(drawn.direction.tolist()))
-    if len(labels) > 1:
+    if len(labels) > 1 and np.any(drawn.force):
         numbers = np.searchsorted(np.array(labels), drawn.direction).astype(np.float64)
         words = [label or "not loaded" for label in labels]
         variables.append(
             ViewVariable(name="direction", label="direction of the load", unit="", values=numbers, levels=words)
         )
     return variables
+
+
+def _rod_residuals(data: Ingested) -> list[ViewVariable]:
+    """Return what the present fit leaves of each rod's length, over all states."""
+    names = [name for rods in data.states.setup.rods for name in rods.names]
+    if not names or FIT_STATES not in data.store.tables:
+        return []
+    table, found = data.store.read_table(FIT_STATES), []
+    for number, name in enumerate(names):
+        column = f"{name}_length_m_residual"
+        if column in table.column_names:
+            values = np.full(len(data.states), np.nan)
+            values[values_of(table.column("state"))] = 1e3 * values_of(table.column(column))
+            label = f"residual of the present fit in the length of rod {name}"
+            found.append(ViewVariable(name=f"rod{number + 1}", label=label, unit="mm", values=values))
+    return found
 
 
 def _shape(robot: CompliantRobot, states: LoadStates) -> tuple[Floats, Floats]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -11,7 +12,8 @@ from stiffcal.identification.observation import evaluate
 from stiffcal.identification.readings import Observations, observe
 from stiffcal.identification.rows import GAUGE, MOTOR, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import RZ
 from stiffcal.view.content import ViewEffect
 
 
@@ -40,12 +42,24 @@ def view_effects(robot: CompliantRobot, states: LoadStates, pick: Integers, widt
         part = np.zeros((len(pick), width))
         part[where] = _of_first_target(data, added, width)[chosen]
         share = float(np.sum((added * whole)[main])) / total if total > 0.0 else 0.0
-        joint, link = (placed.place.joints[0], False) if placed.place.kind == "joints" else (None, False)
-        if placed.place.kind == "links":
-            joint, link = robot.chain.joint_of_link[placed.place.link], True
+        joint, part_of = None, _part_of(placed)
+        if placed.place.kind == "joints":
+            joint = placed.place.joints[0]
+        elif placed.place.kind == "links":
+            joint = robot.chain.joint_of_link[placed.place.link]
         name = f"{placed.effect.name} {placed.place.label}"
-        effects.append(ViewEffect(name=name, joint=joint, link=link, share=share, part=part))
+        effects.append(ViewEffect(name=name, joint=joint, part_of=part_of, share=share, part=part))
     return effects
+
+
+def _part_of(placed: PlacedEffect) -> Literal["joint", "bearing", "link", "setup"]:
+    """Return which part of the robot gives."""
+    if placed.place.kind == "links":
+        return "link"
+    if placed.place.kind != "joints":
+        return "setup"
+    across = any(spec.along is not None and spec.along != RZ for spec in placed.effect.parameters)
+    return "bearing" if across else "joint"
 
 
 def _of_first_target(data: Observations, rows: Floats, width: int) -> Floats:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.diagnosis.refits import RefitSummary, StoredRefits
+from stiffcal.diagnosis.refits import StoredRefits
 from stiffcal.identification.before_after import EstimatedParameter, estimated_parameters, stiffness_unit
-from stiffcal.identification.state_tables import component_block, gauge_block
+from stiffcal.identification.state_tables import component_block, gauge_block, motor_block
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.effect import Effect
 from stiffcal.model.measured_frames import FRAME, FramePose
+from stiffcal.model.summary import Where
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.view.content import ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.shares import share_explained
@@ -41,9 +43,47 @@ FEWEST_SHARE = 0.02
 """Variables that explain less are not proposed."""
 
 
-def residual_block(data: Ingested) -> Callable[[pa.Table], Floats]:
+@dataclass(frozen=True, kw_only=True)
+class ResidualTables:
+    """Where the store holds residuals of n states or rows, and how they are read: (n, 3) or (n, 6), SI."""
+
+    fit: str
+    """Table of the present fit."""
+    heldout: str
+    """Table with each pose, or speed, by a fit without it."""
+    refits: str
+    """Table of the refits that `diagnose` stored."""
+    of_fit: Callable[[pa.Table], Floats | None]
+    """Reads the first; None where the table is of other readings."""
+    of_heldout: Callable[[pa.Table], Floats | None]
+    """Reads the second, likewise."""
+    of_refit: Callable[[pa.Table], Floats]
+    """Reads the part of the third that is of one refit."""
+
+
+def tables_of_states(data: Ingested, width: int, of_motors: bool) -> ResidualTables:
+    """Return the tables of load states.
+
+    Parameters
+    ----------
+    data : the campaign. width : columns of residuals, 3 or 6.
+    of_motors : for clamped runs alone: the residual is that of the moved motor's angle, in the first column.
+    """
+    block = _residual_block(data, of_motors)
+
+    def read(table: pa.Table) -> Floats:
+        return block(table)[:, :width]
+
+    return ResidualTables(
+        fit=FIT_STATES, heldout=HELDOUT_STATES, refits=REFITS, of_fit=read, of_heldout=read, of_refit=read
+    )
+
+
+def _residual_block(data: Ingested, of_motors: bool) -> Callable[[pa.Table], Floats]:
     """Return the function from a table of states to the (n, 6) residual of the first target, m and rad."""
     states = data.states
+    if of_motors:
+        return partial(motor_block, kind="residual", n_states=len(states))
     if not states.has_poses and states.setup.gauges:
         return partial(
             gauge_block,
@@ -60,7 +100,7 @@ def view_models(
     identified: IdentifyResult,
     variables: Sequence[ViewVariable],
     used: Booleans,
-    width: int,
+    tables: ResidualTables | None,
     own: Floats | None = None,
 ) -> list[ViewModel]:
     """Return every fit of the history, oldest first, then the refits of the present diagnosis; over all n states.
@@ -69,26 +109,18 @@ def view_models(
     ----------
     data : the campaign. identified : the present fit.
     variables : what residuals may follow, over all states. used : (n,) states that are judged.
-    width : columns of residuals, 3 or 6.
-    own : (n, width) residual of the present fit, where the store's tables hold none.
+    tables : where residuals are; None where nothing of the campaign can be drawn.
+    own : (n, …) residual of the present fit, which is taken where the store's tables hold none.
     """
     states_key = key_of_table(data.table)
-    block = residual_block(data) if len(data.states) else None
-
-    def residual(name: str) -> Floats | None:
-        if block is None or name not in data.store.tables:
-            return None
-        values = block(data.store.read_table(name))[:, :width]
-        return values if np.isfinite(values).any() else None
 
     models = []
     for fit in stored_fits(data.store):
         current = fit.states_key == states_key
         present = fit.id == identified.fit_id
-        names = (FIT_STATES, HELDOUT_STATES) if present else _kept(fit)
-        inside, outside = (residual(name) if current else None for name in names)
-        if present and own is not None:
-            inside, outside = own, None
+        inside, outside = _residuals(data, tables, None if present else fit) if current else (None, None)
+        if present and inside is None:
+            inside = own
         models.append(
             ViewModel(
                 id=f"fit{fit.id}",
@@ -105,11 +137,22 @@ def view_models(
                 shares=_shares(variables, outside if outside is not None else inside, used),
             )
         )
-    return models if block is None else [*models, *_refits(data, identified, variables, used, block, width)]
+    return models if tables is None else [*models, *_refits(data, identified, variables, used, tables)]
 
 
-def _kept(fit: StoredFit) -> tuple[str, str]:
-    return kept_table(FIT_STATES, fit.key), kept_table(HELDOUT_STATES, fit.key)
+def _residuals(
+    data: Ingested, tables: ResidualTables | None, fit: StoredFit | None
+) -> tuple[Floats | None, Floats | None]:
+    """Return the residuals of a fit of the history, None of the present one, and held-out; None where not stored."""
+    if tables is None:
+        return None, None
+
+    def residual(table: str, read: Callable[[pa.Table], Floats | None]) -> Floats | None:
+        name = table if fit is None else kept_table(table, fit.key)
+        values = read(data.store.read_table(name)) if name in data.store.tables else None
+        return values if values is not None and np.isfinite(values).any() else None
+
+    return residual(tables.fit, tables.of_fit), residual(tables.heldout, tables.of_heldout)
 
 
 def _in_words(fit: StoredFit) -> str:
@@ -129,20 +172,19 @@ def _refits(
     identified: IdentifyResult,
     variables: Sequence[ViewVariable],
     used: Booleans,
-    block: Callable[[pa.Table], Floats],
-    width: int,
+    tables: ResidualTables,
 ) -> list[ViewModel]:
     stored = stored_result(data.store, REFITS, StoredRefits)
-    if stored is None or stored.key != diagnosis_key(data, identified) or REFITS not in data.store.tables:
+    if stored is None or stored.key != diagnosis_key(data, identified) or tables.refits not in data.store.tables:
         return []
-    table = data.store.read_table(REFITS)
+    table = data.store.read_table(tables.refits)
     entry = table.column("entry").to_numpy()
     catalogue, _ = all_effects(data.campaign)
     models = []
     for number, summary in enumerate(stored.entries):
-        values = block(table.filter(entry == number))[:, :width]
+        values = tables.of_refit(table.filter(entry == number))
         residual = values if np.isfinite(values).any() else None
-        place = _place_words(summary)
+        place = place_words(summary.where)
         name = f"{summary.effect} {place}".strip()
         models.append(
             ViewModel(
@@ -167,8 +209,8 @@ def _refit_value(name: str, value: float | None, catalogue: dict[str, Effect]) -
     return ViewValue(name=name, unit=stiffness_unit(spec.unit), value=1.0 / value if value else None)
 
 
-def _place_words(summary: RefitSummary) -> str:
-    where = summary.where
+def place_words(where: Where) -> str:
+    """Return a place as names of effects end: "j2", "j5-j6", "swing", "setup"."""
     words = [f"j{joint}" for joint in where.joints or ()] + list(where.links or ())
     words += ["-".join(f"j{joint}" for joint in pair) for pair in where.pairs or ()]
     return ", ".join(words) or "setup"

@@ -44,7 +44,8 @@ def searched(law: Law, joint: int = 1, temperature: bool = True, seed: int = 0) 
     reduction = reduce_friction(runs, robot())
     assert reduction.samples is not None
     placed = (PlacedEffect(LAW, Place("joints", (joint,))),)
-    (problem,) = friction_problems(steady_rows(reduction.samples), placed, robot(), frozenset())
+    rows = steady_rows(reduction.samples)
+    (problem,) = friction_problems(rows, np.arange(len(rows)), placed, robot(), frozenset())
     context = RowSearchContext(problem, find_effects())
     return context, search_in(context, problem.robot)
 

@@ -23,7 +23,7 @@ from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.view import view_campaign
-from stiffcal.workflow.view_content import MOST_SHOWN
+from stiffcal.workflow.view_sample import MOST_SHOWN
 from tests.laboratory.small_campaign import write_small_campaign
 
 FOLDER = Path(page_module.__file__).parent
@@ -43,6 +43,15 @@ def text(diagnosed: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
     file = tmp_path_factory.mktemp("pages") / "view.html"
     view_campaign(diagnosed, output=file)
     return file.read_text("utf-8")
+
+
+@pytest.fixture(scope="module")
+def friction(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("friction") / "07"
+    shutil.copytree(REPOSITORY / "campaigns" / "joints" / "07", folder)
+    diagnose_campaign(folder)
+    view_campaign(folder)
+    return folder
 
 
 def content_of(text: str) -> tuple[dict[str, Any], dict[int, Any]]:
@@ -111,42 +120,77 @@ def test_absolute_places_are_judged_states_and_their_frames_are_parameters(tmp_p
     assert (units["frame.tracker.x"], units["frame.tracker.rx"]) == ("m", "rad")
 
 
-def test_a_clamped_page_has_the_residual_of_the_motor(tmp_path: Path) -> None:
-    folder = tmp_path / "clamped"
-    shutil.copytree(REPOSITORY / "campaigns" / "joints" / "03", folder)
-    view_campaign(folder)
-    document, arrays = content_of((folder / "view.html").read_text("utf-8"))
-    (present,) = [model for model in document["models"] if model["present"]]
-    used = array(document["states"]["used"], arrays) != 0
-    residual = array(present["residual_fit"][0], arrays)[used]
-    # the fit weighs readings by their noise, the page does not
-    assert document["measure"] == "motor_angle"
-    assert float(np.sqrt(np.nanmean(residual[:, 0] ** 2))) == pytest.approx(present["fit_rms"]["motor_angle"], rel=0.03)
-    assert np.nanmax(np.abs(residual[:, 1:])) == 0.0
-    assert sum(effect["share"] for effect in document["effects"]) == pytest.approx(1.0, abs=0.02)
-    assert document["pages"]
-
-
-def test_candidates_with_a_form_of_their_own_have_units(tmp_path: Path) -> None:
+def test_a_clamped_page_draws_the_motor_of_the_fit_and_of_candidates(tmp_path: Path) -> None:
     folder = tmp_path / "clamped"
     shutil.copytree(REPOSITORY / "campaigns" / "joints" / "05", folder)
     diagnose_campaign(folder)
     view_campaign(folder)
-    document, _ = content_of((folder / "view.html").read_text("utf-8"))
+    document, arrays = content_of((folder / "view.html").read_text("utf-8"))
+    assert document["measure"] == "motor_angle"
+    used = array(document["states"]["used"], arrays) != 0
+    drawn = [model for model in document["models"] if model["residual_heldout"]]
+    assert {model["kind"] for model in drawn} >= {"fit", "with"}
+    for model in drawn:
+        residual = array(model["residual_heldout"][0], arrays)[used]
+        assert rms_of(residual) == pytest.approx(model["heldout_rms"]["motor_angle"], rel=0.02)
+        assert np.nanmax(np.abs(residual[:, 1:])) == 0.0
+    assert sum(effect["share"] for effect in document["effects"]) == pytest.approx(1.0, abs=0.02)
+    # candidates with a form of their own have units
     units = {value["name"]: value["unit"] for model in document["models"] for value in model["values"]}
     assert units["encoder-drift.j1.rad_per_K"] == "rad/K"
-
-
-def test_a_friction_page_compares_models_by_their_torque(tmp_path: Path) -> None:
-    folder = tmp_path / "friction"
-    shutil.copytree(REPOSITORY / "campaigns" / "joints" / "07", folder)
-    view_campaign(folder)
-    document, _ = content_of((folder / "view.html").read_text("utf-8"))
-    (fit,) = read_history(folder).fits
-    assert (document["measure"], document["states"]) == ("torque", None)
-    assert fit.heldout_rms is not None
-    assert [model["heldout_rms"]["torque"] for model in document["models"]] == [fit.heldout_rms.torque]
     assert document["pages"]
+
+
+def test_a_friction_page_draws_the_torque_of_the_fit_and_of_candidates(friction: Path) -> None:
+    document, arrays = content_of((friction / "view.html").read_text("utf-8"))
+    (fit,) = read_history(friction).fits
+    assert document["measure"] == "torque"
+    assert fit.heldout_rms is not None
+    assert document["models"][0]["heldout_rms"]["torque"] == fit.heldout_rms.torque
+    used = array(document["states"]["used"], arrays) != 0
+    # with each of five candidates, and without the one effect of the model
+    assert [model["kind"] for model in document["models"]] == ["fit", *["with"] * 5, "without"]
+    for model in document["models"]:
+        residual = array(model["residual_heldout"][0], arrays)[used]
+        assert rms_of(residual) == pytest.approx(model["heldout_rms"]["torque"], rel=1e-3)
+    (named,) = [model for model in document["models"] if model["effect"] == "stribeck j1"]
+    assert named["heldout_rms"]["torque"] < 1.05 * document["noise"]["torque"]
+    # measured is the parts of the effects and the residual of the fit
+    part = sum(array(effect["part"][0], arrays) for effect in document["effects"])
+    residual = array(document["models"][0]["residual_fit"][0], arrays)
+    measured = array(document["states"]["measured"][0], arrays)
+    assert np.abs(measured - part - residual)[used].max() < 0.05 * document["noise"]["torque"]
+
+
+def test_the_fits_of_friction_before_the_present_one_stay_drawable(friction: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "friction"
+    shutil.copytree(friction, folder)
+    model = folder / "model.toml"
+    model.write_text(model.read_text("utf-8") + '\n[[effects]]\ntype = "stribeck"\njoints = [1]\n', encoding="utf-8")
+    view_campaign(folder)
+    document, arrays = content_of((folder / "view.html").read_text("utf-8"))
+    earlier, present = document["models"]
+    assert present["present"]
+    used = array(document["states"]["used"], arrays) != 0
+    for model_of in (earlier, present):
+        residual = array(model_of["residual_heldout"][0], arrays)[used]
+        assert rms_of(residual) == pytest.approx(model_of["heldout_rms"]["torque"], rel=1e-3)
+
+
+def test_raw_rows_are_those_of_the_file(diagnosed: Path, text: str) -> None:
+    document, arrays = content_of(text)
+    (run, *_) = document["runs"]
+    file = (diagnosed / run["files"][0]).read_text("utf-8").splitlines()
+    states = document["states"]
+    numbers = array(states["line_number"], arrays)
+    assert numbers.min() > 1
+    for state in (0, len(numbers) // 2, len(numbers) - 1):
+        assert states["lines"][state] == file[int(numbers[state]) - 1]
+    assert run["columns"] == file[0].split(",")
+
+
+def rms_of(residual: Any) -> float:
+    return float(np.sqrt(np.nanmean(np.sum(residual**2, axis=1))))
 
 
 def test_taking_the_part_of_an_effect_out_is_the_prediction_without_it(diagnosed: Path, text: str) -> None:
@@ -210,6 +254,7 @@ def test_without_raw_there_are_no_readings_and_no_names_of_logs(diagnosed: Path,
     assert with_raw["readings"]
     assert any(run["files"] for run in with_raw["runs"])
     assert not without["readings"]
+    assert not any(without["states"]["lines"])
     assert not any(run["files"] or run["source"] for run in without["runs"])
     assert "raw/" not in repr(without)
 
@@ -227,7 +272,7 @@ def test_view_fits_nothing(diagnosed: Path, tmp_path: Path, monkeypatch: pytest.
 def test_of_many_states_a_sample_holds_all_large_residuals(
     diagnosed: Path, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("stiffcal.workflow.view_content.MOST_SHOWN", 40)
+    monkeypatch.setattr("stiffcal.workflow.view_sample.MOST_SHOWN", 40)
     result = view_campaign(diagnosed, output=tmp_path / "view.html")
     assert (result.n_shown, result.n_states > 40) == (40, True)
     (every, all_arrays), (some, arrays) = content_of(text), content_of((tmp_path / "view.html").read_text("utf-8"))

@@ -10,6 +10,7 @@ from stiffcal.experiments import ExperimentKind
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.experiments.drawn_rows import DrawnRows
     from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.experiments.friction.simulation_settings import FrictionMotion
     from stiffcal.experiments.measured import MeasuredRuns
@@ -67,6 +68,12 @@ class FrictionKind(ExperimentKind):
         section = _section(identified)
         return None if section is None else FittedLaw("Friction", "at held-out speeds", section.lack_of_fit)
 
+    def drawn_rows(self, data: MeasuredRuns, identified: IdentifiedModel) -> DrawnRows | None:
+        """Return the torque of each bin of passes, or sample of other motion."""
+        from stiffcal.experiments.friction.drawn import drawn_friction
+
+        return drawn_friction(data, identified)
+
     def problems(self, data: MeasuredRuns) -> tuple[RowProblem, ...]:
         """Return the joints' rows."""
         from stiffcal.experiments.friction.parts import problems_of
@@ -105,6 +112,7 @@ KIND = FrictionKind(
     "friction",
     default_model=Path(__file__).with_name("default_model.toml"),
     tables=("friction", "friction_samples", "free_motion"),
-    fit_tables=("friction_fit",),
+    fit_tables=("friction_fit", "friction_heldout"),
+    kept_tables=("friction_fit", "friction_heldout"),
     plot_axis="velocity",
 )

@@ -16,7 +16,7 @@ from stiffcal.experiments.results import IdentifiedModel
 from stiffcal.store import values_of
 from stiffcal.uncertainty import NORMAL_95
 
-FRICTION_FIT = "friction_fit"
+FRICTION_FIT, FRICTION_HELDOUT = "friction_fit", "friction_heldout"
 
 
 @dataclass(frozen=True)

@@ -285,6 +285,23 @@ def fit_table(data: MeasuredRuns, fit: FrictionFit) -> pa.Table:
     return table_of(friction_fit_columns(fit, data.joint_names))
 
 
+def heldout_table(data: MeasuredRuns, rows: FrictionRows, residual: Floats) -> pa.Table:
+    """Return a row for each equation, with the residual (k,) N·m of a fit without its speed."""
+    from stiffcal.store import table_of
+
+    return table_of(heldout_columns(rows, residual, data.joint_names))
+
+
+def heldout_columns(rows: FrictionRows, residual: Floats, joint_names: tuple[str, ...]) -> dict[str, Values]:
+    """Return the columns of the table ``friction_heldout``."""
+    return {
+        "run": rows.run.tolist(),
+        "joint": [joint_names[joint - 1] for joint in rows.joint],
+        "velocity_radps": rows.velocity,
+        "residual_Nm": residual,
+    }
+
+
 def part_of(rows: FrictionRows, part: PartFit) -> Floats:
     """Return (k,) N·m of the effects of a part that are no laws of velocity alone: ripple, temperature, load."""
     torque = np.zeros(len(rows))

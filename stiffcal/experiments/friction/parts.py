@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
-from stiffcal.experiments.friction.curves import FRICTION_FIT
+from stiffcal.experiments.friction.curves import FRICTION_FIT, FRICTION_HELDOUT
 from stiffcal.experiments.friction.documents import (
     bearing_frictions,
     effects_in_model,
@@ -17,6 +17,7 @@ from stiffcal.experiments.friction.documents import (
     fit_table,
     friction_warnings,
     gaps,
+    heldout_table,
     identified_friction_parameter,
     joint_friction,
     lacking_motion,
@@ -66,7 +67,7 @@ def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
     if rows is None or not usable:
         return _nothing_identified(data, placed)
     fixed = _fixed(data)
-    fit = fit_friction(rows.select(~_heldout_runs(data, rows)), placed, data.campaign.chain, fixed)
+    fit = fit_friction(rows.select(~heldout_runs(data, rows)), placed, data.campaign.chain, fixed)
     return _part(data, fit, placed)
 
 
@@ -104,7 +105,7 @@ def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
         return None
     from stiffcal.experiments.friction.fitting import fit_friction
 
-    fixed, held_out = _fixed(data), _heldout_runs(data, rows)
+    fixed, held_out = _fixed(data), heldout_runs(data, rows)
     chain = data.campaign.chain
     fit = fit_friction(rows.select(~held_out), placed, chain, fixed)
     heldout = heldout_friction(rows, chain, placed, fit, fixed, held_out)
@@ -139,6 +140,7 @@ def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
         section_scheme=heldout.scheme,
         n_readings=int(judged.sum()),
         warnings=warnings,
+        tables={FRICTION_HELDOUT: heldout_table(data, rows, residual)},
     )
 
 
@@ -149,9 +151,11 @@ def problems_of(data: MeasuredRuns) -> tuple[RowProblem, ...]:
     rows = friction_rows(data)
     if rows is None:
         return ()
-    rows = rows.select(~_heldout_runs(data, rows))
+    index = np.flatnonzero(~heldout_runs(data, rows))
     placed = moving_effects(data.campaign)
-    return friction_problems(rows, placed, data.campaign.chain, _fixed(data)) if len(rows) and placed else ()
+    if not len(index) or not placed:
+        return ()
+    return friction_problems(rows.select(index), index, placed, data.campaign.chain, _fixed(data))
 
 
 def _fixed(data: MeasuredRuns) -> frozenset[str]:
@@ -160,7 +164,8 @@ def _fixed(data: MeasuredRuns) -> frozenset[str]:
     return fixed_parameters(data.campaign.model)
 
 
-def _heldout_runs(data: MeasuredRuns, rows: FrictionRows) -> NDArray[np.bool_]:
+def heldout_runs(data: MeasuredRuns, rows: FrictionRows) -> NDArray[np.bool_]:
+    """Return (k,) True for the rows of runs that no fit uses."""
     runs = [run.id for run in data.campaign.manifest.runs if run.holdout]
     return np.isin(rows.run, runs)
 

@@ -47,15 +47,18 @@ class FrictionProblem(RowProblem):
 
     Parameters
     ----------
-    rows : of these joints. placed : effects of the model file that show in their motion.
+    rows : of these joints. index : (k,) their numbers among all rows.
+    placed : effects of the model file that show in their motion.
     chain : the robot. fixed : full names of parameters that the model file fixes.
     """
 
     measure, unit = "torque", "N·m"
 
     def __init__(
-        self, rows: FrictionRows, placed: tuple[PlacedEffect, ...], chain: Chain, fixed: frozenset[str]
-    ) -> None:
+        self, rows: FrictionRows, index: Integers, placed: tuple[PlacedEffect, ...], chain: Chain,
+        fixed: frozenset[str],
+    ) -> None:  # fmt: skip
+        self.index = index
         self._rows, self._chain, self._fixed = rows, chain, fixed
         self._robot = CompliantRobot(chain, placed)
         self.joints = tuple(sorted(set(rows.joint.tolist())))
@@ -73,7 +76,7 @@ class FrictionProblem(RowProblem):
         """Fit a model to the rows."""
         fit = PartFit(self._rows, [initial_law(placed, self._fixed) for placed in robot.placed], self._chain).run()
         values = fit.values()
-        columns, low = self._columns(fit)
+        columns, low, names = self._columns(fit)
         constant, shared = _constants(fit.rows)
         nuisance = fit.rows.nuisance[:, shared] / fit.sigma[:, None]
         if nuisance.shape[1]:
@@ -94,6 +97,7 @@ class FrictionProblem(RowProblem):
             noise=RowNoise(float(fit.rows.noise_dof.min()), "neighbours") if known else None,
             sigma=fit.sigma,
             columns=columns,
+            names=tuple(names),
             bounds=(low, np.full(len(low), np.inf)),
             residual=residual,
             constant=constant,
@@ -103,21 +107,23 @@ class FrictionProblem(RowProblem):
             parameters=tuple(parameters),
         )
 
-    def _columns(self, fit: PartFit) -> tuple[Floats, Floats]:
-        """Return (p, k) of the free amplitudes and shapes, and (p,) how far each can go down."""
-        columns, low = [], []
+    def _columns(self, fit: PartFit) -> tuple[Floats, Floats, list[str]]:
+        """Return (p, k) of the free amplitudes and shapes, (p,) how far each can go down, and their names."""
+        columns, low, names = [], [], []
         for law in fit.laws:
             made = fit.columns(law.placed, law.shape)
             for symbol in law.amplitudes:
                 if not law.held(symbol):
                     columns.append(made[symbol])
+                    names.append(law.placed.parameter_name(symbol))
                     value = fit.amplitude[law.placed.parameter_name(symbol)]
                     low.append(min(0.0, -value) if law.placed.effect.spec(symbol).lower == 0.0 else -np.inf)
-        for _, _, slope in fit.shape_slopes():
+        for law, symbol, slope in fit.shape_slopes():
             columns.append(slope)
+            names.append(law.placed.parameter_name(symbol))
             low.append(-np.inf)
         stack = np.stack(columns) if columns else np.zeros((0, len(fit.rows)))
-        return stack, np.array(low)
+        return stack, np.array(low), names
 
     def places(self, effect: Effect) -> list[Place]:
         """Return the joints of an effect that shows in motion."""
@@ -183,15 +189,21 @@ class FrictionProblem(RowProblem):
 
 
 def friction_problems(
-    rows: FrictionRows, placed: tuple[PlacedEffect, ...], chain: Chain, fixed: frozenset[str]
+    rows: FrictionRows, index: Integers, placed: tuple[PlacedEffect, ...], chain: Chain, fixed: frozenset[str]
 ) -> tuple[RowProblem, ...]:
-    """Return the problems of all joints; of joints that share no unknown each is one by itself."""
+    """Return the problems of all joints; of joints that share no unknown each is one by itself.
+
+    Parameters
+    ----------
+    rows : k rows that are searched. index : (k,) their numbers among all rows of the campaign.
+    placed : effects of the model that show in motion. chain : the robot. fixed : as for `FrictionProblem`.
+    """
     problems = []
     for group in together(rows):
         own = rows.select(group)
         joints = set(own.joint.tolist())
         effects = tuple(effect for effect in placed if effect.place.joints[0] in joints)
-        problems.append(FrictionProblem(own, effects, chain, fixed))
+        problems.append(FrictionProblem(own, index[group], effects, chain, fixed))
     return tuple(problems)
 
 

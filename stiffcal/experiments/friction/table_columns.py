@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stiffcal.experiments.friction.documents import friction_fit_columns
+from stiffcal.experiments.friction.documents import friction_fit_columns, heldout_columns
 from stiffcal.experiments.friction.fitting import FrictionFit
 from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.experiments.friction.rows import steady_rows
@@ -79,6 +79,15 @@ FRICTION_FIT: Mapping[str, ColumnDescription] = {
     "residual_Nm": ColumnDescription("measured less fitted", "N·m"),
 }
 
+FRICTION_HELDOUT: Mapping[str, ColumnDescription] = {
+    "run": ColumnDescription("the run's id"),
+    "joint": ColumnDescription("the joint"),
+    "velocity_radps": ColumnDescription("of the drive, at the joint's side of the gear", "rad/s"),
+    "residual_Nm": ColumnDescription(
+        "measured less predicted by a fit without this speed, or second of motion", "N·m", missing=True
+    ),
+}
+
 
 def friction_specimens() -> dict[str, TableSpecimen]:
     """Return the tables of friction runs with one row each."""
@@ -103,6 +112,11 @@ def friction_specimens() -> dict[str, TableSpecimen]:
             "The table `friction_fit`: one row per bin of passes or sample of other motion that was fitted.",
             table_of(friction_fit_columns(_friction_fit(), joints)),
             FRICTION_FIT,
+        ),
+        "friction_heldout": TableSpecimen(
+            "The table `friction_heldout`: one row per bin of passes or sample of other motion that was judged.",
+            table_of(heldout_columns(steady_rows(_samples()), _ONE, joints)),
+            FRICTION_HELDOUT,
         ),
     }
 

@@ -15,7 +15,7 @@ and no cell is guessed at. Faults are found again in a second, slow pass that tr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -29,7 +29,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import ROWS
 from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.timestamps import seconds_of_times
-from stiffcal.readers import Batch, FuzzInput, Header, Options, Reader, WantedColumns, first_not_finite
+from stiffcal.readers import Batch, FuzzInput, Header, Options, RawRows, Reader, WantedColumns, first_not_finite
 from stiffcal.readers.csv.faults import GAP_WORDS, check_last_line, find_fault
 from stiffcal.readers.csv.layout import CsvOptions, LogLayout, open_log
 from stiffcal.readers.csv.lines import LogText
@@ -125,6 +125,19 @@ class CsvReader(Reader):
                 if n_rows == row:
                     return f"line {text.line_number}"
         return f"data row {row}"
+
+    def raw_rows(self, path: Path, options: Options, rows: Collection[int]) -> RawRows:
+        """Return some data rows as they stand in the file; reads it up to the last of them."""
+        wanted, found = set(rows), {}
+        with open_log(path, options, str(path), WantedColumns(())) as (text, layout):
+            n_rows = 0
+            for line in text.lines():
+                n_rows += bool(line) or len(layout.columns) == 1
+                if n_rows in wanted and n_rows not in found:
+                    found[n_rows] = (text.line_number, line.decode("utf-8", "replace").rstrip("\r"))
+                    if len(found) == len(wanted):
+                        break
+            return RawRows(tuple(layout.columns), found)
 
 
 READER = CsvReader()
