@@ -111,9 +111,10 @@ def _places_of(missing: Sequence[ProposedEffect], robot: CompliantRobot) -> tupl
     """Return the joints, the links (by the joint that moves them) and the names of what is missing."""
     joints: set[int] = set()
     links: set[int] = set()
+    moved_by = robot.chain.joint_of_link
     for entry in missing:
         joints |= {*(entry.where.joints or ()), *(joint for pair in entry.where.pairs or () for joint in pair)}
-        links |= {robot.chain.joint_of_link[name] for name in entry.where.links or ()}
+        links |= {moved_by[name] for name in entry.where.links or () if name in moved_by}
     names = [f"{entry.effect} {place_words(entry.where)}" for entry in missing]
     return sorted(joints), sorted(links), names
 
