@@ -131,6 +131,15 @@ class MujocoDrives(MujocoRobot):
         self._commanded = np.zeros(self.n_joints)
         self._lasting = np.inf
 
+    @property
+    def joint_torque(self) -> Floats:
+        """(J,) N·m on the joints by all but their own drives, where the robot came to rest last."""
+        return self._torque.copy()
+
+    def joint_force(self, wrench: Floats) -> Floats:
+        """Return (J,) N·m about the joints by a wrench (6,), where the robot came to rest last."""
+        return np.asarray(self.force_of(wrench)[self._dofs])
+
     def lead(self, joints: Floats, wrench: Floats, run: Integers, time: Floats) -> Settled:
         """Find the balance of every state in order.
 

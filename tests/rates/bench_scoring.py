@@ -27,7 +27,9 @@ def judge_bench(kind: str, rng: np.random.Generator, player: Player) -> Verdict:
         folder = Path(temporary) / "bench"
         robot = kind in clamped_robots.CLASSES
         bench = (
-            clamped_robots.write_clamped_robot(folder, kind, rng) if robot else write_bench(folder, kind, rng, player)
+            clamped_robots.write_clamped_robot(folder, kind, rng, player)
+            if robot
+            else write_bench(folder, kind, rng, player)
         )
         context = RunContext()
         up_to_date_states(folder, context)

@@ -1,4 +1,4 @@
-"""A joint on a bench: laws in plain numpy, logs as CSV files, as `clamped` and `friction` runs of one joint.
+"""A joint on a bench: laws in plain numpy or by MuJoCo, logs as CSV files, as `clamped` and `friction` runs.
 
 Nothing here imports a law of the package: angle over torque of a locked joint and torque over motion of a free one are
 written down once more, so that the diagnosis is not judged by its own formulas.
@@ -14,6 +14,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from tests.rates.measuring import Player
+from tests.rates.mujoco_clamped import bench_angle, hinge_of
 from tests.rates.mujoco_friction import friction_torque
 
 CLASSES = tuple(
@@ -66,10 +67,12 @@ class Motion:
 
 
 def player_of(kind: str, number: int) -> Player:
-    """Return what plays a campaign: MuJoCo the hinges of every second one of friction, our balance a whole robot."""
-    if kind.startswith(("robot", "absolute")):
+    """Return what plays a campaign: MuJoCo every second one, else our balance a whole robot, numpy's laws a bench."""
+    if kind.startswith("absolute"):
         return "balance"
-    return "mujoco" if kind.startswith("friction") and number % 2 else "laws"
+    if number % 2:
+        return "mujoco"
+    return "balance" if kind.startswith("robot") else "laws"
 
 
 def play_operator(values: Floats, slip: float, run: Integers) -> Floats:
@@ -278,7 +281,7 @@ def write_bench(folder: Path, kind: str, rng: np.random.Generator, player: Playe
     Parameters
     ----------
     kind : ``clamped`` or ``friction``, then ``none``, ``3x``, ``1x``, ``two`` or ``outside``.
-    player : ``mujoco`` moves the hinges of friction runs; the laws below give all the rest.
+    player : ``mujoco`` has hinges for friction, springs, slip, stops and dampers; the laws below give all the rest.
     """
     (folder / "raw").mkdir(parents=True)
     clamped = kind.startswith("clamped")
@@ -287,10 +290,12 @@ def write_bench(folder: Path, kind: str, rng: np.random.Generator, player: Playe
     (folder / "robot.toml").write_text(
         'schema = "stiffcal/robot/1"\nname = "bench"\nconvention = "modified-dh"\ngravity_mps2 = [0, 0, 0]\n' + joints
     )
-    return _write_clamped(folder, kind, rng) if clamped else _write_friction(folder, kind, rng, player, n_joints)
+    return (
+        _write_clamped(folder, kind, rng, player) if clamped else _write_friction(folder, kind, rng, player, n_joints)
+    )
 
 
-def _write_clamped(folder: Path, kind: str, rng: np.random.Generator) -> Bench:
+def _write_clamped(folder: Path, kind: str, rng: np.random.Generator, player: Player) -> Bench:
     stiffness, largest = 10.0 ** rng.uniform(4.0, 5.5), 10.0 ** rng.uniform(1.5, 2.5)
     motion = draw_clamped_motion(rng, largest)
     angle_noise, torque_noise = 4e-6, largest * float(rng.uniform(1e-3, 3e-3))
@@ -299,13 +304,12 @@ def _write_clamped(folder: Path, kind: str, rng: np.random.Generator) -> Bench:
     starts = (motion.run[:, None] == np.unique(motion.run)).T.astype(np.float64)
     base = np.concatenate([starts, motion.torque[None]])
     names, sizes = _names(kind, CLAMPED, rng)
-    angle = motion.torque / stiffness
     hidden: dict[tuple[str, int], dict[str, float]] = {}
     for name, size in zip(names, sizes, strict=True):
         values = draw_clamped_values(name, rng, largest)
         unit = beyond_base(CLAMPED[name](motion, values), base)
         hidden[name, 1] = scaled_to(values, size * noise / unit)
-        angle = angle + CLAMPED[name](motion, hidden[name, 1])
+    angle = _locked_angle(motion, stiffness, {name: values for (name, _), values in hidden.items()}, player)
     n = angle.size
     logged = motion.position + angle + angle_noise * rng.standard_normal(n)
     logged = np.round(logged / step) * step
@@ -326,6 +330,21 @@ def _write_clamped(folder: Path, kind: str, rng: np.random.Generator) -> Bench:
     )
     _write_manifest(folder, source, runs, "joint-compliance")
     return Bench("clamped", hidden, tuple(sizes), f"{len(runs)} positions, {largest:.0f} N·m")
+
+
+def _locked_angle(
+    motion: Motion, stiffness: float, hidden: Mapping[str, Mapping[str, float]], player: Player
+) -> Floats:
+    """Return (n,) rad by which the drive turns; with MuJoCo what of it has a hinge, run after run from rest."""
+    hinges = {name: hinge_of(name, values) for name, values in hidden.items()} if player == "mujoco" else {}
+    by_law = [CLAMPED[name](motion, values) for name, values in hidden.items() if hinges.get(name) is None]
+    angle = motion.torque / stiffness
+    if player == "mujoco":
+        first = motion.run == motion.run[0]
+        # every run goes through the same torques
+        once = bench_angle(motion.torque[first], motion.time[first], stiffness, [h for h in hinges.values() if h])
+        angle = np.tile(once, motion.run.size // once.size)
+    return np.asarray(angle + sum(by_law, np.zeros(angle.size)))
 
 
 def _write_friction(folder: Path, kind: str, rng: np.random.Generator, player: Player, n_joints: int) -> Bench:

@@ -1,12 +1,15 @@
-"""Two joints of a six-joint robot with heavy links, clamped in three positions each, by the package's own balance.
+"""Two joints of a six-joint robot with heavy links, clamped in three positions each, by our own balance or MuJoCo.
 
-The laws that set the sizes are those of `tests.rates.benches`, in plain numpy; the logs come from `stiffcal simulate`.
+The laws that set the sizes are those of `tests.rates.benches`, in plain numpy; the logs come from `stiffcal simulate`,
+the mechanics from its balance or from `tests.rates.mujoco_clamped`.
 """
 
 from __future__ import annotations
 
 import shutil
+from contextlib import nullcontext
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
@@ -19,6 +22,8 @@ from stiffcal.mechanics.clamped_inverse import clamped_inverse
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from tests.rates.benches import CLAMPED, Bench, Motion, beyond_base, draw_clamped_values, scaled_to
+from tests.rates.measuring import Player
+from tests.rates.mujoco_clamped import clamped_by_mujoco
 
 CLASSES = ("robot none", "robot 3x", "robot 1x", "robot two")
 SOURCE = Path(__file__).parents[2] / "campaigns" / "mixed"
@@ -37,12 +42,13 @@ LEAST_SINGULAR = 0.1
 POOL = ("asymmetric-stiffness", "backlash", "creep", "cubic-stiffness", "friction-hysteresis", "two-slope")
 
 
-def write_clamped_robot(folder: Path, kind: str, rng: np.random.Generator) -> Bench:
+def write_clamped_robot(folder: Path, kind: str, rng: np.random.Generator, player: Player = "balance") -> Bench:
     """Draw a campaign of one of the classes and write it into a new folder.
 
     Parameters
     ----------
     kind : ``robot``, then ``none``, ``3x``, ``1x`` or ``two``.
+    player : ``mujoco`` or ``balance``.
     """
     what = kind.split(" ", 1)[1]
     joints = sorted(int(joint) for joint in rng.choice(6, 2, replace=False))
@@ -66,7 +72,9 @@ def write_clamped_robot(folder: Path, kind: str, rng: np.random.Generator) -> Be
     plan = folder.parent / "plan"
     _write_plan(plan, stances, (compliance, amplitude, period), hidden)
     seed = int(rng.integers(1 << 30))
-    simulate_campaign(load_campaign(plan, check_files=False), load_settings(plan), folder, seed=seed)
+    by_mujoco = mock.patch("stiffcal.experiments.clamped.simulation.simulate_clamped", clamped_by_mujoco)
+    with by_mujoco if player == "mujoco" else nullcontext():
+        simulate_campaign(load_campaign(plan, check_files=False), load_settings(plan), folder, seed=seed)
     settings = f"joints {joints[0] + 1} and {joints[1] + 1}, {POSITIONS} positions each"
     return Bench("clamped", hidden, sizes, settings)
 

@@ -14,9 +14,15 @@ from stiffcal.diagnosis.geometry_nuisance import USUAL_SAG, unknown_sag
 from stiffcal.workflow.identify import fit_now, identify_campaign
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.rates.bench_scoring import judge_bench
-from tests.rates.benches import CLAMPED, draw_clamped_motion, draw_clamped_values, write_bench
+from tests.rates.benches import CLAMPED, Motion, draw_clamped_motion, draw_clamped_values, write_bench
 from tests.rates.clamped_robots import write_clamped_robot
+from tests.rates.measuring import Player
+from tests.rates.mujoco_clamped import bench_angle, hinge_of
 from tests.rates.mujoco_friction import friction_torque
+
+PLAYERS: tuple[Player, Player] = ("balance", "mujoco")
+SEED_OF_A_PLAY = 14
+"""A draw that hides a backlash."""
 
 
 def test_friction_of_a_mujoco_hinge() -> None:
@@ -78,3 +84,38 @@ def test_of_a_heavy_robot_with_two_joints_clamped_these_two_are_identified(tmp_p
         replace(parameter, value=truth[parameter.name]) for parameter in fit.parameters if parameter.spec.compliance
     )
     assert len(unknown_sag(replace(fit, parameters=known))) == 0
+
+
+def test_hinges_of_mujoco_turn_as_the_laws_say() -> None:
+    """A slip, a damper (its step is a reading's time) and a stop; the corners of a play are not those of a tanh."""
+    drawn = draw_clamped_motion(np.random.default_rng(3), 100.0)
+    first = drawn.run == 0
+    motion = Motion(**{name: value[first] for name, value in vars(drawn).items()})
+    compliance = 2e-5
+    values = {
+        "friction-hysteresis": {"c": compliance, "slip": 15.0},
+        "creep": {"c": compliance, "time": 8.0},
+        "two-slope": {"c": compliance, "knee": 30.0},
+    }
+    hinges = {name: hinge_of(name, of_law) for name, of_law in values.items()}
+    for name, hinge in hinges.items():
+        assert hinge is not None
+        turned = bench_angle(motion.torque, motion.time, 1e5, [hinge])
+        expected = motion.torque / 1e5 + CLAMPED[name](motion, values[name])
+        assert np.abs(turned - expected).max() < 5e-4 * compliance * 100.0
+
+
+def test_a_clamped_robot_by_mujoco_reads_what_simulate_reads(tmp_path: Path) -> None:
+    """Two ways to the fixture's wrench: ours closes the loop in the wrench, the other knows that no joint moves."""
+    drawn = [
+        write_clamped_robot(tmp_path / player / "bench", "robot 3x", np.random.default_rng(SEED_OF_A_PLAY), player)
+        for player in PLAYERS
+    ]
+    assert drawn[0] == drawn[1]
+    assert [name for name, _ in drawn[0].hidden] == ["backlash"]
+    logs = [sorted((tmp_path / player / "bench" / "raw").glob("*_ft.csv")) for player in PLAYERS]
+    assert len(logs[0]) == 6
+    for ours, others in zip(*logs, strict=True):
+        read = [np.loadtxt(path, delimiter=",", skiprows=1) for path in (ours, others)]
+        # logs are written to 0.1 mN
+        assert np.abs(read[0] - read[1]).max() < 5e-3
