@@ -32,6 +32,9 @@ def redundant_effects(bench: SearchContext[S, F], fit: F, basic: Sequence[str]) 
         # Frames to be estimated are the manifest's choice, not the model file's: no command could remove them.
         if effect.name in basic or effect.moves_frames or not effect.parameters:
             continue
+        # a form that holds a basic effect stands for it
+        if set(effect.includes) & set(basic):
+            continue
         candidate = Candidate(effect, placed_effect.place, len(effect.parameters))
         reduced = without(robot, candidate)
         scan = bench.scan(bench.fit(reduced), [candidate], fit)

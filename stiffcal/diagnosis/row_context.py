@@ -39,11 +39,14 @@ class RowSearchContext(SearchContext[RowScan, RowFit]):
     def candidates(self, robot: CompliantRobot) -> tuple[list[Candidate], list[UntestableEffect]]:
         """Return the effects that can be added to a model, and those that these rows cannot show, with the reason."""
         in_model = {(placed.effect.name, placed.place) for placed in robot.placed}
+        begun = {place for _, place in in_model}
         candidates: list[Candidate] = []
         lacking: dict[str, list[str]] = {}
         for effect in self.catalogue.values():
             for place in self.problem.places(effect):
                 if (effect.name, place) in in_model or stands_in_the_way(effect, place, robot):
+                    continue
+                if self.basic and effect.name not in self.basic and place not in begun:
                     continue
                 reason = self.problem.lacking(effect, place)
                 if reason is not None:

@@ -191,6 +191,12 @@ def _supported_effect(scan: Scan, candidate: Candidate) -> MissingEffect | None:
     return MissingEffect(chosen.candidate, alternatives[:MOST_ALTERNATIVES], judge_choice(scan, chosen), rivals)
 
 
+def _basic_effect(scan: Scan, candidate: Candidate) -> MissingEffect:
+    """Return an effect on top of which all others come: it stays, whatever does as well."""
+    trial = next(trial for trial in scan.trials if trial.candidate.name == candidate.name)
+    return MissingEffect(candidate, (), judge_choice(scan, trial))
+
+
 def _reconsider(
     bench: SearchContext[S, F], first: S, scan: S, chosen: list[Candidate], progress: Progress
 ) -> tuple[S, tuple[MissingEffect, ...]]:
@@ -202,6 +208,8 @@ def _reconsider(
             progress(f"is {candidate.name} still needed?", 0.6 + 0.05 * number)
             look = bench.look(_reduced(bench, first, scan.fit.robot, candidate))
             missing_effect = _supported_effect(look, candidate)
+            if candidate.effect.name in bench.basic:
+                missing_effect = _basic_effect(look, candidate)
             if missing_effect is not None and missing_effect.candidate.name == candidate.name:
                 tried[candidate.name] = missing_effect
                 continue
@@ -252,7 +260,7 @@ def one_for_two(
     Bending of a link is much like a tilt at each of its ends: of such a pair the first is best added to the poorer
     model, and then the second makes up for it.
     """
-    for pair in combinations(chosen, 2):
+    for pair in combinations([candidate for candidate in chosen if candidate.effect.name not in bench.basic], 2):
         robot = _reduced(bench, first, scan.fit.robot, *pair)
         progress(f"is one effect enough for {pair[0].name} and {pair[1].name}?", 0.8)
         look = bench.look(robot)
@@ -274,13 +282,29 @@ def _error(scan: Scan, trial: Trial | None = None) -> float:
     return float(np.sqrt(np.sum(score.heldout) / scan.dof))
 
 
+def _form_to_add(
+    bench: SearchContext[S, F], first: S, robot: CompliantRobot, candidate: Candidate, n_effects: int
+) -> tuple[tuple[str, float], ...]:
+    """Return symbols and values of the form in which an effect is added to the present model.
+
+    Values of a model with all that is missing are no start for a fit with this effect alone: a curve that makes room
+    for other laws may turn over within the loads, and the fit not come back from there.
+
+    Parameters
+    ----------
+    first : look at the present model. robot : the model with all ``n_effects`` that are missing.
+    """
+    form = bench.form_of(robot, candidate)
+    return (bench.form_alone(first, candidate) or form) if form and n_effects > 1 else form
+
+
 def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[MissingEffect, ...]) -> SearchOf[S, F]:
     present, fit = bench.fit_of(first), bench.fit_of(scan)
     bench.release()
     _, not_tried = bench.candidates(present.robot)
     # What matters most is named first: the order of finding is that of falls against a poorer model.
     tried = tuple(
-        replace(missing_effect, form=bench.form_of(fit.robot, missing_effect.candidate))
+        replace(missing_effect, form=_form_to_add(bench, first, fit.robot, missing_effect.candidate, len(tried)))
         for missing_effect in sorted(tried, key=lambda missing_effect: -missing_effect.judgement.fall)
     )
     after = lack_of_fit(fit, scan)

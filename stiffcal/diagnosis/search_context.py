@@ -51,6 +51,8 @@ class SearchContext(ABC, Generic[S, F]):
     without_balance: set[str] = field(default_factory=set, kw_only=True)
     """Names of candidates with whose fitted values the robot finds no balance: they are no explanation."""
     seconds: list[float] = field(default_factory=list, kw_only=True)
+    basic: frozenset[str] = field(default=frozenset(), kw_only=True)
+    """Names of effects on top of which all others come: of a place without any effect they are tried alone."""
 
     @abstractmethod
     def fit(self, robot: CompliantRobot) -> F:
@@ -147,6 +149,15 @@ class SearchContext(ABC, Generic[S, F]):
 
     def form_of(self, robot: CompliantRobot, candidate: Candidate) -> tuple[tuple[str, float], ...]:
         """Return symbols and values of the form that an effect has in a model; empty where it is the catalogue's."""
+        return ()
+
+    def form_alone(self, first: S, candidate: Candidate) -> tuple[tuple[str, float], ...]:
+        """Return symbols and values from which a fit starts where a candidate alone is added, in its replaced form.
+
+        Parameters
+        ----------
+        first : look at the present model. candidate : an effect that the search added in another form of its law.
+        """
         return ()
 
     def release(self) -> None:
@@ -256,6 +267,21 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
             if (placed.effect.name, placed.place) == (candidate.effect.name, candidate.place):
                 usual = self.catalogue.get(candidate.effect.name, placed.effect)
                 return () if placed.effect.parameters == usual.parameters else tuple(placed.values.items())
+        return ()
+
+    def form_alone(self, first: LoadScan, candidate: Candidate) -> tuple[tuple[str, float], ...]:
+        """Return symbols and values from which a fit starts where a candidate alone is added, in its whole form."""
+        trial = next((trial for trial in first.trials if trial.candidate.name == candidate.name), None)
+        if trial is None:
+            return ()
+        try:
+            fit = super().look_with(first.fit.robot, trial).fit
+        except NoBalanceWithError:
+            return ()
+        for placed in fit.robot.placed:
+            if (placed.effect.name, placed.place) == (candidate.effect.name, candidate.place):
+                whole = with_whole_form(self.states, fit, placed)
+                return () if whole is None else tuple(whole.placed[-1].values.items())
         return ()
 
     def follows(self, scan: LoadScan) -> list[ResidualDependence]:

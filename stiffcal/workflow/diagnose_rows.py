@@ -61,7 +61,7 @@ def diagnose_rows(data: Ingested, context: RunContext) -> RowDiagnoses:
         if refused is not None:
             answers.parts.append(PartialDiagnosis(refused, (), len(fit.residual), problem.joints, Subject.MOTION))
             continue
-        bench = RowSearchContext(problem, catalogue, len(problems))
+        bench = RowSearchContext(problem, catalogue, len(problems), basic=frozenset(kind.basic_effects()))
         search: RowSearch = search_in(bench, problem.robot, context.progress)
         redundant = redundant_effects(bench, search.first.fit, kind.basic_effects())
         result = replace(row_diagnosis(bench, search), superfluous=[effect_at(candidate) for candidate in redundant])

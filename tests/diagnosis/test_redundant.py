@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from stiffcal.diagnosis.redundant import redundant_effects
 from stiffcal.diagnosis.search_context import LoadSearchContext
 from stiffcal.effects.bearing_tilt import BearingTilt
+from stiffcal.effects.cubic_stiffness import CubicStiffness
 from stiffcal.identification.identify import Settings, fit_problem, predict_observations
 from stiffcal.identification.observation import observe
 from stiffcal.model.catalogue import built_in_effects
@@ -49,3 +51,10 @@ def test_what_is_not_there_is_removed(campaign: Hidden) -> None:
 
 def test_less_than_a_hundredth_of_the_noise_stays_where_the_poses_show_it(campaign: Hidden) -> None:
     assert removed(campaign, 0.13) == []
+
+
+def test_a_curve_that_holds_the_joint_compliance_is_not_taken_away(campaign: Hidden) -> None:
+    curve = PlacedEffect(CubicStiffness().form(("p1", "p2", "p3")), Place("joints", (2,)))
+    bench, fit = Mock(), Mock(robot=replace(campaign.model, placed=(curve,)))
+    assert redundant_effects(bench, fit, ["joint-compliance"]) == []
+    bench.fit.assert_not_called()

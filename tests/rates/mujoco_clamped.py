@@ -37,8 +37,7 @@ def hinge_of(name: str, values: Mapping[str, float]) -> Spring | None:
 
     Parameters
     ----------
-    values : of `tests.rates.benches.CLAMPED`. A play is a soft spring between stops: where the law rounds the ends of
-        the crossing, the hinge has corners.
+    values : of `tests.rates.benches.CLAMPED`. A soft spring between stops is a knee, never a play with rounded ends.
     """
     if name == "friction-hysteresis":
         return Spring(1, "turn", 1.0 / values["c"], friction=values["slip"])
@@ -46,8 +45,6 @@ def hinge_of(name: str, values: Mapping[str, float]) -> Spring | None:
         return Spring(1, "turn", 1.0 / values["c"], time=values["time"])
     if name == "two-slope":
         return Spring(1, "turn", 1.0 / values["c"], reach=values["c"] * values["knee"])
-    if name == "backlash":
-        return Spring(1, "turn", 2.0 * values["band"] / values["width"], reach=0.5 * values["width"])
     return None
 
 
@@ -98,7 +95,7 @@ def clamped_by_mujoco(
     torque = held.torques(angles, program.node, program.moved_joint - 1)
     # (6, J): the torque about every joint of each unit of the fixture's wrench
     by_wrench = np.stack([drives.joint_force(unit) for unit in np.eye(6)])
-    wrench = np.linalg.solve(by_wrench.T, (torque - weight).T).T
+    wrench = np.asarray(np.linalg.solve(by_wrench.T, (torque - weight).T).T, dtype=np.float64)
     count, position, unloaded = program.node.size, {}, {}
     for body, name in enumerate(frames):
         start = np.eye(4)

@@ -12,6 +12,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.geometry_nuisance import USUAL_SAG, unknown_sag
 from stiffcal.workflow.identify import fit_now, identify_campaign
+from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.rates.bench_scoring import judge_bench
 from tests.rates.benches import CLAMPED, Motion, draw_clamped_motion, draw_clamped_values, write_bench
@@ -19,6 +20,8 @@ from tests.rates.clamped_robots import write_clamped_robot
 from tests.rates.measuring import Player
 from tests.rates.mujoco_clamped import bench_angle, hinge_of
 from tests.rates.mujoco_friction import friction_torque
+from tests.rates.playing import CLASSES
+from tests.rates.workers import BENCHES
 
 PLAYERS: tuple[Player, Player] = ("balance", "mujoco")
 SEED_OF_A_PLAY = 14
@@ -87,7 +90,7 @@ def test_of_a_heavy_robot_with_two_joints_clamped_these_two_are_identified(tmp_p
 
 
 def test_hinges_of_mujoco_turn_as_the_laws_say() -> None:
-    """A slip, a damper (its step is a reading's time) and a stop; the corners of a play are not those of a tanh."""
+    """A slip, a damper (its step is a reading's time) and a stop."""
     drawn = draw_clamped_motion(np.random.default_rng(3), 100.0)
     first = drawn.run == 0
     motion = Motion(**{name: value[first] for name, value in vars(drawn).items()})
@@ -119,3 +122,14 @@ def test_a_clamped_robot_by_mujoco_reads_what_simulate_reads(tmp_path: Path) -> 
         read = [np.loadtxt(path, delimiter=",", skiprows=1) for path in (ours, others)]
         # logs are written to 0.1 mN
         assert np.abs(read[0] - read[1]).max() < 5e-3
+
+
+def test_no_step_of_a_ladder_raises_the_error_where_the_law_is_in_no_catalogue(tmp_path: Path) -> None:
+    """A slope that waves in time: four effects together stand in for it, each alone is added from values of its own."""
+    rng = np.random.default_rng([20261151, (*CLASSES, *BENCHES).index("clamped outside"), 6])
+    write_bench(tmp_path / "bench", "clamped outside", rng, "laws")
+    improved = improve_campaign(tmp_path / "bench")
+    errors = [step.heldout_rms.motor_angle or 0.0 for step in improved.steps if step.heldout_rms is not None]
+    assert "cubic-stiffness" in {step.effect for step in improved.steps}
+    assert errors == sorted(errors, reverse=True)
+    assert improved.unexplained

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -72,3 +73,21 @@ def test_the_ladder_ends_at_the_noise_with_true_values(folder: Path, begun: Iden
     (agreement,) = result.agreement or []
     assert agreement.agree
     assert agreement.dof == 3
+
+
+@pytest.mark.long
+def test_from_compliances_alone_friction_comes_first_and_what_is_on_top_of_it_then(
+    folder: Path, tmp_path: Path
+) -> None:
+    """Torque of which the model says nothing is all error; no other effect stands in for the friction of a joint."""
+    copy = Path(shutil.copytree(folder, tmp_path / "copy", ignore=shutil.ignore_patterns("store")))
+    compliances = (copy / "model.toml").read_text("utf-8").split('[[effects]]\ntype = "joint-friction"')[0]
+    (copy / "model.toml").write_text(compliances.split('[[effects]]\ntype = "backlash"')[0], "utf-8")
+    improved = improve_campaign(copy)
+    added = [(step.effect, tuple(step.where.joints or ())) for step in improved.steps if step.effect is not None]
+    assert set(added) == {*HIDDEN, ("joint-friction", (1,)), ("joint-friction", (2,))}
+    assert added.index(("joint-friction", (2,))) < added.index(("stribeck", (2,)))
+    errors = [step.heldout_rms.torque or 0.0 for step in improved.steps if step.heldout_rms is not None]
+    assert errors[0] == pytest.approx(125.0, rel=0.02)  # all of the torque that was measured
+    assert errors == sorted(errors, reverse=True)
+    assert not improved.unexplained

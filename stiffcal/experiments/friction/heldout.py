@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.experiments.friction.fitting import FrictionFit, fit_friction
 from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind, together
 from stiffcal.experiments.friction.solving import PartFit, initial_law
@@ -26,6 +26,37 @@ class HeldoutFriction:
     """How it was done, in words; "none" where too few speeds were measured."""
     residual: Floats
     """(k,) N·m, NaN where a row could not be left out."""
+
+
+@dataclass(frozen=True)
+class JudgedFriction:
+    """Error in rows of friction, k of them."""
+
+    joint: Integers
+    """(k,) from 1."""
+    run: NDArray[np.str_]
+    """(k,) name of the run."""
+    residual: Floats
+    """(k,) N·m, NaN where a row was not judged."""
+    size: Floats
+    """(k,) N·m of friction that was measured, weight and inertia taken out; NaN where a row was not fitted."""
+    noise: float | None
+    """N·m rms; None where it is not known."""
+    scheme: str
+    """What was left out, in words; "none" where too few speeds were measured."""
+    warnings: tuple[str, ...]
+    """What to know of it."""
+
+
+def joints_without_law(rows: FrictionRows, chain: Chain) -> JudgedFriction:
+    """Return the torque of joints that no effect of the model acts in: all but weight and inertia is error."""
+    residual = np.zeros(len(rows))
+    for group in together(rows):
+        bare = PartFit(rows.select(group), [], chain).run()
+        residual[group] = bare.rows.torque - bare.rows.nuisance @ bare.unknowns()
+    known = np.isfinite(rows.sigma).all()
+    noise = float(np.sqrt(np.mean(rows.sigma**2))) if known else None
+    return JudgedFriction(rows.joint, rows.run, residual, residual, noise, "each speed left out in turn", ())
 
 
 def heldout_friction(

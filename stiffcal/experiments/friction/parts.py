@@ -35,6 +35,7 @@ from stiffcal.model.campaign_effects import moving_effects
 
 if TYPE_CHECKING:
     from stiffcal.experiments.friction.fitting import FrictionFit
+    from stiffcal.experiments.friction.heldout import JudgedFriction
     from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings
     from stiffcal.experiments.friction.rows import FrictionRows
     from stiffcal.experiments.row_search import RowProblem
@@ -94,53 +95,67 @@ def friction_rows(data: MeasuredRuns) -> FrictionRows | None:
 
 
 def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
-    """Judge friction at speeds that the fit has not used; None where the campaign holds no friction."""
-    from stiffcal.experiments.friction.heldout import heldout_friction
+    """Judge friction at speeds that the fit has not used; None where the campaign holds no friction.
+
+    What the model says nothing of counts with all of its torque: an effect that is taken out raises the error.
+    """
+    from stiffcal.experiments.friction.heldout import joints_without_law
 
     rows, placed = friction_rows(data), moving_effects(data.campaign)
-    if rows is None or not placed:
+    if rows is None:
         return None
-    rows = rows.select(np.isin(rows.joint, [placed_effect.place.joints[0] for placed_effect in placed]))
-    if len(rows) == 0:
-        return None
+    modelled = np.isin(rows.joint, [placed_effect.place.joints[0] for placed_effect in placed])
+    parts, tables = [], {}
+    if modelled.any():
+        with_law = rows.select(modelled)
+        parts.append(_judged_friction(data, with_law, placed))
+        tables[FRICTION_HELDOUT] = heldout_table(data, with_law, parts[0].residual)
+    if not modelled.all():
+        parts.append(joints_without_law(rows.select(~modelled), data.campaign.chain))
+    names = data.joint_names
+    residual, size, joint, run = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("residual", "size", "joint", "run")
+    )
+    judged = np.isfinite(residual)
+    by_joint = [error_slice(names[j - 1], residual[judged & (joint == j)]) for j in np.unique(joint[judged])]
+    by_run = [error_slice(str(r), residual[judged & (run == r)]) for r in dict.fromkeys(run[judged].tolist())]
+    rms, zero = rms_of(residual[judged]), rms_of(size[np.isfinite(size)])
+    squares = [part.noise**2 * len(part.joint) for part in parts if part.noise is not None]
+    noise: dict[str, float | None] = {"torque": float(np.sqrt(sum(squares) / len(joint)))}
+    return ExperimentValidation(
+        name="friction",
+        scheme=parts[0].scheme,
+        rms={"torque": rms},
+        max={"torque": float(np.abs(residual[judged]).max())},
+        noise=noise if len(squares) == len(parts) else {},
+        relative={"torque": rms / zero if zero else None},
+        zero_model={"torque": zero},
+        by={"run": by_run, "joint": by_joint},
+        section_scheme=parts[0].scheme,
+        n_readings=int(judged.sum()),
+        warnings=[warning for part in parts for warning in part.warnings],
+        tables=tables,
+    )
+
+
+def _judged_friction(data: MeasuredRuns, rows: FrictionRows, placed: tuple[PlacedEffect, ...]) -> JudgedFriction:
+    """Return the error at speeds that the fit has not used, of joints with an effect."""
     from stiffcal.experiments.friction.fitting import fit_friction
+    from stiffcal.experiments.friction.heldout import JudgedFriction, heldout_friction
 
     fixed, held_out = _fixed(data), heldout_runs(data, rows)
     chain = data.campaign.chain
     fit = fit_friction(rows.select(~held_out), placed, chain, fixed)
     heldout = heldout_friction(rows, chain, placed, fit, fixed, held_out)
-    warnings = []
-    residual = heldout.residual
+    residual, warnings = heldout.residual, []
     if heldout.scheme == "none":
         warnings.append("friction: fewer than three speeds, this is the error of the fit")
         residual = np.full(len(rows), np.nan)
         residual[~held_out] = fit.residual
-    judged = np.isfinite(residual)
     size = np.full(len(rows), np.nan)
     size[~held_out] = fit.friction_measured
-    names = data.joint_names
-    by_joint = [
-        error_slice(names[joint - 1], residual[judged & (rows.joint == joint)])
-        for joint in np.unique(rows.joint[judged])
-    ]
-    by_run = [
-        error_slice(str(run), residual[judged & (rows.run == run)]) for run in dict.fromkeys(rows.run[judged].tolist())
-    ]
-    rms = rms_of(residual[judged])
-    zero = rms_of(size[np.isfinite(size)])
-    return ExperimentValidation(
-        name="friction",
-        scheme=heldout.scheme,
-        rms={"torque": rms},
-        max={"torque": float(np.abs(residual[judged]).max())},
-        noise=noise_of_fit(fit),
-        relative={"torque": rms / zero if zero else None},
-        zero_model={"torque": zero},
-        by={"run": by_run, "joint": by_joint},
-        section_scheme=heldout.scheme,
-        n_readings=int(judged.sum()),
-        warnings=warnings,
-        tables={FRICTION_HELDOUT: heldout_table(data, rows, residual)},
+    return JudgedFriction(
+        rows.joint, rows.run, residual, size, noise_of_fit(fit).get("torque"), heldout.scheme, tuple(warnings)
     )
 
 
@@ -153,7 +168,7 @@ def problems_of(data: MeasuredRuns) -> tuple[RowProblem, ...]:
         return ()
     index = np.flatnonzero(~heldout_runs(data, rows))
     placed = moving_effects(data.campaign)
-    if not len(index) or not placed:
+    if not len(index):
         return ()
     return friction_problems(rows.select(index), index, placed, data.campaign.chain, _fixed(data))
 
