@@ -71,7 +71,7 @@ def test_each_quantity_has_one_unit_and_each_run_its_reversal_error() -> None:
     joints, runs = (block for block in overview.blocks if isinstance(block, Table))
     units = {column.title: column.unit for column in (*joints.columns, *runs.columns) if isinstance(column, Column)}
     assert units["stiffness, ± 95 %"] == "N·m/rad"
-    assert units["play, ± 95 %"] == units["play"] == units["reversal error"] == "°"
+    assert units["play, ± 95 %"] == units["play"] == units["reversal error"] == "rad"  # as backlash's width
     assert [str(row[0][0]) for row in runs.rows] == ["wide", "narrow"]
     (sentence,) = (block for block in overview.blocks if isinstance(block, Sentence) and block.code == "joint")
     assert "its play is the segment of low slope of the law" in "".join(map(str, sentence.words))

@@ -248,7 +248,7 @@ def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
             why = f"its motion ends within the play, the {side} flank is never reached: drive it to and fro beyond both"
         if not why and reference > 0.0 and run.motion < LEAST_MOTION * reference:
             why = (
-                f"the motion, {np.rad2deg(run.motion):.3f}°, hardly exceeds the play, {np.rad2deg(reference):.3f}°: "
+                f"the motion, {run.motion:.3g} rad, hardly exceeds the play, {reference:.3g} rad: "
                 "the flanks are not reached"
             )
         judged_runs.append(replace(run, left_out=why))

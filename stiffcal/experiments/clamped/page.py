@@ -29,7 +29,6 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.uncertainty import NORMAL_95
 
 _PER_PICTURE = 6
-_DEGREE = 180.0 / math.pi
 _TEXT = False
 
 
@@ -39,22 +38,23 @@ def clamped_overview(section: ClampedSection, identified: IdentifiedModel) -> Ov
     Parameters
     ----------
     section : of ``identify``'s answer.
-    identified : the answer; where it holds clamped runs alone, stiffness and play stand here and in no other table.
+    identified : the answer; where the clamped runs make no load states, stiffness and play stand here and in no other
+        table. Else these are descriptions next to the parameters of the model, in the same units.
     """
     columns = (
-        Column("clamped", numbers=_TEXT),
-        Column("stiffness, ± 95 %", "N·m/rad"),
-        Column("play, ± 95 %", "°"),
+        Column("clamped, no model assumed" if identified.has_states else "clamped", numbers=_TEXT),
+        Column("chord stiffness, ± 95 %" if identified.has_states else "stiffness, ± 95 %", "N·m/rad"),
+        Column("play by definition, ± 95 %" if identified.has_states else "play, ± 95 %", "rad"),
         Column("friction", "N·m"),
     )
     rows: list[tuple[Words, ...]] = []
     for joint in section.joints:
-        half = _degrees(NORMAL_95 * joint.play_std, 2)
+        half = Digits(NORMAL_95 * joint.play_std, 2)
         rows.append(
             (
                 (f"joint {joint.joint} ({joint.name})",),
                 (Interval(joint.chord_stiffness, *joint.chord_interval),),
-                (_degrees(joint.play), " ± ", half) if joint.play_found else ("none found, ± ", half),
+                (Digits(joint.play), " ± ", half) if joint.play_found else ("none found, ± ", half),
                 (Digits(joint.friction),) if joint.friction_found else ("none found",),
             )
         )
@@ -80,11 +80,11 @@ def _joint_sentence(joint: JointResult) -> Sentence:
         words += [" N·m/rad"]
     if joint.play_found:
         words += ["; its play is the segment of low slope of the law b·tanh(torque/w) with b = "]
-        words += [_degrees(joint.play_width), "°"]
+        words += [Digits(joint.play_width), " rad"]
     return Sentence(tuple(words), "joint")
 
 
-CHORD = "chord of torque over angle from end to end of what was reached, play left out (one over joint-compliance)"
+CHORD = "chord of torque over angle from end to end of what was reached, play left out"
 
 
 def shown_parameters(section: ClampedSection, identified: IdentifiedModel) -> frozenset[str]:
@@ -114,8 +114,8 @@ def _runs_table(section: ClampedSection) -> Table:
         Column("run", numbers=_TEXT),
         Column("joint", numbers=_TEXT),
         Column("torque measured", "N·m"),
-        Column("reversal error", "°"),
-        Column("play", "°"),
+        Column("reversal error", "rad"),
+        Column("play", "rad"),
         Column("", numbers=_TEXT),
     )
     rows: list[tuple[Words, ...]] = [
@@ -123,8 +123,8 @@ def _runs_table(section: ClampedSection) -> Table:
             (run.run,),
             (f"joint {run.joint}",),
             (Digits(run.torque_range[0]), " … ", Digits(run.torque_range[1])),
-            (_degrees(run.reversal_error),),
-            (_degrees(run.play),) if run.play else ("none found",),
+            (Digits(run.reversal_error),),
+            (Digits(run.play),) if run.play else ("none found",),
             ("" if run.used else "left out",),
         )
         for run in section.runs
@@ -201,18 +201,14 @@ def _definitions(definition: Definition) -> str:
     )
 
 
-def _degrees(radians: float | None, significant: int = 3) -> Digits:
-    return Digits(None if radians is None else radians * _DEGREE, significant)
-
-
 def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     columns = (
         Column("joint", numbers=_TEXT),
-        Column("play, ± 95 %", "°"),
-        Column("law's width b", "°"),
+        Column("play, ± 95 %", "rad"),
+        Column("law's width b", "rad"),
         Column("crossed within", "± N·m"),
-        Column("between poses", "°"),
-        Column("resolution", "°"),
+        Column("between poses", "rad"),
+        Column("resolution", "rad"),
         Column("friction, ± 95 %", "N·m"),
         Column("torque from", numbers=_TEXT),
     )
@@ -226,10 +222,10 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
             (
                 (curve.joint,),
                 _play(joint),
-                (_degrees(joint.play_width),) if joint.play_found else ("–",),
+                (Digits(joint.play_width),) if joint.play_found else ("–",),
                 (Digits(joint.play_band, 2),),
-                (_degrees(joint.spread_between_poses, 2),),
-                (_degrees(joint.resolution, 2),),
+                (Digits(joint.spread_between_poses, 2),),
+                (Digits(joint.resolution, 2),),
                 friction,
                 (str(joint.torque_from),),
             )
@@ -238,11 +234,10 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
 
 
 def _play(joint: JointResult) -> Words:
-    half = NORMAL_95 * _DEGREE * joint.play_std
+    half = NORMAL_95 * joint.play_std
     if not joint.play_found or joint.play is None:
         return ("none found, ± ", Digits(half, 2))
-    play = _DEGREE * joint.play
-    return (Interval(play, play - half, play + half),)
+    return (Interval(joint.play, joint.play - half, joint.play + half),)
 
 
 def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
@@ -251,7 +246,7 @@ def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
         Column("p1", "N·m/rad"),
         Column("p2", "N·m/rad²"),
         Column("p3", "N·m/rad³"),
-        Column("angle reached", "°"),
+        Column("angle reached", "rad"),
         Column("torque reached", "N·m"),
     )
     rows: list[tuple[Words, ...]] = []
@@ -261,7 +256,7 @@ def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
         for power, coefficient in enumerate((shape.p1, shape.p2, shape.p3), start=1):
             half = NORMAL_95 * math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0))
             cells.append((Interval(coefficient, coefficient - half, coefficient + half),))
-        reach: Words = (_degrees(shape.reach[0]), " … ", _degrees(shape.reach[1]))
+        reach: Words = (Digits(shape.reach[0]), " … ", Digits(shape.reach[1]))
         torque: Words = (Digits(shape.torque[0]), " … ", Digits(shape.torque[1]))
         rows.append(((curve.joint,), *cells, reach, torque))
     caption = (

@@ -216,7 +216,7 @@ def _expected(result: ClampedResult) -> str:
     if not result.joints:
         return "no joint can be identified from the clamped runs"
     worst = max(result.joints, key=lambda joint: joint.play_std)
-    return f"play is known to {np.degrees(NORMAL_95 * worst.play_std):.2g}° or better (95 %)"
+    return f"play is known to {NORMAL_95 * worst.play_std:.2g} rad or better (95 %)"
 
 
 def readings_of(data: MeasuredRuns) -> ClampedReadings | None:
