@@ -203,6 +203,8 @@ def _paths(manifest: Manifest) -> Iterator[tuple[tuple[int | str, ...], str, boo
             yield ("runs", number, "states"), run.states, True
     for number, file in enumerate(manifest.plugins):
         yield ("plugins", number), file, True
+    if manifest.report.logo is not None:
+        yield ("report", "logo"), manifest.report.logo, True
 
 
 def _fault(code: FaultCode, place: str, reason: str, mend: str, *names: str) -> Fault:

@@ -27,6 +27,7 @@ from stiffcal.report.drawing_processes import Picture, draw_pictures
 from stiffcal.report.sections import all_sections
 from stiffcal.report.typesetting import set_pages
 
+_LOGO_FILE = "logo.png"
 _LEFT_OUT_TITLE = "What this report leaves out"
 
 
@@ -51,7 +52,7 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
         date=content.provenance.date,
         maker=" ".join(content.provenance.versions[0]) if content.provenance.versions else "stiffcal",
     )
-    write_pages(heading, lay_out(content), output, progress)
+    write_pages(heading, lay_out(content), output, progress, content.logo)
     progress("report written", 1.0)
 
 
@@ -71,7 +72,9 @@ class PagesHeading:
     """What made the pages."""
 
 
-def write_pages(heading: PagesHeading, sections: Sequence[ReportSection], output: Path, progress: Progress) -> None:
+def write_pages(
+    heading: PagesHeading, sections: Sequence[ReportSection], output: Path, progress: Progress, logo: bytes = b""
+) -> None:
     """Write sections as a PDF; the same content gives the same bytes.
 
     Parameters
@@ -80,6 +83,7 @@ def write_pages(heading: PagesHeading, sections: Sequence[ReportSection], output
     sections : in order.
     output : where to write; replaced in one step, only when the pages are complete.
     progress : receives each picture's name.
+    logo : PNG next to the title; empty for none.
 
     Raises
     ------
@@ -89,6 +93,9 @@ def write_pages(heading: PagesHeading, sections: Sequence[ReportSection], output
     try:
         with tempfile.TemporaryDirectory(prefix="stiffcal-report-") as folder:
             pages = {**asdict(heading), "sections": _as_data(sections, Path(folder), progress)}
+            pages["logo"] = _LOGO_FILE if logo else ""
+            if logo:
+                (Path(folder) / _LOGO_FILE).write_bytes(logo)
             progress("setting the pages", 0.95)
             pdf = set_pages(pages, Path(folder), heading.date)
         _write_whole(output, pdf)

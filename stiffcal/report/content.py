@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.report_settings import ReportSettings
+from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
 from stiffcal.experiments.presentation import Page, Table
@@ -295,6 +296,22 @@ class PlaceShare:
 
 
 @dataclass(frozen=True)
+class PoseStiffness:
+    """The target's stiffness in one pose, along and about each base axis."""
+
+    joints: Floats
+    """(L,) rad, logged angles."""
+    target: str
+    """The frame that is loaded and gives."""
+    compliance: Floats
+    """(6,) m/N, then rad/(N·m): along each axis under a load along it alone."""
+    std: Floats
+    """(6,) standard uncertainties."""
+    held: Floats | None
+    """(6,) N/m, then N·m/rad: along each axis with the other directions held; None where a direction gives nothing."""
+
+
+@dataclass(frozen=True)
 class ReportContent:
     """All that a report shows."""
 
@@ -344,6 +361,12 @@ class ReportContent:
     """Links with rods."""
     drift_follows: str = "time"
     """What a drift is counted by: "time", or "temperature" where the campaign logs one."""
+    stiffness_poses: tuple[PoseStiffness, ...] = ()
+    """Cartesian stiffness in the poses that the campaign asks for."""
+    workspace: MapResult | None = None
+    """The map of the workspace that the campaign asks for."""
+    logo: bytes = b""
+    """PNG for the first page; empty where the campaign names none."""
     settings: ReportSettings = field(default_factory=ReportSettings)
     """Optional sections that the campaign asks for."""
     with_and_without: WithAndWithout | None = None

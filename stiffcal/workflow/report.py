@@ -37,10 +37,12 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
 
     from stiffcal.report.building import build_report
     from stiffcal.workflow.report_content import report_content
+    from stiffcal.workflow.report_requests import with_requests
 
     file = output or data.campaign.folder / "report.pdf"
     context.progress("gathering the results", None)
     identified = replace(identified, origin=data.store.origin_of(IDENTIFY))
     content = report_content(data, identified, validation, read_history(folder, context))
+    content = with_requests(content, data, context)
     build_report(content, file, context.progress)
     return ReportResult(warnings=[], file=str(file), origin=identified.origin)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from stiffcal.campaign.report_settings import MOST_SIGNATURES, ReportSettings
 from stiffcal.report.blocks import LeftOut, Paragraph, ReportSection, TableBlock
-from stiffcal.report.content import ReportContent
-from stiffcal.report.sections import acceptance, sign_off
+from stiffcal.report.content import PoseStiffness, ReportContent
+from stiffcal.report.sections import acceptance, cartesian, sign_off
 from stiffcal.validation.results import ThresholdCheck
 from tests.laboratory.report_content import made_up_content
 
@@ -74,3 +75,18 @@ def test_each_role_has_a_line_to_sign() -> None:
 def test_wrong_settings_are_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         ReportSettings.model_validate(wrong)
+
+
+def test_stiffness_in_a_pose_follows_its_uncertainty() -> None:
+    compliance = np.array([1e-6, 2e-6, 0.0, 1e-6, 1e-6, 1e-6])
+    pose = PoseStiffness(np.radians([0.0, -90.0, 45.0]), "tool", compliance, 0.01 * compliance, None)
+    section = cartesian.section(replace(made_up_content(), stiffness_poses=(pose,)))
+    assert isinstance(section, ReportSection)
+    table = section.blocks[1]
+    assert isinstance(table, TableBlock)
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["along x"] == ("1.000 ± 0.020", "–", "N/µm")
+    assert rows["about x"] == ("1000 ± 20", "–", "kN·m/rad")
+    assert rows["along z"][0] == "–"
+    assert "−90.0°" in table.caption
+    assert cartesian.section(made_up_content()) is None

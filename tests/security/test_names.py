@@ -113,7 +113,14 @@ def test_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         {"kind": "table", "columns": columns, "rows": [[name, name] for name in names], "caption": RUNS[0]},
     ]
     sections = [{"title": JOINTS[4], "blocks": blocks}]
-    head = {"title": NAMED["robot"], "kind": "x", "campaign": NAMED["campaign"], "date": "#", "maker": "*m*"}
+    head = {
+        "title": NAMED["robot"],
+        "kind": "x",
+        "campaign": NAMED["campaign"],
+        "date": "#",
+        "maker": "*m*",
+        "logo": "",
+    }
     (tmp_path / "page.pdf").write_bytes(set_pages({**head, "sections": sections}, tmp_path, "2026-11-22"))
     fonts._fonts_covering.cache_clear()
     pages = PdfReader(tmp_path / "page.pdf").pages

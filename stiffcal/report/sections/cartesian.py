@@ -1,0 +1,54 @@
+"""Cartesian stiffness in the poses that the campaign asks for: `[report]` in campaign.toml."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Paragraph, ReportSection, TableBlock, TableColumn
+from stiffcal.report.content import PoseStiffness, ReportContent
+from stiffcal.report.estimates import estimate_text
+from stiffcal.uncertainty import NORMAL_95
+
+ORDER = 32
+_TITLE = "Cartesian stiffness"
+_AXES = ("along x", "along y", "along z", "about x", "about y", "about z")
+# N/µm along an axis, kN·m/rad about one.
+_SCALES, _UNITS = (1e-6, 1e-3), ("N/µm", "kN·m/rad")
+
+
+def section(content: ReportContent) -> ReportSection | None:
+    """Lay out a table for each pose."""
+    if not content.stiffness_poses:
+        return None
+    text = (
+        "Predicted by the fitted model at the loaded frame, base axes. Load alone: the load acts along the axis, all "
+        "other directions are free, which is what a gauge along the load reads. Others held: the diagonal of the "
+        "inverse, the other directions held in place."
+    )
+    tables = [_table(number, pose, content.joint_names) for number, pose in enumerate(content.stiffness_poses, 1)]
+    return ReportSection(_TITLE, (Paragraph(text), *tables))
+
+
+def _table(number: int, pose: PoseStiffness, names: tuple[str, ...]) -> TableBlock:
+    columns = (
+        TableColumn("direction", align="left"), TableColumn("load alone, ± 95 %"), TableColumn("others held"),
+        TableColumn("unit", align="left"),
+    )  # fmt: skip
+    rows = []
+    for k, axis in enumerate(_AXES):
+        scale, unit = _SCALES[k > 2], _UNITS[k > 2]
+        held = wording.DASH if pose.held is None else wording.digits(float(pose.held[k]) * scale)
+        rows.append((axis, _stiffness(float(pose.compliance[k]), float(pose.std[k]), scale), held, unit))
+    angles = ", ".join(
+        f"{name} {angle:.1f}°".replace("-", "−") for name, angle in zip(names, np.degrees(pose.joints), strict=False)
+    )
+    return TableBlock(columns, tuple(rows), f"Stiffness at {pose.target}, pose {number}: {angles}.")
+
+
+def _stiffness(compliance: float, std: float, scale: float) -> str:
+    if compliance <= 0.0:
+        return wording.DASH
+    high, low = compliance + NORMAL_95 * std, compliance - NORMAL_95 * std
+    interval = None if std == 0.0 else (1.0 / high, 1.0 / low if low > 0.0 else None)
+    return estimate_text(1.0 / compliance, interval, scale)
