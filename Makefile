@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo dist docs schemas linkcheck test test-docs test-long test-browser test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
+.PHONY: demo dist docs schemas linkcheck readme-picture test test-docs test-long test-browser test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -31,6 +31,10 @@ SPHINX = $(BIN)/python -P -m sphinx -W --keep-going -q -d build/docs/doctrees
 docs: $(VENV)/docs.stamp
 	$(SPHINX) -b html docs build/docs/html
 	@echo "the documentation: build/docs/html/index.html"
+
+# the picture of README, docs/view.png: the page of `view` for a bundled campaign; needs a browser as test-browser does
+readme-picture: $(VENV)/browser.stamp
+	$(BIN)/python -m docs.readme_picture
 
 # the links that lead out of the documentation; needs a network
 linkcheck: $(VENV)/docs.stamp

@@ -8,6 +8,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 
 import stiffcal  # noqa: E402
+from docs.expansions import expand  # noqa: E402
 from docs.generated_pages import write_pages  # noqa: E402
 
 project = "stiffcal"
@@ -24,10 +25,18 @@ html_copy_source = False
 # Extracts of the hits would be fetched, which browsers refuse to a page from a disk.
 html_show_search_summary = False
 html_show_copyright = False
+html_static_path = ["static"]
+html_css_files = ["pages.css"]
 templates_path = ["templates"]
 exclude_patterns = ["templates"]
 
 
 def setup(app: Any) -> None:
-    """Write the reference pages before Sphinx looks for pages."""
+    """Write the reference pages before Sphinx looks for pages; put pictures and formulas into each page."""
     app.connect("builder-inited", lambda _: write_pages(HERE / "reference" / "generated"))
+    app.connect("source-read", expand_source)
+
+
+def expand_source(_app: Any, name: str, source: list[str]) -> None:
+    """Put pictures, drawings and formulas into the Markdown of a page."""
+    source[0] = expand(f"{name}.md", source[0])

@@ -8,17 +8,21 @@ from __future__ import annotations
 import importlib
 import inspect
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import typer
 
+from docs.effect_page import effect_page
+from docs.markdown import cell, code, table
+from stiffcal.campaign.file_formats import format_names, log_format
+from stiffcal.cli import endings
 from stiffcal.cli.app import COMMANDS
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.command_results import EffectDescription
-from stiffcal.workflow.effect_pictures import sketch_effect
-from stiffcal.workflow.effects import describe_effects
+from stiffcal.readers import Reader
 
 SCHEMAS = Path(__file__).parents[1] / "schemas"
 TOML_FILES = {
@@ -39,22 +43,6 @@ def write_pages(folder: Path) -> None:
         page = folder / f"{name}.md"
         if not page.exists() or page.read_text(encoding="utf-8") != text:
             page.write_text(text, encoding="utf-8")
-
-
-def cell(text: object) -> str:
-    """Return a text as it stands in a cell of a Markdown table."""
-    return " ".join(str(text).split()).replace("|", "\\|").replace("<", "&lt;").replace("*", "\\*")
-
-
-def code(text: object) -> str:
-    """Return a text as code in a cell of a Markdown table."""
-    return "`" + str(text).replace("|", "\\|") + "`"
-
-
-def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
-    """Return a Markdown table."""
-    lines = [header, ("---",) * len(header), *rows]
-    return "\n".join("| " + " | ".join(row) + " |" for row in lines) + "\n"
 
 
 # ---- commands
@@ -213,46 +201,93 @@ def without_links(entry: Mapping[str, Any]) -> str:
     return words
 
 
-# ---- effects
+# ---- log formats
 
 
-def effect_page() -> str:
-    """The catalogue of effects: list, then law, parameters and limits of each."""
-    effects = describe_effects().effects
-    rows = [(f"[{code(effect.name)}](#{effect.name})", effect.place, cell(effect.summary)) for effect in effects]
+def format_page() -> str:
+    """Every log format: its files, options and what they mean."""
     parts = [
-        "# Effects\n",
-        "What `model.toml` can hold. `stiffcal effects NAME` prints the same for one effect, `-o FILE.svg` draws it.\n",
-        "That the load acts on the deformed robot is part of the model itself, not an effect.\n",
-        table(("name", "place", "what it is"), rows),
+        "# Formats of logs\n",
+        "The ending of a file determines its format; `format` of a source names it where it does not.\n",
+        'Options stand in a table called like the format, `csv = { delimiter = ";" }`.\n',
+        "[Log formats](../log-formats.md) has what to look at.\n",
     ]
-    for effect in effects:
-        parts += effect_section(effect)
+    for name in format_names():
+        reader = cast(Reader, log_format(name))
+        packed = f", also as {', '.join(map(code, reader.packed_endings))}" if reader.packed_endings else ""
+        files = ", ".join(map(code, reader.endings)) + packed if reader.in_files else "none: a database"
+        words = inspect.cleandoc(sys.modules[type(reader).__module__].__doc__ or "").replace("``", "`")
+        described, _ = options_in(words)
+        _, meanings = options_in(
+            inspect.cleandoc(sys.modules[reader.options.__module__].__doc__ or "").replace("``", "`")
+        )
+        schema = reader.options.model_json_schema()
+        rows = [
+            (code(option), type_of(without_nothing(entry)), cell(entry.get("description") or meanings.get(option, "")))
+            for option, entry in schema.get("properties", {}).items()
+        ]
+        parts += [f"## {name}\n", *(cell(paragraph) + "\n" for paragraph in described)]
+        parts.append(f"**Files:** {files or 'known by their content or by `format`'}\n")
+        parts.append(table(("option", "type", "meaning"), rows) if rows else "**Options:** none.\n")
     return "\n".join(parts)
 
 
-def effect_section(effect: EffectDescription) -> Iterator[str]:
-    """Yield the section on one effect."""
-    yield f"## {effect.name}\n"
-    yield f"```text\n{effect.physics.strip()}\n```\n"
-    rows = [
-        (code(one.symbol), cell(one.unit), cell(one.meaning), "–" if one.typical is None else f"{one.typical:g}",
-         " … ".join("∞" if end is None else f"{end:g}" for end in one.bounds))
-        for one in effect.parameters
-    ]  # fmt: skip
-    if rows:
-        yield table(("parameter", "unit", "meaning", "typical", "bounds"), rows)
-    for title, names in (
-        ("Needs", effect.needs),
-        ("Includes", effect.includes),
-        ("Excludes", effect.excludes),
-        ("Looks like", effect.looks_like),
-    ):
-        if names:
-            yield f"**{title}:** {cell(', '.join(names))}\n"
-    yield f"**Fingerprint:** {cell(effect.fingerprint)}\n"
-    yield f"**How to check:** {cell(effect.check)}\n"
-    yield "```text\n" + "\n".join(sketch_effect(effect.name)) + "\n```\n"
+def options_in(words: str) -> tuple[list[str], dict[str, str]]:
+    """Return a docstring's paragraphs without its list ``option : meaning``, and that list."""
+    paragraphs: list[str] = []
+    meanings: dict[str, str] = {}
+    for paragraph in words.split("\n\n"):
+        if re.match(r"[\w, ]+ : ", paragraph):
+            for entry in re.split(r"\n(?=[\w, ]+ : )", paragraph):
+                names, _, meaning = entry.partition(" : ")
+                meanings |= dict.fromkeys(names.split(", "), " ".join(meaning.split()))
+        elif not paragraph.startswith("Options of the manifest"):
+            paragraphs.append(paragraph)
+    return paragraphs, meanings
+
+
+def without_nothing(entry: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a schema without the choice of no value."""
+    choices = [choice for choice in entry.get("anyOf", ()) if choice.get("type") != "null"]
+    return {**entry, "anyOf": choices} if choices else entry
+
+
+# ---- exit codes
+
+
+def exit_code_page() -> str:
+    """Exit codes, and the commands that end with 1."""
+    judging = ", ".join(map(code, commands_that_judge()))
+    line = "one line each with file, place, reason and remedy, and the [fault code](fault-codes.md)"
+    document = '`{"error": {code, file, place, reason, mend}}`'
+    meanings = (
+        (endings.OK, "done"),
+        (endings.NOT_HELD, f"done, and a threshold or check did not hold: {judging}"),
+        (endings.WRONG_INPUT, f"the input is wrong: {line}; with `--json` {document}"),
+        (endings.INTERNAL_FAULT, "an internal fault: one line that names a log file; `--debug` shows the traceback"),
+        (endings.INTERRUPTED, "interrupted with Ctrl-C; what was stored before is whole"),
+    )
+    rows = [(code(number), meaning) for number, meaning in meanings]
+    return "# Exit codes\n\n" + table(("exit code", "meaning"), rows) + "\n" + EXIT_CODE_NOTES
+
+
+def commands_that_judge() -> list[str]:
+    """Return the commands whose code ends with `NOT_HELD`."""
+    modules = {name: importlib.import_module(f"stiffcal.cli.{name}") for name in COMMANDS}
+    return [name for name, module in modules.items() if hasattr(module, "NOT_HELD")]
+
+
+EXIT_CODE_NOTES = """
+A closed pipe (`| head`) does not change the exit code; a write error on standard output (a full disk) gives 2; a stream
+that is closed (`>&-`) counts as the null device.
+
+Each command first runs the steps before it that are missing or out of date, and reports that in one line; `--no-update`
+refuses instead. `--store` sets the folder of the store.
+
+`--verbose` with any command writes each step with its time (UTC) to standard error, and `--log FILE` appends the same
+lines to a file: the command line, steps that are run first, warnings, errors and the duration. Passwords in addresses
+are masked. Colour is left out where the output is no terminal or `NO_COLOR` is set.
+"""
 
 
 # ---- faults
@@ -282,6 +317,8 @@ PAGES: dict[str, Callable[[], str]] = {
     "commands": command_page,
     **dict(toml_pages()),
     "effects": effect_page,
+    "formats": format_page,
+    "exit-codes": exit_code_page,
     "columns": column_page,
     "documents": document_page,
     "fault-codes": fault_page,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from dataclasses import replace
 from functools import partial
@@ -188,6 +189,8 @@ def sections_of(physics: str) -> list[tuple[str, str]]:
     --------
     >>> sections_of("A drive gives.\n\nLaw: δ = c τ.\n\nLimits: small loads.")
     [('Physics', 'A drive gives.'), ('Law', 'δ = c τ.'), ('Where it ends', 'Small loads.')]
+    >>> sections_of("Limits: c may be negative.")
+    [('Where it ends', 'c may be negative.')]
     """
     sections: list[tuple[str, str]] = []
     for paragraph in physics.split("\n\n"):
@@ -196,8 +199,9 @@ def sections_of(physics: str) -> list[tuple[str, str]]:
         title = HEADINGS.get(first, sections[-1][0] if sections else "Physics")
         opening, _, rest = text.partition(" ")
         if first in HEADINGS and opening[-1] in ":,":
-            # A law begins with its equation, whose letters stay as they are.
-            text = rest if opening == "Law:" else rest[:1].upper() + rest[1:]
+            # A law begins with its equation; there and in "c may be negative" letters are symbols and stay as they are.
+            symbol = re.match(r"(?!a )[^\W\d_][²³ ]", rest)
+            text = rest if opening == "Law:" or symbol else rest[:1].upper() + rest[1:]
         if sections and sections[-1][0] == title:
             text = f"{sections.pop()[1]} {text}"
         sections.append((title, text))

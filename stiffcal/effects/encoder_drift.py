@@ -30,9 +30,9 @@ _SOURCE = "an encoder's mount and disk that warm up: 10 µrad in ten minutes, or
 class EncoderDrift(DocumentedEffect):
     """The reading of a joint's encoder wanders with time or temperature while the joint stands still.
 
-    Law: the logged angle of the joint gains rad_per_s × (t − t_ref), or rad_per_K × (T − T_ref) in the form that a
-    model with [rad_per_K] takes, t_ref and T_ref (the campaign's first temperature) those of the run's reference state.
-    Clamped runs read it as if the drive had given by as much.
+    Law: q_read = q + rad_per_s (t − t_ref), with q the joint's angle and q_read the logged one; or q_read = q +
+    rad_per_K (T − T_ref) in the form that a model with [rad_per_K] takes; t_ref and T_ref (the campaign's first
+    temperature) are those of the run's reference state. Clamped runs read it as if the drive had given by as much.
 
     Assumes an even drift; one that settles within a run is not a straight line over time.
 

@@ -18,10 +18,10 @@ LEAST_DIFFERENT = 0.01
 class FixtureCompliance(DocumentedEffect):
     """The fixture that holds the flange of a clamped robot gives a little, and the motors turn by as much more.
 
-    Law: the held frame moves by D = −C W, W what the fixture does to the robot and C = diag(translation, rotation),
-    each alike along and about all three axes, about the origin of the held frame. The closed chain of clamped motors
-    then reads J (Δd_motor + δ) = −C W (paper 004 takes the fixture as rigid). It comes on top of what the manifest
-    gives as the run's fixture_compliance.
+    Law: D = −C W, the motion of the held frame, with W what the fixture does to the robot and C = diag(translation,
+    rotation), each alike along and about all three axes, about the origin of the held frame. The closed chain of
+    clamped motors then reads J (Δd_motor + δ) = −C W (paper 004 takes the fixture as rigid). It comes on top of what
+    the manifest gives as the run's fixture_compliance.
 
     Assumes one fixture for all clamped runs, without play.
 

@@ -14,9 +14,10 @@ from stiffcal.model.motion_effect import MotionEffect
 class FrictionAsymmetry(MotionEffect):
     """A moving joint resists more in one direction than in the other, by a constant torque.
 
-    Law: the torque gains [offset], whatever speed and direction: Coulomb friction is coulomb + offset forwards and
-    coulomb − offset backwards (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994 report different friction in the two
-    directions of many mechanisms). It replaces the constants that are otherwise free at each speed.
+    Law: τ_f += offset, whatever speed and direction, with τ_f the torque of friction: Coulomb friction is coulomb +
+    offset forwards and coulomb − offset backwards (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994 report different
+    friction in the two directions of many mechanisms). It replaces the constants that are otherwise free at each
+    speed.
 
     Assumes that neither weight nor a spring acts about the axis, or that both are in the model.
 

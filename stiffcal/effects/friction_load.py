@@ -17,7 +17,7 @@ LEAST_SPREAD = 0.1
 class FrictionLoad(MotionEffect):
     """A moving joint resists more under load: teeth and bearings are pressed together harder.
 
-    Law: τ_f gains per_Nm |τ| sign(ω), τ the joint's load: the torque of the weight of arm and tool about its axis
+    Law: τ_f += per_Nm |τ| sign(ω), with τ the joint's load: the torque of the weight of arm and tool about its axis
     (Bittencourt and Gunnarsson 2012, where Coulomb friction grows linearly with the size of the load torque; ω at the
     joint's side of the gear). It comes on top of joint-friction.
 

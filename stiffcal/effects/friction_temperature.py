@@ -17,7 +17,7 @@ _SOURCE = "viscous friction falls by some per cent per kelvin as the lubricant t
 class FrictionTemperature(MotionEffect):
     """A drive that warms up resists less, mostly at speed, because its lubricant becomes thinner.
 
-    Law: τ_f gains (coulomb_K sign(ω) + viscous_K ω)(T − T_ref), T the first temperature that the campaign logs and
+    Law: τ_f += (coulomb_K sign(ω) + viscous_K ω) (T − T_ref), with T the first temperature that the campaign logs and
     T_ref its first reading; ω at the joint's side of the gear. This is the linear part of what Bittencourt and
     Gunnarsson 2012 measured on an industrial robot. Coulomb and viscous friction of joint-friction hold at T_ref.
 

@@ -27,11 +27,11 @@ _NO_GEOMETRY = "the compensator's geometry: [gravity_compensator] in robot.toml"
 class GravityCompensator(DocumentedEffect):
     """A spring or cylinder in parallel with a joint balances weight, resists turning and shifts torque.
 
-    Law: the spring runs from an anchor on the link before to an arm on the link moved, with length l(q) and tension
-    F = k (l − l0). It adds the torque τ_s = −F ∂l/∂q to its joint's drive: the drive carries the weight's and
-    the load's torque plus τ_s, and −∂τ_s/∂q adds to the joint's stiffness (Klimchik et al. 2013, on heavy robots with
-    such springs). The length without tension l0 follows from robot.toml: the preload is what the spring pulls with, at
-    its nominal rate, at the joint's zero.
+    Law: F = k (l − l0) and τ_s = −F ∂l/∂q, with F the tension and l(q) the length of a spring that runs from an anchor
+    on the link before to an arm on the link moved, and τ_s what it adds to its joint's drive: the drive carries the
+    weight's and the load's torque plus τ_s, and −∂τ_s/∂q adds to the joint's stiffness (Klimchik et al. 2013, on heavy
+    robots with such springs). The length without tension l0 follows from robot.toml: the preload is what the spring
+    pulls with, at its nominal rate, at the joint's zero.
 
     Assumes a spring of constant rate without friction, fixed at two points. A gas cylinder is one about its working
     point.

@@ -17,8 +17,8 @@ from stiffcal.model.effect import RZ, DocumentedEffect, Kind, ParameterSpec, Pla
 class JointOffset(DocumentedEffect):
     """The controller's zero of a joint is not the robot file's: what one enters in the controller to mend it.
 
-    Law: ``zero`` is added to the logged angle of the joint, before ``direction`` and ``logged = {…}``; the model angles
-    that are combinations of it follow.
+    Law: q = q_read + zero, with q_read the logged angle of the joint, before ``direction`` and ``logged = {…}``; the
+    model angles that are combinations of it follow.
 
     Assumes that the whole scale is shifted, as after a lost or changed encoder.
 

@@ -33,9 +33,9 @@ _COMPONENTS = {symbol: axis for symbol, (axis, _) in _AXES.items()}
 class JointTranslation(DocumentedEffect):
     """The bearing of a joint gives along the forces that it carries, radially and axially.
 
-    Law: δ_tx = c_tx F_x, δ_ty = c_ty F_y, δ_tz = c_tz F_z in the joint's frame (the translational part of the joint
-    model of paper 001, eq. 1, taken diagonal). A model that names tx2, tx3, ty2 … (`stiffcal add … --curved`) takes all
-    three curved, δ = c F + c2 F² + c3 F³ (paper 001, III.C).
+    Law: δ_tx = c_tx F_x, δ_ty = c_ty F_y, δ_tz = c_tz F_z, in the joint's frame (the translational part of the joint
+    model of paper 001, eq. 1, taken diagonal). A model that names tx2, tx3, ty2 … (`stiffcal add … --curved`) takes
+    all three curved, δ = c F + c2 F² + c3 F³ (paper 001, III.C).
 
     Assumes pre-loaded rolling bearings in stiff housings.
 

@@ -30,10 +30,10 @@ _SOURCE = "KUKA KR240, after Rösch: swing 7.7e6, 7.0e6, 1.1e7; arm 3.6e6, 2.9e6
 class LinkSprings(DocumentedEffect):
     """A link gives as two rigid halves joined by three torsion springs half-way along.
 
-    Law: θ_i = M_i / k_i at mid-length, i = 1 (along the link), 2, 3, with M the moment there. At the outboard end, F
-    and M being the wrench at that end and L the length: θ1 = M1/k1; θ2 = (M2 − F3 L/2)/k2 and u3 = −θ2 L/2;
-    θ3 = (M3 + F2 L/2)/k3 and u2 = θ3 L/2. This is Rösch's model as paper 000 gives it (section 2 and Table 1, columns
-    S and A).
+    Law: θ1 = M1/k1; θ2 = (M2 − F3 L/2)/k2 and u3 = −θ2 L/2; θ3 = (M3 + F2 L/2)/k3 and u2 = θ3 L/2, with F and M the
+    wrench at the outboard end and L the length: three springs at mid-length, about the axis along the link (1) and
+    across it (2, 3), each over the moment there. This is Rösch's model as paper 000 gives it (section 2 and Table 1,
+    columns S and A).
 
     Assumes that where the link bends does not matter, only by how much it turns. Compared with a beam it has the right
     turn under a pure moment (k = EI/L) but 3/4 of the deflection under a force at the end.

@@ -16,8 +16,8 @@ _SOURCE = "a hook or a string's knot measured with a ruler: some millimetres"
 class LoadPointOffset(DocumentedEffect):
     """The force does not act where the manifest states, so that its moments about the joints are others.
 
-    Law: the true load point is the manifest's plus (x, y, z), flange axes. Only where force alone is measured: a
-    six-axis sensor reads the moment and needs no load point.
+    Law: p_true = p + (x, y, z), with p the load point of the manifest, in flange axes. Only where force alone is
+    measured: a six-axis sensor reads the moment and needs no load point.
 
     Assumes one load point for the whole campaign, fixed to the flange.
 

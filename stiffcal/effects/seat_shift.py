@@ -27,7 +27,7 @@ _SOURCE = "a reflector's nest holds to some 10 µm; bolted seats slip by the cle
 class SeatShift(DocumentedEffect):
     """A fixture, the reflector or the robot's base slips once, suddenly, and stays where it slipped to.
 
-    Law: D gains (x, y, z), base axes, from one state to the end of its run. `state` is the number of the first shifted
+    Law: D += (x, y, z), base axes, from one state to the end of its run. `state` is the number of the first shifted
     state, counted through the campaign from 1 in the order of the states.
 
     Assumes one slip; the next run takes a new reference and does not know of it.

@@ -16,8 +16,8 @@ _SOURCE = "a reflector's place measured with a ruler: a millimetre or two"
 class TargetOffset(DocumentedEffect):
     """The reflector or probe is not where the manifest states, so that the turning of the tool moves it otherwise.
 
-    Law: the target's true place on the flange is the manifest's plus (x, y, z), flange axes; where several targets sit
-    on the flange, all of them (one tool, one error). Targets on links stay.
+    Law: p_true = p + (x, y, z), with p the target's place on the flange of the manifest, in flange axes; where several
+    targets sit on the flange, all of them (one tool, one error). Targets on links stay.
 
     Assumes that the target does not move against the flange.
 

@@ -28,9 +28,9 @@ _SYMBOLS = ("x", "y", "z", "rx", "ry", "rz")
 class ThermalDrift(DocumentedEffect):
     """The target wanders while nothing is loaded, because robot, stand or instrument warm up or settle.
 
-    Law: D gains rate × (t − t_ref), or rate × (T − T_ref) where the campaign logs a temperature (its first channel),
-    in base axes, t_ref and T_ref being those of the run's reference state; where orientation is measured, the target
-    also turns at its own rate. One rate for the whole campaign, on its one clock.
+    Law: D += r (t − t_ref), with r the drift's rate; D += r (T − T_ref) where the campaign logs a temperature (its
+    first channel), in base axes, t_ref and T_ref being those of the run's reference state; where orientation is
+    measured, the target also turns at its own rate. One rate for the whole campaign, on its one clock.
 
     Assumes that the drift is even over the campaign. ISO 9283 has a test of its own for the drift of a warming robot,
     which is quicker at first; then the runs at the beginning show it more.

@@ -38,8 +38,8 @@ _SHIFT = CompliantAxis(
 class ToolCompliance(DocumentedEffect):
     """What is screwed between flange and target gives: force sensor, adapter plates, tool changer, probe.
 
-    Law: three rotations over the three moments and three translations over the three forces at the flange's origin, in
-    flange axes: δ = diag(tx, ty, tz, rx, ry, rz) w.
+    Law: δ = diag(tx, ty, tz, rx, ry, rz) w, three rotations over the three moments and three translations over the
+    three forces at the flange's origin, in flange axes.
 
     Assumes that load and target sit outboard of what gives, and that the six directions do not couple.
 

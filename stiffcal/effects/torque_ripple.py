@@ -22,10 +22,10 @@ DISTINCT = 25.0
 class TorqueRipple(MotionEffect):
     """The torque of a moving drive swings with its angle, whatever the direction of motion.
 
-    Law: the torque gains a cos mq + b sin mq, q the joint's angle as the controller shows it, m the order: waves per
-    turn of the joint (ripple of motor and gear, "position-dependent friction" in Armstrong-Hélouvry, Dupont and
-    Canudas de Wit 1994). Orders that are tried: the gear orders in robot.toml, and the integers of which the travel
-    holds one wave at least and the log four samples a wave.
+    Law: τ_f += a cos mq + b sin mq, with q the joint's angle as the controller shows it, m the order: waves per turn
+    of the joint (ripple of motor and gear, "position-dependent friction" in Armstrong-Hélouvry, Dupont and Canudas de
+    Wit 1994). Orders that are tried: the gear orders in robot.toml, and the integers of which the travel holds one
+    wave at least and the log four samples a wave.
 
     Assumes that the swing depends neither on speed nor on load. Cogging of motor magnets and torque ripple of the
     current do so nearly; friction that swings with the angle changes its sign with the direction and is none of it.

@@ -19,7 +19,7 @@ _POWERS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.6, 1.8, 2.0)
 class ViscousPower(MotionEffect):
     """Friction grows with a power of the speed: ever more slowly as a lubricant shears, ever faster where it churns.
 
-    Law: τ_f gains factor |ω|^power sign(ω), power from 0.1 to 0.8 or from 1.2 to 2; ω and τ_f at the joint's side of
+    Law: τ_f += factor |ω|^power sign(ω), with power from 0.1 to 0.8 or from 1.2 to 2; ω and τ_f at the joint's side of
     the gear. It comes on top of joint-friction: where friction follows the power alone, [viscous] there becomes zero.
     Friction that grows less than in proportion to speed is what Bittencourt and Gunnarsson 2012 and others measure on
     industrial robots; churning of oil grows with the square.

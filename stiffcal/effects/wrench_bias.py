@@ -27,8 +27,8 @@ def _bias(symbol: str) -> ParameterSpec:
 class WrenchBias(DocumentedEffect):
     """The force sensor's zero, or the weight of the tool behind it, was not taken out of the readings.
 
-    Law: true wrench = reading − (fx, fy, fz, mx, my, mz) − weight of `mass`; the bias constant in sensor axes, the
-    weight along gravity through the sensor's origin.
+    Law: w = w_read − (fx, fy, fz, mx, my, mz) − w_tool, with w_read the reading; the bias is constant in sensor axes,
+    w_tool is the weight of `mass` along gravity through the sensor's origin.
 
     Assumes one zero for the whole campaign. Where the weight that the sensor reads belongs to a tool that the manifest
     lists in [tool], mass is what it counts twice.

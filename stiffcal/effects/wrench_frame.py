@@ -15,8 +15,8 @@ _SOURCE = "half a degree: a sensor bolted on without a dowel"
 class WrenchFrame(DocumentedEffect):
     """The force sensor's axes are turned against what the manifest states, so that every wrench is taken as turned.
 
-    Law: the true sensor axes are the manifest's turned by exp(r), r = (rx, ry, rz) a rotation vector in sensor axes;
-    forces and moments turn together, the sensor's origin stays.
+    Law: R_true = R exp(r), with R the sensor's axes of the manifest and r = (rx, ry, rz) a rotation vector in sensor
+    axes; forces and moments turn together, the sensor's origin stays.
 
     Assumes that the sensor does not shift on its seat during the campaign.
 

@@ -16,8 +16,8 @@ _SOURCE = "the data sheet's origin at the sensor's face, the calibration's at it
 class WrenchOrigin(DocumentedEffect):
     """The point to which the force sensor's moments refer is not where the manifest states.
 
-    Law: the true origin is the manifest's plus d = (x, y, z), sensor axes: the moment about the manifest's point is the
-    reading plus d × F.
+    Law: p_true = p + d and M = M_read + d × F, with p the manifest's origin, M the moment about it, and d = (x, y, z)
+    in sensor axes.
 
     Assumes that the sensor sits on its seat without play, and that its axes are those of the manifest.
 

@@ -16,8 +16,8 @@ _SOURCE = "sensors are calibrated to 1 or 2 % of full scale, forces and moments 
 class WrenchScale(DocumentedEffect):
     """The force sensor reads too much or too little; 1 is right.
 
-    Law: force read = [force] × true force, moment read = [force] × [moment] × true moment. [moment] is the gain of the
-    moments against that of the forces.
+    Law: F_read = g F and M_read = g g_M M, with F and M the true force and moment, g [force] and g_M [moment], the
+    gain of the moments against that of the forces.
 
     Assumes gains that are alike for all three forces, for all three moments, and for the whole campaign.
 

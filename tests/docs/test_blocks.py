@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import ast
 import importlib
-import os
 import re
 import shlex
-import shutil
-import subprocess
-import sys
 import tomllib
 from itertools import takewhile
-from pathlib import Path
 
 import pytest
 import typer
 
+from docs.page_blocks import Block, blocks_of, hand_written_pages
+from docs.page_runs import run_page
 from stiffcal.cli.app import COMMANDS
-from tests.laboratory.documentation import ROOT, Block, blocks_of, hand_written_pages, indented_blocks
+from tests.laboratory.documentation import indented_blocks
 
 TAGS = {"run", "output", "check", "show"}
 MOST_SHOWN = 0.1
@@ -106,19 +103,14 @@ def test_lines_agree_only_with_themselves_and_with_the_ellipsis() -> None:
 
 @pytest.mark.docs
 @pytest.mark.parametrize("page", COMMAND_PAGES)
-def test_a_page_s_commands_print_what_it_shows(page: str, tmp_path: Path) -> None:
-    """All blocks of one page, in order, in one folder."""
-    ignored = shutil.ignore_patterns("store", "report.pdf", "view.html")
-    shutil.copytree(ROOT / "campaigns", tmp_path / "campaigns", ignore=ignored)
-    path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
-    environment = {**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1", "STIFFCAL_STATE": str(tmp_path / "s")}
+def test_a_page_s_commands_print_what_it_shows(page: str) -> None:
+    """All blocks of one page, in order, in one folder; the build takes the page's pictures from the same run."""
+    done = run_page(page)
     printed = ""
     for block in blocks_of(page):
         if block.tag == "run":
-            words = ["bash", "-euo", "pipefail", "-c", block.text]
-            done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True)
-            assert done.returncode == 0, f"{label(block)}: {done.stdout}{done.stderr}"
-            printed = done.stdout
+            printed = done.printed[block.line]
         elif block.tag == "output":
             lines, shown = printed.rstrip().splitlines(), block.text.rstrip().splitlines()
             assert agrees(lines, shown), f"{label(block)} prints:\n{printed}"
+    assert all(picture.stat().st_size for picture in done.pictures.values())

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.laboratory.documentation import ROOT, blocks_of
+from docs.page_blocks import blocks_of
+from tests.laboratory.documentation import ROOT
 
 PAGE = "how-to/own-reader.md"
 SCRIPT = """

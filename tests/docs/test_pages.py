@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 import subprocess
 import sys
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 
 from docs import generated_pages
+from docs.effect_page import effect_page
+from docs.formulas import BLANK, FormulaError, mathml
+from docs.page_blocks import page_text
+from stiffcal.campaign.file_formats import format_names
+from stiffcal.cli import endings
 from stiffcal.cli.app import COMMANDS
 from stiffcal.fault_codes import FaultCode
+from stiffcal.readers import find_reader
 from stiffcal.workflow.effects import describe_effects
-from tests.laboratory.documentation import ROOT, page_text
+from tests.laboratory.documentation import ROOT
 
 README_BYTES = 8000
 
@@ -31,7 +39,38 @@ def test_the_page_of_commands_has_each_with_its_options() -> None:
 
 
 def test_the_page_of_effects_has_each() -> None:
-    assert headings(generated_pages.effect_page()) == [effect.name for effect in describe_effects().effects]
+    assert headings(effect_page()) == [effect.name for effect in describe_effects().effects]
+
+
+def test_the_law_of_each_effect_begins_with_a_formula() -> None:
+    sections = effect_page().split("\n## ")[1:]
+    assert [text.partition("\n")[0] for text in sections if '<math display="block">' not in text] == []
+
+
+def test_a_quotient_has_the_product_before_it_above_the_line() -> None:
+    assert mathml("a = F L³/(3 E)", display=False) == (
+        "<math><mi>a</mi><mo>=</mo><mfrac><mrow><mi>F</mi>" + BLANK + "<msup><mi>L</mi><mn>3</mn></msup></mrow>"
+        "<mrow><mn>3</mn>" + BLANK + "<mi>E</mi></mrow></mfrac></math>"
+    )
+
+
+def test_a_formula_that_is_none_is_refused() -> None:
+    for words in ("a = (b", "= / c", "a b)", "τ ? 2"):
+        with pytest.raises(FormulaError):
+            mathml(words)
+
+
+def test_the_page_of_formats_has_each_with_its_options() -> None:
+    page = generated_pages.format_page()
+    assert headings(page) == list(format_names())
+    csv = page.split("\n## csv\n")[1].split("\n## ")[0]
+    assert all(f"| `{option}` |" in csv for option in find_reader(Path("log.csv"), "csv").options.model_fields)
+
+
+def test_the_page_of_exit_codes_has_each() -> None:
+    page = generated_pages.exit_code_page()
+    numbers = {value for name, value in vars(endings).items() if name.isupper() and isinstance(value, int)}
+    assert {int(number) for number in re.findall(r"^\| `(\d+)` \|", page, flags=re.MULTILINE)} == numbers
 
 
 def test_the_page_of_campaign_toml_has_each_key() -> None:
@@ -63,6 +102,22 @@ def test_links_of_the_readme_lead_to_files() -> None:
     assert [link for link in links if not (ROOT / link).is_file()] == []
 
 
+def dead_links(folder: Path) -> list[str]:
+    """Return the links within built pages that lead to no file, or to no place in it."""
+    texts = {file: file.read_text(encoding="utf-8") for file in folder.rglob("*.html")}
+    places = {file: set(re.findall(r"\bid=\"([^\"]+)\"", text)) for file, text in texts.items()}
+    dead = []
+    for file, text in texts.items():
+        for link in re.findall(r"\b(?:href|src)=\"([^\"]+)\"", text):
+            path, _, place = html.unescape(link).partition("#")
+            if re.match(r"[a-z]+:", path):
+                continue
+            target = (file.parent / unquote(path.partition("?")[0])).resolve() if path else file
+            if not target.is_file() or (place and target in places and unquote(place) not in places[target]):
+                dead.append(f"{file.relative_to(folder)}: {link}")
+    return dead
+
+
 @pytest.mark.docs
 def test_the_pages_build_without_warnings_and_fetch_nothing(tmp_path: Path) -> None:
     words = [sys.executable, "-P", "-m", "sphinx", "-W", "--keep-going", "-q", "-d", str(tmp_path / "trees"), "docs"]
@@ -70,6 +125,7 @@ def test_the_pages_build_without_warnings_and_fetch_nothing(tmp_path: Path) -> N
     assert done.returncode == 0, done.stdout + done.stderr
     pages = list((tmp_path / "html").rglob("*.html"))
     assert len(pages) > 30
+    assert dead_links(tmp_path / "html") == []
     for page in pages:
         text = page.read_text(encoding="utf-8")
         assert not re.search(r"<(?:script|img|link|iframe)\b[^>]*(?:src|href)=\"(?:https?:)?//", text), page.name

@@ -19,9 +19,9 @@ import pandas as pd
 import pytest
 
 import stiffcal
+from docs.page_blocks import page_text
 from stiffcal.cli.app import main
 from stiffcal.trust import record
-from tests.laboratory.documentation import page_text
 from tests.laboratory.fits import fit_of
 from tests.laboratory.plugin_campaigns import stranger
 from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
@@ -406,8 +406,9 @@ def test_the_script_of_the_page_on_notebooks_runs(tmp_path: Path, monkeypatch: p
     """Line by line, as a notebook runs it, on a copy of the campaign that it names."""
     from matplotlib import pyplot
 
-    script = page_text("how-to/notebook.md").partition("<<'END_OF_SCRIPT'\n")[2].partition("END_OF_SCRIPT")[0]
-    (name,) = re.findall(r'"(campaigns/[^"]+)"', script)
+    scripts = re.findall(r"<<'END_OF_SCRIPT'\n(.*?)END_OF_SCRIPT", page_text("tutorials/notebook.md"), flags=re.DOTALL)
+    script = "\n".join(scripts)
+    (name,) = set(re.findall(r'"(campaigns/[^"]+)"', script))
     shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("store"))
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}

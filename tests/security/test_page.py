@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from docs.page_blocks import blocks_of
 from stiffcal.cli.app import COMMANDS
 from stiffcal.limits import ALL, shown_amount
-from tests.laboratory.documentation import blocks_of
 
 PAGE = (Path(__file__).parents[2] / "docs" / "folders-from-others.md").read_text("utf-8")
 

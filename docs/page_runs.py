@@ -1,0 +1,142 @@
+"""Runs the commands of a page in a folder with a copy of `campaigns/`, and keeps what they printed and drew.
+
+`make docs` takes the pictures of a page from such a run, the tests compare the output. A run is kept under a key of the
+page's commands, of stiffcal's code and of the campaigns: what has not changed is not run again.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from docs.page_blocks import Block, blocks_of, pictures_of
+
+ROOT = Path(__file__).parents[1]
+KEPT = ROOT / "build" / "docs" / "runs"
+PLACE = "STIFFCAL_DOCS_RUNS"
+"""Environment variable with the folder in which runs are kept, in place of build/docs/runs."""
+PIXELS_PER_POINT = 1.6
+MADE_BY_STIFFCAL = shutil.ignore_patterns("store", "report.pdf", "view.html", "__pycache__")
+
+
+class PageError(Exception):
+    """A command of a page failed, or a picture was not made."""
+
+
+@dataclass(frozen=True)
+class PageRun:
+    """What the commands of one page did."""
+
+    printed: dict[int, str]
+    """Line of a block on the page to what its commands printed."""
+    pictures: dict[tuple[str, int], Path]
+    """(file, page) to the picture."""
+
+
+def run_page(page: str) -> PageRun:
+    """Return what the commands of a page print and draw; they run only where no run of them is kept.
+
+    Raises
+    ------
+    PageError : a command failed, or a picture was not made.
+    """
+    place = Path(os.environ.get(PLACE) or KEPT)
+    folder = place / page.removesuffix(".md").replace("/", "-")
+    folder.mkdir(parents=True, exist_ok=True)
+    key = _key(page)
+    with _locked(folder):
+        record = folder / "printed.json"
+        if not record.exists() or json.loads(record.read_text(encoding="utf-8"))["key"] != key:
+            record.unlink(missing_ok=True)
+            printed = _run(page, folder)
+            record.write_text(json.dumps({"key": key, "printed": printed}), encoding="utf-8")
+        stored = json.loads(record.read_text(encoding="utf-8"))["printed"]
+    pictures = {wanted: folder / picture_name(*wanted) for wanted in pictures_of(page)}
+    return PageRun({int(line): text for line, text in stored.items()}, pictures)
+
+
+def picture_name(file: str, page: int) -> str:
+    """Return the name under which a picture is kept."""
+    stem, _, ending = file.replace("/", "-").rpartition(".")
+    return f"{stem}-page{page}.png" if page else f"{stem}.{ending}"
+
+
+def _run(page: str, kept: Path) -> dict[int, str]:
+    """Run all blocks of a page in order, in one folder; keep its pictures in `kept`."""
+    printed = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copytree(ROOT / "campaigns", folder / "campaigns", ignore=MADE_BY_STIFFCAL)
+        for block in blocks_of(page):
+            if block.tag == "run":
+                printed[block.line] = _run_block(block, folder)
+        for file, number in pictures_of(page):
+            if not (folder / file).is_file():
+                raise PageError(f"{page}: no command makes the picture {file}")
+            _keep(folder / file, number, kept / picture_name(file, number))
+    return printed
+
+
+def _run_block(block: Block, folder: Path) -> str:
+    """Run the commands of one block; return what they print."""
+    path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
+    settings = {"PATH": path, "COLUMNS": "100", "NO_COLOR": "1", "STIFFCAL_STATE": str(folder / ".state")}
+    words = ["bash", "-euo", "pipefail", "-c", block.text]
+    done = subprocess.run(words, cwd=folder, env={**os.environ, **settings}, capture_output=True, text=True)
+    if done.returncode:
+        raise PageError(f"{block.page}:{block.line}: {done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def _keep(file: Path, number: int, place: Path) -> None:
+    """Copy a picture, or draw one page of a PDF."""
+    if not number:
+        shutil.copyfile(file, place)
+        return
+    import pypdfium2
+
+    document = pypdfium2.PdfDocument(file)
+    try:
+        document[number - 1].render(scale=PIXELS_PER_POINT).to_pil().save(place, optimize=True)
+    finally:
+        document.close()
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Hold the folder of a page: another process waits."""
+    with (folder / ".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def _key(page: str) -> str:
+    """Return the digest of all that a run of the page depends on."""
+    parts = [digest_of_code(), *(block.text for block in blocks_of(page) if block.tag == "run")]
+    parts += [f"{file} {number}" for file, number in pictures_of(page)]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+@cache
+def digest_of_code() -> str:
+    """Return the digest of stiffcal's code and of the bundled campaigns."""
+    digest = hashlib.sha256()
+    made = {"store", "__pycache__"}
+    for folder in ("stiffcal", "campaigns"):
+        for file in sorted((ROOT / folder).rglob("*")):
+            parts = file.relative_to(ROOT).parts
+            if file.is_file() and not made.intersection(parts) and file.name not in {"report.pdf", "view.html"}:
+                digest.update(f"{parts}".encode())
+                digest.update(file.read_bytes())
+    return digest.hexdigest()
