@@ -31,11 +31,11 @@ _NO_MASSES = "the links' masses in robot.toml"
 class LinkWeight(DocumentedEffect):
     """A link's first moment, its mass times the place of its centre, differs from the robot file's.
 
-    Law: the weight of link k turns about the origin of its joint's frame by R (m + (mx, my, 0)) × g, with m the first
-    moment of robot.toml, in the joint's axes. Every joint inboard carries the difference. Of mass and first moment of
-    a link only two numbers act on springs of joints: the mass and the part along the axis turn the joint before
-    alone, and stand in its numbers (regrouping; Gautier and Khalil 1990; Khalil and Dombre, Modeling, Identification
-    and Control of Robots, 2002, ch. 9).
+    Law: M = R (m + (mx, my, 0)) × g, the moment of the weight of link k about the origin of its joint's frame, with m
+    the first moment of robot.toml, in the joint's axes, and R its rotation. Every joint inboard carries the
+    difference. Of mass and first moment of a link only two numbers act on springs of joints: the mass and the part
+    along the axis turn the joint before alone, and stand in its numbers (regrouping; Gautier and Khalil 1990; Khalil
+    and Dombre, Modeling, Identification and Control of Robots, 2002, ch. 9).
 
     Assumes masses that are right enough for the forces in links and bearings; what differs there by regrouping is of
     second order.
