@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.signals import Wrench
+from stiffcal.campaign.signals import JointSignals, Wrench
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 
@@ -27,10 +27,19 @@ def absolute_sources(manifest: Manifest) -> frozenset[str]:
     )
 
 
+def _torques_without_places(manifest: Manifest) -> Iterator[Fault]:
+    for source, name, signal in manifest.signals():
+        if isinstance(signal, JointSignals) and signal.torque_gain_sigma is not None:
+            reason = 'the torques that hold the robot count in absolute runs, and no run has experiment = "absolute"'
+            place = f"sources.{source}.{name}.torque_gain_sigma"
+            yield Fault(FaultCode.KEY_CONFLICT, MANIFEST_FILE, place, reason, "remove torque_gain_sigma")
+
+
 def absolute_faults(manifest: Manifest) -> Iterator[Fault]:
-    """Check a manifest that has absolute runs; one without has none of these faults."""
+    """Check what absolute runs need, and what counts in them alone."""
     absolute = [(number, run) for number, run in enumerate(manifest.runs) if run.experiment == ABSOLUTE]
     if not absolute:
+        yield from _torques_without_places(manifest)
         return
     number, first = absolute[0]
     place = f"runs[{number + 1}] ({first.id})"

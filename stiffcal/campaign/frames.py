@@ -125,6 +125,7 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
         base_from_tracker=frames[tracker].transform,
         estimated=frames_to_estimate(manifest),
         load_point_sigma=load_point_sigma(manifest, load.point),
+        torque_gain_sigma=torque_gain_sigma(manifest),
         tool_mass=0.0 if tool is None else tool.mass_kg,
         tool_com=np.zeros(3) if tool is None else np.array(tool.com_m),
         sigma=_sigma(manifest, load),
@@ -140,6 +141,12 @@ def load_point_sigma(manifest: Manifest, point: str) -> float:
     """Return how well the place where the load acts is known, m per axis; 0 where nothing is stated."""
     frame = manifest.frames.get(point)
     return 0.0 if frame is None or frame.sigma_m is None else frame.sigma_m
+
+
+def torque_gain_sigma(manifest: Manifest) -> float:
+    """Return the relative uncertainty of each motor's torque that holds the robot; 0 where none is stated."""
+    stated = [signal.torque_gain_sigma for _, _, signal in manifest.signals() if isinstance(signal, JointSignals)]
+    return next((sigma for sigma in stated if sigma is not None), 0.0)
 
 
 def _load(manifest: Manifest, gravity: float) -> _Load:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
-from pydantic import AfterValidator, BeforeValidator, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from stiffcal.campaign.displacement_signals import Deflection, Displacement, Lengths, Marker, Pose
 from stiffcal.campaign.signal import Signal
@@ -70,6 +70,8 @@ class JointSignals(Signal):
     position : joint angles. command : commanded angles. velocity, torque, current : likewise.
     torque_constant : N·m per ampere, one for all joints or one each, where `current` is logged.
     motor : the columns are motor-side; gear ratios stand in robot.toml.
+    torque_gain_sigma : relative standard uncertainty of each motor's torque, its constant and gear in it: the torques
+        that hold the robot at rest in absolute runs then count, for the moments of the links (`link-weight`).
     """
 
     position: Columns | None = None
@@ -80,6 +82,7 @@ class JointSignals(Signal):
     torque_constant: TorqueConstants | None = None
     units: JointUnits = JointUnits()
     motor: bool = False
+    torque_gain_sigma: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
     sigma: JointSigma | None = None
 
     quantity_of: ClassVar[dict[str, str]] = {
@@ -91,6 +94,11 @@ class JointSignals(Signal):
         """Return the columns of each quantity that is logged: position, command, velocity, torque, current."""
         keys = ("position", "command", "velocity", "torque", "current")
         return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
+
+    @property
+    def has_torque(self) -> bool:
+        """True where the motors' torques are logged, or their currents with the constants."""
+        return self.torque is not None or (self.current is not None and self.torque_constant is not None)
 
     def column_names(self) -> tuple[str, ...]:
         """Return every column the signal reads, in order."""
@@ -110,6 +118,10 @@ class JointSignals(Signal):
         if not groups:
             raise WrongValueError("no columns are named", 'write position = ["A1", "A2", …] or position = "A1..A6"')
         counts = {key: len(names) for key, names in groups.items()}
+        if self.torque_gain_sigma is not None and not self.has_torque:
+            raise WrongValueError(
+                "torque_gain_sigma without torques", "name torque columns, or current and torque_constant"
+            )
         if len(set(counts.values())) > 1:
             counted = ", ".join(f"{count} {key}" for key, count in counts.items())
             raise WrongValueError(f"unequal numbers of columns: {counted}", "name one column per joint for each")

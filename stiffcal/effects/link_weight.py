@@ -41,8 +41,9 @@ class LinkWeight(DocumentedEffect):
     second order.
 
     Limits: weight shows through compliances alone, as compliance times moment. Where the numbers of all links are free
-    and nothing but weight acts, one common scale of moments and compliances is unknown: a known payload or a measured
-    wrench determines it. The link of a joint whose axis is vertical in every pose is no place.
+    and nothing but weight acts, one common scale of moments and compliances is unknown: a known payload, a measured
+    wrench or the motors' torques at rest (``torque_gain_sigma``) determine it. The link of a joint whose axis is
+    vertical in every pose is no place.
     """
 
     name = "link-weight"

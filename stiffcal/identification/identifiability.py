@@ -33,7 +33,7 @@ REDUNDANT = (
 )
 COMMON_SCALE = (
     "nothing but weight acts: one common scale of moments and compliances is unknown, compliance times moment is "
-    "known; a known payload in part of the poses or a measured wrench determines it"
+    "known; a known payload in part of the poses, a measured wrench or the motors' torques (torque_gain_sigma) fix it"
 )
 
 

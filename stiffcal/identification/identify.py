@@ -264,7 +264,7 @@ def _gauss_newton(
         if robust:
             predicted = np.concatenate([block.predicted for block in blocks], axis=1)
             lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
-        reduced = with_prior(reduce_blocks(blocks, data, lowered or weights.whitening), robot, columns, data.setup)
+        reduced = with_prior(reduce_blocks(blocks, data, lowered or weights.whitening), robot, columns, data)
         updated, checked = _solve(reduced, robot, columns, amplitude, settings)
         # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations; here per parameter.
         n_free = max(1, len(columns) - int(checked.left_at_neutral.sum()))

@@ -86,8 +86,8 @@ def common_scale(robot: CompliantRobot, data: Observations, fixed: frozenset[str
     fixed : full names of parameters that keep their values.
     """
     weighing = [placed for placed in robot.placed if placed.effect.moves_masses]
-    if not weighing or not data.absolute.all():
-        return ()
+    if not weighing or not data.absolute.all() or len(data.joint_torque):
+        return ()  # motors that hold the robot weigh it
     linear = replace(robot, placed=tuple(replace(placed, values=_typical_law(placed)) for placed in robot.placed))
     linear = replace(linear, deformed=False)
     columns = [

@@ -1,7 +1,8 @@
 """What is known of parameters before the measurement, as rows next to those of the measurement.
 
 A parameter x that is normal about 0 with the standard deviation σ adds (x / σ)² to the sum of squares (Gelman and
-others, Bayesian Data Analysis, 2013, section 14.8). Such is the place where a payload hangs.
+others, Bayesian Data Analysis, 2013, section 14.8). Such is the place where a payload hangs. What motors' torques
+show of the links' moments stands next to the places in the same way.
 """
 
 from __future__ import annotations
@@ -13,40 +14,42 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.bounded_least_squares import column_scale
+from stiffcal.identification.holding_torques import moment_rows
 from stiffcal.identification.least_squares import Reduced, triangular
-from stiffcal.identification.observation import ParameterColumn
-from stiffcal.measurements.load_states import MeasurementSetup
+from stiffcal.identification.observation import Observations, ParameterColumn
 from stiffcal.model.composite import CompliantRobot
 
 
-def prior_rows(robot: CompliantRobot, columns: Sequence[ParameterColumn], setup: MeasurementSetup) -> Floats:
+def prior_rows(robot: CompliantRobot, columns: Sequence[ParameterColumn], data: Observations) -> Floats:
     """Return (r, p + 1) rows of the problem ``rows[:, :p] step = rows[:, p]`` about the robot's present values.
 
     Parameters
     ----------
     robot : with values.
     columns : the p free parameters.
-    setup : states how well the place of the load is known.
+    data : its set-up states how well the place of the load is known; torques at rest weigh the links.
     """
-    rows = []
+    setup = data.setup
+    present = np.array([robot.placed[column.placed].amplitude(column.symbol) for column in columns])
+    rows = list(moment_rows(robot, columns, data))
     for number, column in enumerate(columns):
         placed = robot.placed[column.placed]
         if placed.effect.moves_load_point and setup.load_point_sigma > 0.0:
             row = np.zeros(len(columns) + 1)
             row[number] = 1.0 / setup.load_point_sigma
-            row[-1] = -placed.amplitude(column.symbol) / setup.load_point_sigma
+            row[-1] = -present[number] / setup.load_point_sigma
             rows.append(row)
     return np.array(rows).reshape(len(rows), len(columns) + 1)
 
 
 def with_prior(
-    reduced: Reduced, robot: CompliantRobot, columns: Sequence[ParameterColumn], setup: MeasurementSetup
+    reduced: Reduced, robot: CompliantRobot, columns: Sequence[ParameterColumn], data: Observations
 ) -> Reduced:
     """Return the problem with the rows of what is known before.
 
     The degrees of freedom grow by the parameters that the measurement determines no better than what was known.
     """
-    rows = prior_rows(robot, columns, setup)
+    rows = prior_rows(robot, columns, data)
     if not len(rows):
         return reduced
     p = len(columns)

@@ -94,6 +94,8 @@ class Observations:
     """(n,) True where a place was measured: the displacement is counted from the robot file's undeformed robot. Nowhere
     if not given.
     """
+    joint_torque: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    """(L, n) N·m, of the motors about the logged axes at rest, NaN where not logged; L is 0 where none counts."""
     clamped: ClampedSigma | None = None
     """What the readings of clamped runs are known to; None where there are none, or where repeats show it."""
     correction: WrenchCorrection | None = None
@@ -102,6 +104,8 @@ class Observations:
     def __post_init__(self) -> None:
         if self.absolute.size == 0:
             object.__setattr__(self, "absolute", np.zeros(len(self.run), dtype=np.bool_))
+        if self.joint_torque.size == 0:
+            object.__setattr__(self, "joint_torque", np.zeros((0, len(self.run))))
 
     @property
     def carries_offset(self) -> Booleans:
@@ -181,6 +185,7 @@ class Observations:
             run=self.run[pick],
             index=self.index[pick],
             absolute=self.absolute[pick],
+            joint_torque=self.joint_torque[:, pick],
             spread=None if self.spread is None else self.spread.subset(pick),
             clamped=None if self.clamped is None else self.clamped.subset(pick),
             correction=None if self.correction is None else self.correction.subset(pick),
@@ -243,6 +248,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         absolute=states.absolute[keep],
         spread=None if spread is None else spread.subset(keep),
         run_names=tuple(run.name for run in states.runs),
+        joint_torque=np.ascontiguousarray(states.joint_torque[keep].T),
         clamped=_clamped_sigma(states, keep),
     )
 

@@ -92,6 +92,8 @@ class MeasurementSetup:
     """Names of the frames that the manifest leaves to be found."""
     load_point_sigma: float = 0.0
     """Standard uncertainty of each coordinate of ``wrench_point``, m; 0 where it counts as known."""
+    torque_gain_sigma: float = 0.0
+    """Relative standard uncertainty of each motor's torque that holds the robot; 0 where torques do not count."""
     tool_mass: float = 0.0
     """kg hung on the flange."""
     tool_com: Floats = field(default_factory=lambda: np.zeros(3))
@@ -199,12 +201,16 @@ class LoadStates:
     """
     wrench_sigma: Floats = field(default_factory=lambda: np.zeros((0, 6)))
     """(n, 6) the same of the wrench in clamped runs, N and N·m; NaN elsewhere."""
+    joint_torque: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    """(n, L) N·m, of the motors about the logged axes at rest, where an absolute run logs them; NaN elsewhere. L is 0
+    where none counts.
+    """
     set_aside_code: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, dtype=np.str_))
     """(n,) values of `SetAsideCode`; where not given, what has a text is excluded."""
 
     def __post_init__(self) -> None:
-        # Campaigns without rods or gauges need not say so: no columns, as many rows as there are states.
-        for name in ("lengths", "displacement"):
+        # Campaigns without rods, gauges or torques need not say so: no columns, as many rows as there are states.
+        for name in ("lengths", "displacement", "joint_torque"):
             if getattr(self, name).size == 0:
                 object.__setattr__(self, name, np.zeros((len(self), 0)))
         if self.markers_measured.size == 0:
@@ -256,7 +262,8 @@ class LoadStates:
             for name in (
                 "run", "time", "hold", "joints", "wrench", "position", "rotation", "deflection", "reference",
                 "temperature", "row", "n_readings", "wrench_scatter", "position_scatter", "set_aside",
-                "lengths", "displacement", "markers_measured", "sigma", "motor_sigma", "wrench_sigma", "set_aside_code",
+                "lengths", "displacement", "markers_measured", "sigma", "motor_sigma", "wrench_sigma",
+                "joint_torque", "set_aside_code",
             )
         }  # fmt: skip
         return replace(self, **arrays)

@@ -31,7 +31,8 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     """Return the states as a table.
 
     Columns: ``run`` (id), ``row`` (data row of the source, or the hold's number in the run, from 1), ``time_s``,
-    ``hold_s``, ``<joint>_rad``, ``Fx_N … Mz_Nm`` (what the surroundings do to the robot, in the axes of
+    ``hold_s``, ``<joint>_rad``, ``<joint>_torque_Nm`` (of the motors at rest, where they count),
+    ``Fx_N … Mz_Nm`` (what the surroundings do to the robot, in the axes of
     ``setup.wrench_axes``), per target ``<target>_x_m …`` and ``<target>_qw … _qz`` (base axes), ``<target>_dx_m …``
     and ``<target>_rx_rad …`` (deflection already taken), ``<target>_x_sigma_m …`` and ``<target>_rx_sigma_rad …``
     (standard uncertainty, where the log states it row by row), ``<target>_markers`` (names of the points that were
@@ -54,6 +55,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
         "hold_s": states.hold,
     }
     columns |= {f"{name}_rad": states.joints[:, k] for k, name in enumerate(names)}
+    columns |= {f"{names[k]}_torque_Nm": states.joint_torque[:, k] for k in range(states.joint_torque.shape[1])}
     columns |= {name: states.wrench[:, k] for k, name in enumerate(_WRENCH)}
     quaternions = quaternion_from_rotation(states.rotation)
     for b, target in enumerate(states.setup.target_names):
@@ -133,6 +135,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
         ]
         return np.stack(blocks, axis=1) if blocks else np.zeros((table.num_rows, 0, 3))
 
+    torques = [f"{name}_torque_Nm" for name in document["joints"]]
     temperatures = [name for name in table.column_names if name.startswith("temperature")]
     deflection = np.concatenate([of_targets("{}_d{}_m", "xyz"), of_targets("{}_r{}_rad", "xyz")], axis=2)
     return LoadStates(
@@ -157,6 +160,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
         displacement=block([f"{gauge.name}_displacement_m" for gauge in setup.gauges]),
         markers_measured=_markers_measured(table, setup),
         sigma=np.concatenate([stated("{}_{}_sigma_m"), stated("{}_r{}_sigma_rad")], axis=2),
+        joint_torque=block([name for name in torques if name in table.column_names]),
         set_aside_code=values_of(table.column("set_aside_code")),
         **_clamped_sigma(table),
     )
@@ -232,6 +236,7 @@ def _setup_document(states: LoadStates) -> Document:
             "base_from_tracker": setup.base_from_tracker.tolist(),
             "estimated": list(setup.estimated),
             "load_point_sigma_m": setup.load_point_sigma,
+            "torque_gain_sigma": setup.torque_gain_sigma,
             "tool_mass_kg": setup.tool_mass,
             "tool_com_m": setup.tool_com.tolist(),
             "sigma": {
@@ -283,6 +288,7 @@ def _setup(document: Document) -> MeasurementSetup:
         base_from_tracker=np.array(document["base_from_tracker"], dtype=np.float64),
         estimated=tuple(document.get("estimated", ())),
         load_point_sigma=float(document.get("load_point_sigma_m", 0.0)),
+        torque_gain_sigma=float(document.get("torque_gain_sigma", 0.0)),
         tool_mass=float(document["tool_mass_kg"]),
         tool_com=np.array(document["tool_com_m"], dtype=np.float64),
         sigma=Sigma(

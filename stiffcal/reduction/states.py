@@ -218,6 +218,7 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
         sigma=sigma,
         motor_sigma=raw_states.signals.get("sigma.motor", np.full((n, 1), np.nan))[:, 0],
         wrench_sigma=raw_states.signals.get("sigma.wrench", np.full((n, 6), np.nan)),
+        joint_torque=_torques_at_rest(raw_states, absolute, setup.torque_gain_sigma),
         set_aside_code=codes,
     )
     if not states.deflection_given:
@@ -295,6 +296,14 @@ def _joint_angles(raw_states: RawStates, chain: Chain, manifest_runs: Mapping[st
             "log them, or write joints_deg = […] for the run",
         )  # fmt: skip
     return joints
+
+
+def _torques_at_rest(raw_states: RawStates, absolute: Booleans, gain_sigma: float) -> Floats:
+    """Return (n, L) the motors' torques in absolute runs, N·m; no columns where they do not count."""
+    torque = raw_states.signals.get("joints.torque")
+    if torque is None or gain_sigma <= 0.0 or not absolute.any():
+        return np.zeros((len(raw_states.run), 0))
+    return np.where(absolute[:, None], torque, np.nan)
 
 
 def _wrench(raw_states: RawStates, chain: Chain) -> Floats:

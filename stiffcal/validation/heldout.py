@@ -174,7 +174,7 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     lower = np.array([_lowest(fit.robot, c.placed, c.symbol) for c in columns])
     residual = stack[-1].copy()
     p = len(columns)
-    known_before = prior_rows(fit.robot, columns, data.setup)
+    known_before = prior_rows(fit.robot, columns, data)
     outside = triangular(known_before) if len(known_before) else None
     for members, factor_without in zip(folds, factors_without_each(factors, outside), strict=True):
         reduced = Reduced(factor_without[:p, :p], factor_without[:p, p], 0.0, 0)

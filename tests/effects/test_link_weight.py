@@ -156,3 +156,28 @@ def weight_about_drives(chain: Chain) -> Floats:
     states = absolute_states(chain, 20, 9)
     inputs = Inputs(chain.model_angles(states.joints).T, np.zeros((6, 20)), states.setup)
     return node_wrenches(chain, deformed_chain(chain, inputs.angles, None), inputs)[3:13:2, RZ]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_torques_at_rest_determine_the_scale(sign: float) -> None:
+    """No payload, but what pinocchio's motors hold, each with an error of gain and an offset of its own."""
+    pytest.importorskip("pinocchio", reason="pinocchio has no wheel for this platform")
+    from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model
+
+    gain_sigma, scatter, rng = 0.03, 3.0, np.random.default_rng(8)
+    states, chain = weighed(0.0), robot_chain()
+    outside = pinocchio_model(true_chain())
+    torque = np.array([gravity_torques(outside, q) for q in chain.model_angles(states.joints)])
+    torque = torque * (1.0 + gain_sigma * rng.standard_normal(6)) + 2.0 * rng.standard_normal(6)
+    torque = sign * (torque + scatter * rng.standard_normal(torque.shape))
+    states = replace(states, joint_torque=torque, setup=replace(states.setup, torque_gain_sigma=gain_sigma))
+    fit = refitted(states)
+    assert len(fit.free_names) == 15
+    truth = {f"joint-compliance.j{k + 1}.c": 1.0 / float(SIX_STIFFNESS[k]) for k in range(6)}
+    for place, (mx, my) in zip(PLACES, MOMENTS, strict=True):
+        truth |= {f"link-weight.{place.label}.mx": mx, f"link-weight.{place.label}.my": my}
+    away = np.array([fit.robot.values()[name] - truth[name] for name in fit.free_names])
+    assert chi2.sf(float(away @ np.linalg.solve(fit.covariance, away)), len(away)) > 1e-3
+    # four motors hold weight: the scale is known to less than one gain, and no better than the mean of all
+    second = fit.parameter("joint-compliance.j2.c")
+    assert gain_sigma / 3.0 < (second.std or np.inf) / (second.value or np.nan) < gain_sigma

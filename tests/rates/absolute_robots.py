@@ -145,6 +145,8 @@ def _hide(what: str, rng: np.random.Generator, ruler: Ruler) -> tuple[tuple[Plac
         size = float(what.removesuffix("x"))
         return (_sized(ruler, _draw_effect(rng, ruler.state), size),), (size,)
     pair = tuple(_sized(ruler, _draw_effect(rng, ruler.state), 3.0) for _ in range(2))
+    if (pair[0].effect.name, pair[0].place) == (pair[1].effect.name, pair[1].place):
+        raise NoBalanceError("these two are one")
     rows = np.array([ruler.rest_of(ruler.change(one)[None])[0] for one in pair])
     first, second = rows / np.linalg.norm(rows, axis=1)[:, None]
     if abs(float(first @ second)) > MOST_ALIKE:

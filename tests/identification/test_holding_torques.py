@@ -1,0 +1,64 @@
+"""Motors' torques in a table of absolute places: from the log through the store to the scale of the moments."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError
+from stiffcal.identification.holding_torques import holding_torques
+from stiffcal.identification.observation import observe
+from stiffcal.workflow.edit_model import edit_model
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+
+SOURCE = Path(__file__).parents[2] / "campaigns" / "absolute" / "01"
+GAIN = 0.02
+
+
+def with_torques(folder: Path) -> None:
+    """Add what the motors hold to the table of places, with scatter, in N·m."""
+    shutil.copytree(SOURCE, folder)
+    data = up_to_date_states(folder, RunContext())
+    held = holding_torques(data.campaign.chain, observe(data.states, data.campaign.chain)).T
+    logged = held + np.random.default_rng(1).normal(0.0, 2.0, held.shape)
+    table = folder / "raw" / "poses.csv"
+    head, *rows = table.read_text(encoding="utf-8").splitlines()
+    lines = [head + "".join(f",T{k}" for k in range(1, 7))]
+    lines += [row + "".join(f",{value:.6f}" for value in own) for row, own in zip(rows, logged, strict=True)]
+    table.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def state_torques(folder: Path, keys: str) -> None:
+    manifest = folder / "campaign.toml"
+    text = manifest.read_text(encoding="utf-8")
+    assert 'position = "A1..A6", units' in text
+    manifest.write_text(text.replace('position = "A1..A6", units', f'position = "A1..A6", {keys}, units'), "utf-8")
+
+
+def test_one_torque_log_fixes_the_scale(tmp_path: Path) -> None:
+    folder = tmp_path / "01"
+    with_torques(folder)
+    state_torques(folder, f'torque = "T1..T6", torque_gain_sigma = {GAIN}')
+    states = up_to_date_states(folder, RunContext()).states
+    assert states.joint_torque.shape == (80, 6)
+    assert states.setup.torque_gain_sigma == GAIN
+    edit_model(folder, "add", "link-weight", everywhere=True)
+    fit = identify_campaign(folder)
+    second = fit.parameter("joint-compliance.j2.c")
+    # between one motor's gain and the mean of the three that hold most
+    assert GAIN / 2.0 < (second.std or np.inf) / (second.value or np.nan) < GAIN
+    assert fit.parameter("link-weight.swing.mx").identifiable
+
+
+def test_a_gain_without_torques_is_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "01"
+    shutil.copytree(SOURCE, folder)
+    state_torques(folder, f"torque_gain_sigma = {GAIN}")
+    with pytest.raises(InputError) as caught:
+        load_campaign(folder)
+    assert "torque_gain_sigma" in str(caught.value)
