@@ -71,8 +71,8 @@
     g.textAlign = "center";
     const names = axes.xNames || [];
     const marks = names.length ? names.map((_, k) => k) : S.ticks(axes.x[0], axes.x[1], Math.max(2, box.w / 80));
-    const every = names.length ? Math.ceil(names.length / Math.max(1, box.w / 60)) : 1;
-    const texts = names.length ? names.map((name) => S.visible(name).slice(0, 14)) : S.tickTexts(marks);
+    const every = names.length ? Math.ceil(names.length / Math.max(1, box.w / 84)) : 1;
+    const texts = names.length ? names.map((name) => S.visible(name).slice(0, 12)) : S.tickTexts(marks);
     g.beginPath();
     marks.forEach((mark, k) => {
       if (k % every) return;

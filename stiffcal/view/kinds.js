@@ -17,7 +17,7 @@
   /** Draw one pair of axes of a picture. */
   function drawPanel(canvas, panel) {
     const { g, width, height } = S.begin(canvas);
-    const series = panel.series, xs = series.flatMap((s) => [...(s.x || [])]), ys = series.flatMap((s) => [...(s.y || s.low || []), ...(s.high && s.low ? s.high : [])]);
+    const series = panel.series, curves = series.filter((s) => s.x), xs = curves.flatMap((s) => [...s.x]), ys = curves.flatMap((s) => (s.y ? [...s.y] : [...s.low, ...s.high]));
     const box = { x: 74, y: 30, w: width - 92, h: height - 78 };
     if (!xs.length) { g.fillStyle = S.theme.quiet; g.fillText(S.visible(panel.empty), 20, 40); return; }
     const { toX, toY } = S.axes(g, box, { x: panel.x_limits || S.span(xs), y: panel.y_limits || S.span(ys.length ? ys : [0, 1]), xLabel: S.visible(panel.x_label), yLabel: S.visible(panel.y_label), xNames: panel.x_names });

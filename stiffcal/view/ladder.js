@@ -75,9 +75,10 @@
       const rows = names.map((name) => {
         const a = old.get(name), b = now.get(name);
         const change = a && b && a.value && b.value !== null ? S.percent(b.value / a.value - 1) : "–";
-        return earlier ? [name, words(a), words(b), (b || a).unit, change] : [name, words(b), b.unit];
+        return earlier ? [name, words(a), words(b), change, (b || a).unit] : [name, words(b), b.unit];
       });
-      const head = earlier ? ["parameter", `before: ${earlier.label}`, `after: ${model.label}`, "unit", "change"] : ["parameter", model.label, "unit"];
+      const short = (entry) => (entry.kind === "fit" ? `fit ${entry.id.slice(3)}` : entry.label);
+      const head = earlier ? ["parameter", `before: ${short(earlier)}`, `after: ${short(model)}`, "change", "unit"] : ["parameter", short(model), "unit"];
       S.fill(values, head, rows,
         `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " Candidates are linear refits; intervals come with stiffcal add and identify." : ""}`);
     }

@@ -71,7 +71,7 @@ class Packer:
         """
         text = json.dumps(document, ensure_ascii=True, allow_nan=False, separators=(",", ":"), sort_keys=True).encode()
         whole = len(text).to_bytes(4, "little") + text + b"".join(self._bytes)
-        return base64.b64encode(zlib.compress(whole, 9)).decode("ascii")
+        return base64.b64encode(zlib.compress(whole, 6)).decode("ascii")
 
 
 def unpacked(text: str) -> tuple[Document, dict[int, Floats]]:

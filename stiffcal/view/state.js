@@ -17,6 +17,13 @@
   /** True while pictures outside the window are drawn too. */
   S.drawsAll = true;
 
+  /** A panel that cannot be drawn leaves the others alone. */
+  function drawThem() {
+    for (const draw of listeners) {
+      try { draw(); } catch (error) { reportError(error); }
+    }
+  }
+
   /** Draw the panels in the window before the next picture; the others, and the address, when changes have paused. */
   S.redraw = function () {
     S.pending = true;
@@ -25,13 +32,13 @@
     requestAnimationFrame(() => {
       waiting = false;
       const began = performance.now();
-      for (const draw of listeners) draw();
+      drawThem();
       S.lastFrame = performance.now() - began;
       S.drawsAll = false;
       clearTimeout(later);
       later = setTimeout(() => {
         S.drawsAll = true;
-        for (const draw of listeners) draw();
+        drawThem();
         S.drawsAll = false;
         writeHash();
         S.pending = waiting;

@@ -125,7 +125,7 @@ def _with_states(
     states, drawn = data.states, report_states_of(data)
     robot = placed_robot(data.campaign).with_values(identified.robot_values())
     torque = torques_about_joints(states, robot)
-    variables = _variables(data, drawn, torque)
+    variables = _variables(data, drawn, torque, content.measure == "motor_angle")
     measured, own = drawn.measured, None
     if content.measure == "motor_angle":
         measured, own = motor_states(robot, states)
@@ -136,7 +136,8 @@ def _with_states(
     variables += _rod_residuals(data)  # no candidates for what a residual follows: they are residuals themselves
     pick = sample_of(drawn.residual if own is None else own)
     shown = data.states.select(pick)
-    positions, target = _shape(robot, shown)
+    nothing = np.zeros((len(pick), 0))
+    positions, target = _shape(robot, shown) if own is None else (nothing, nothing)
     runs, lines, line_number = content.runs, [""] * len(pick), np.zeros(len(pick), dtype=np.int64)
     if raw:
         runs, lines, line_number = with_raw_rows(data, runs, states.run[pick], states.row[pick])
@@ -167,8 +168,8 @@ def _with_states(
     )
 
 
-def _variables(data: Ingested, drawn: ReportStates, torque: Floats) -> list[ViewVariable]:
-    """Return what a residual may follow, over all states."""
+def _variables(data: Ingested, drawn: ReportStates, torque: Floats, clamped: bool) -> list[ViewVariable]:
+    """Return what a residual may follow, over all states; a clamped robot's load has no direction of its own."""
     states, names = data.states, data.joint_names
     nowhere = np.zeros(len(states))
     moment = np.asarray(states.wrench[:, 3:])
@@ -199,7 +200,7 @@ def _variables(data: Ingested, drawn: ReportStates, torque: Floats) -> list[View
     runs = [run.name for run in states.runs]
     variables.append(ViewVariable(name="run", label="run", unit="", values=states.run.astype(np.float64), levels=runs))
     labels = sorted(set(drawn.direction.tolist()))
-    if len(labels) > 1 and np.any(drawn.force):
+    if len(labels) > 1 and not clamped:
         numbers = np.searchsorted(np.array(labels), drawn.direction).astype(np.float64)
         words = [label or "not loaded" for label in labels]
         variables.append(

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.diagnosis.refits import StoredRefits
+from stiffcal.diagnosis.refits import MOST_CANDIDATES, StoredRefits
 from stiffcal.identification.before_after import EstimatedParameter, estimated_parameters, stiffness_unit
 from stiffcal.identification.state_tables import component_block, gauge_block, motor_block
+from stiffcal.measurements.rms import Rms
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.effect import Effect
 from stiffcal.model.measured_frames import FRAME, FramePose
@@ -137,7 +138,64 @@ def view_models(
                 shares=_shares(variables, outside if outside is not None else inside, used),
             )
         )
-    return models if tables is None else [*models, *_refits(data, identified, variables, used, tables)]
+    if tables is None:
+        return models
+    refits = _refits(data, identified, variables, used, tables)
+    present_fit = next((model for model in models if model.present), None)
+    if present_fit is None or not any(_is_of_one_joint(refit, present_fit, used) for refit in refits):
+        return [*models, *refits]
+    return [*models, *_of_all_joints(refits, present_fit, variables, used)]
+
+
+def _is_of_one_joint(refit: ViewModel, present: ViewModel, used: Booleans) -> bool:
+    """Return whether a refit is of one joint's states alone: those of each drive are searched by themselves."""
+    if refit.residual_heldout is None or present.residual_heldout is None:
+        return False
+    by_joint = refit.heldout_rms is not None and refit.heldout_rms.translation is None
+    known = np.isfinite(present.residual_heldout[:, 0])
+    return by_joint and bool((used & known & np.isnan(refit.residual_heldout[:, 0])).any())
+
+
+def _of_all_joints(
+    refits: Sequence[ViewModel], present: ViewModel, variables: Sequence[ViewVariable], used: Booleans
+) -> list[ViewModel]:
+    """Return refits of single joints with what the present fit leaves of all others; the best of them.
+
+    Errors are of all states then, as those of the fits. Of candidates of one name, which several joints' searches
+    ranked, the best is kept, and of all the ten best.
+    """
+    whole: dict[tuple[str, str], ViewModel] = {}
+    for refit in refits:
+        if refit.residual_heldout is None or present.residual_heldout is None or refit.heldout_rms is None:
+            continue
+        left = np.where(np.isnan(refit.residual_heldout), present.residual_heldout, refit.residual_heldout)
+        size = float(np.sqrt(np.nanmean(np.sum(left[used] ** 2, axis=1))))
+        measure = "torque" if refit.heldout_rms.torque is not None else "motor_angle"
+        rms = Rms.of({"translation": None, "rotation": None, measure: size})
+        names = {value.name for value in refit.values}
+        others = [] if not names else [value for value in present.values if value.name not in names]
+        model = replace(
+            refit,
+            heldout_rms=rms,
+            values=[*refit.values, *others],
+            residual_heldout=left,
+            shares=_shares(variables, left, used),
+        )
+        key = (refit.kind, refit.effect)
+        if key not in whole or size < _size(whole[key]):
+            whole[key] = model
+    ordered = sorted(whole.values(), key=_size)
+    return [
+        *[model for model in ordered if model.kind == "with"][: 2 * MOST_CANDIDATES],
+        *[model for model in ordered if model.kind == "without"],
+    ]
+
+
+def _size(model: ViewModel) -> float:
+    """Return the error of a model of rows or clamped states."""
+    rms = model.heldout_rms
+    value = None if rms is None else rms.torque if rms.torque is not None else rms.motor_angle
+    return np.inf if value is None else value
 
 
 def _residuals(

@@ -18,6 +18,7 @@ from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.workflow.view import view_campaign
 from stiffcal.workflow.view_content import view_content
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.laboratory.view_of_many_states import with_many_states
@@ -165,6 +166,45 @@ def test_numbers_are_those_of_python(page: Any, content: Any) -> None:
     assert page.evaluate("stiffcal.rms(stiffcal.residual().move)") == pytest.approx(rms, rel=1e-3)
 
 
+def test_matrix_and_apparent_compliance_are_those_of_numpy(page: Any, content: Any) -> None:
+    made, states = content[0], content[0].states
+    model = next(entry for entry in made.models if entry.present)
+    residual, part = model.residual_heldout[:, :3], made.effects[0].part[:, :3]
+    direction = next(variable for variable in made.variables if variable.name == made.direction)
+
+    def row(panel: str, number: int) -> list[float]:
+        page.locator(f"#{panel} details summary").click()
+        cells_of_row = page.locator(f"#{panel} table.behind tbody tr").nth(number).locator("td")
+        cells_of_row.first.wait_for()
+        cells = cells_of_row.all_inner_texts()
+        return [float(cell.replace("−", "-")) for cell in cells]
+
+    of_run = (states.run == 1) & states.used
+    expected = [
+        1e3 * np.sqrt(np.mean(np.sum(residual[of_run & (direction.values == k)] ** 2, axis=1)))
+        for k in range(len(direction.levels))
+    ]
+    assert row("poses", 1) == pytest.approx(expected, rel=0.01)  # rounding, and three digits
+    p, r = (values[of_run] - values[of_run].mean(axis=0) for values in (part, residual))
+    half = 1.96 * made.noise.translation / np.sqrt(3.0 * np.sum(p**2))
+    assert row("compliance", 1)[1:] == pytest.approx([1.0 + np.sum(p * r) / np.sum(p**2), half], rel=0.01)
+
+
+def test_any_quantity_is_drawn_against_any_other(page: Any) -> None:
+    page.evaluate("stiffcal.set({ x: 'component', y: 'r.all', colour: 'r.length' })")
+    settled(page)
+    assert colours_of(page, "against") > 8
+    n = page.evaluate("stiffcal.n")
+    page.locator("#against details summary").click()
+    page.locator("#against table.behind td").first.wait_for()
+    assert f"of {3 * n} rows" in page.locator("#against table.behind caption").inner_text()
+    # a click on a point selects its state, whose three components then stand in the table
+    page.locator("#against-canvas").focus()
+    page.keyboard.press("Enter")
+    settled(page)
+    assert page.locator("#against table.behind tbody tr").count() == 3
+
+
 def test_digits_follow_the_interval(page: Any) -> None:
     pairs = [[2.7e6, 6040.0], [65100.0, 7.04], [-3.55e-4, 2.09e-5], [0.1, 25.0], [5.0, None]]
     assert page.evaluate("(pairs) => pairs.map(([value, half]) => stiffcal.withHalf(value, half))", pairs) == [
@@ -227,6 +267,32 @@ def test_hostile_names_are_texts(browser: Any, content: Any, tmp_path: Path) -> 
     assert page.locator("img").count() == 0
     assert HOSTILE.replace("\u202e", "\\u202e") in page.locator("#title").inner_text()
     assert "\u202e" not in page.locator("body").inner_text()
+
+
+def test_a_friction_page_is_linked_and_axe_finds_nothing(browser: Any, tmp_path: Path) -> None:
+    from axe_playwright_python.sync_playwright import Axe
+
+    folder = tmp_path / "friction"
+    shutil.copytree(Path(__file__).parents[2] / "campaigns" / "joints" / "07", folder)
+    diagnose_campaign(folder)
+    view_campaign(folder)
+    page, complaints = opened(browser, folder / "view.html", bypass_csp=True)
+    for panel in ("against", "ladder", "effects", "poses", "compliance", "kind1"):
+        assert colours_of(page, panel) > 5, panel
+    canvas = page.locator("#compliance-canvas")
+    canvas.focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    settled(page)
+    # all bins of one speed
+    chosen = page.evaluate("Array.from(stiffcal.selected.keys()).filter((i) => stiffcal.selected[i])")
+    speeds = page.evaluate("(i) => i.map((k) => stiffcal.variableByName.get('speed').values[k])", chosen)
+    assert len(chosen) > 3
+    assert np.ptp(speeds) < 0.02
+    results = Axe().run(page, options={"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]})
+    assert [found["id"] for found in results.response["violations"]] == []
+    assert complaints == []
+    page.context.close()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
