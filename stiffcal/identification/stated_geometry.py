@@ -99,7 +99,7 @@ def geometry_found(fit: Fit, planned: RowsOfChain) -> GeometryFound | None:
     known = [name for name in names if name in fit.free_names]
     where = [fit.free_names.index(name) for name in known]
     covariance = fit.covariance[np.ix_(where, where)]
-    slope = np.array([slopes[name] for name in known]).reshape(len(known), len(_COLUMNS), -1)
+    slope = np.array([slopes[name] for name in known]).reshape(len(known), len(_COLUMNS), robot.chain.n_joints)
     std = np.sqrt(np.einsum("pij,pq,qij->ij", slope, covariance, slope))
     open_names = {name: slopes[name] for name in names if name not in known}
     return _stated(rows, planned.rows, std, open_names, held, fit)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +10,18 @@ import pytest
 
 from stiffcal.campaign.geometry import planned_rows
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.geometry_results import GeometryFound, StatedNumber
-from stiffcal.mechanics.joint_rows import rows_of_chain
+from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.stated_geometry import geometry_found
+from stiffcal.mechanics.joint_rows import rows_as_planned, rows_of_chain
+from stiffcal.model.composite import CompliantRobot
 from stiffcal.workflow.identify import identify_campaign
 from tests.laboratory.absolute_and_loads import write_campaign
+from tests.laboratory.absolute_places import absolute_states, on_all_joints
+from tests.laboratory.robots import six_axes
 
 N_SEEDS = 5
-pytestmark = pytest.mark.long
 
 
 def numbers(found: GeometryFound) -> dict[tuple[str, int], StatedNumber]:
@@ -62,8 +68,23 @@ def deviations(tmp_path_factory: pytest.TempPathFactory) -> list[float]:
     return away
 
 
+@pytest.mark.long
 def test_stated_uncertainties_cover_the_truth(deviations: list[float]) -> None:
     """The mean square of 5 × 20 normal deviations lies between 0.6 and 1.5; those of one campaign hang together."""
     assert len(deviations) >= 5 * 18
     assert 0.6 < np.mean(np.square(deviations)) < 1.5
     assert np.abs(deviations).max() < 4.5
+
+
+def test_of_few_places_no_number_is_claimed() -> None:
+    """Five poses determine some combination, and no zero or length by itself."""
+    chain = six_axes()
+    states = absolute_states(chain, 5, 1)
+    model = CompliantRobot(chain, on_all_joints(LinkGeometry(), 6))
+    fit = identify_parameters(states, model)
+    found = geometry_found(fit, rows_as_planned(chain, "modified-dh"))
+    assert found is not None
+    assert all(number.std is None or number.std < 1.0 for number in numbers(found).values())
+    none_known = geometry_found(replace(fit, free_names=(), covariance=np.zeros((0, 0))), rows_as_planned(chain, "dh"))
+    assert none_known is not None
+    assert all(number.std is None or number.std == 0.0 for number in numbers(none_known).values())
