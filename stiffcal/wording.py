@@ -266,6 +266,29 @@ def listing(names: Iterable[str], limit: int = 12) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else DASH
 
 
+_DRIFTS = {
+    ("m/s or m/K", False): ("µm/h", 3.6e9),
+    ("m/s or m/K", True): ("µm/K", 1e6),
+    ("rad/s or rad/K", False): ("mrad/h", 3.6e6),
+    ("rad/s or rad/K", True): ("mrad/K", 1e3),
+}
+
+
+def drift_unit(unit: str, by_temperature: bool) -> tuple[str, float] | None:
+    """Return the unit in which a rate of drift is read, and the factor to it; None for what is no such rate.
+
+    Parameters
+    ----------
+    unit : of the JSON document. by_temperature : whether it follows a temperature; else it follows the time.
+
+    Examples
+    --------
+    >>> drift_unit("m/s or m/K", by_temperature=False), drift_unit("rad", by_temperature=True)
+    (('µm/h', 3600000000.0), None)
+    """
+    return _DRIFTS.get((unit, by_temperature))
+
+
 def unit_words(unit: str) -> str:
     """Return a unit of a JSON document as it is printed.
 

@@ -53,7 +53,10 @@ def show_cartesian(console: Console, poses: Sequence[CartesianStiffnessResult]) 
     """
     table = plain_table("Cartesian stiffness", "way", "Fx/x>", "Fy/y>", "Fz/z>", "Tx/rx>", "Ty/ry>", "Tz/rz>")
     for pose in poses:
-        for direction, matrix in (("001, eq. 15", pose.equation_15), ("from the compliance", pose.from_compliance)):
+        for direction, matrix in (
+            ("Schneider et al. 2014, eq. 15", pose.equation_15),
+            ("from the compliance", pose.from_compliance),
+        ):
             table.add_row(pose.run, direction, *(significant(float(matrix[k, k])) for k in range(6)))
     console.print(table)
     console.print(

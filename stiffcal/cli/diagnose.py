@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.answers import answering
@@ -116,7 +115,7 @@ def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: Propos
     explanation = finding.evidence
     for text in (explanation.seen, explanation.means, explanation.alike, explanation.check):
         if text:
-            console.print(textwrap.indent(textwrap.fill(text, 110), "  "), soft_wrap=True)
+            console.print(f"  {text}", soft_wrap=True)
 
 
 def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import errors_by_experiment, poses_helped, size_at_tool
 from stiffcal.diagnosis.judge import fitted_values
@@ -20,7 +22,7 @@ from stiffcal.diagnosis.scan import Trial
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
-from stiffcal.wording import angle, significant
+from stiffcal.wording import angle, drift_unit, significant
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
 
@@ -122,7 +124,7 @@ def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequen
         effect_text += f"; with it the error in held-out poses goes from {first} to {last}"
     if not kinds:
         effect_text += f" and falls in {helped} of {poses} poses."
-    means = f"That is {effect.name}: {effect.summary}{values_in_words(trial)}."
+    means = f"That is {effect.name}: {effect.summary}{values_in_words(trial, _logs_temperature(scan))}."
     if trial.places is not None and trial.places.supported:
         means += f" Absolute places support it, {places_in_words(trial.places)}."
     look_alike_text = ""
@@ -132,6 +134,10 @@ def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequen
         look_alike_text = f"In these poses and loads {listed} would look the same."
     check = f"To check on the machine: {effect.how_to_check}" if effect.how_to_check else ""
     return Explanation(seen=effect_text, means=means, alike=look_alike_text, check=check)
+
+
+def _logs_temperature(scan: LoadScan) -> bool:
+    return bool(np.isfinite(scan.fit.data.order.temperature).any())
 
 
 def _in_experiment(error: ErrorInExperiment) -> str:
@@ -149,12 +155,17 @@ def _in_experiment(error: ErrorInExperiment) -> str:
     return f"{text} (from {first} to {last})"
 
 
-def values_in_words(trial: Trial) -> str:
-    """Return a candidate's values, in brackets; "" where all are nothing."""
+def values_in_words(trial: Trial, by_temperature: bool = False) -> str:
+    """Return a candidate's values, in brackets; "" where all are nothing.
+
+    Parameters
+    ----------
+    trial : the candidate. by_temperature : whether a drift follows a temperature; else it follows the time.
+    """
     texts = []
     for symbol, value in fitted_values(trial).items():
         spec = trial.candidate.effect.spec(symbol)
         if value != 0.0:
-            unit = "" if spec.unit == "1" else f" {spec.unit}"
-            texts.append(f"{symbol} {value:.3g}{unit}")
+            unit, factor = drift_unit(spec.unit, by_temperature) or ("" if spec.unit == "1" else spec.unit, 1.0)
+            texts.append(f"{symbol} {significant(value * factor)} {unit}".rstrip())
     return f" ({', '.join(texts[:6])})" if texts else ""

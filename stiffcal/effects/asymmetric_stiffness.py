@@ -28,7 +28,8 @@ class AsymmetricStiffness(DocumentedEffect):
     compliance is that of joint-compliance plus c, under negative torque that of joint-compliance alone.
 
     Assumes two straight branches that meet at zero of the whole torque, weight included. Belts, chains, cylinders and
-    worn flanks do so; paper 004 finds curves of clamped joints whose two halves differ (Table 2, quadratic terms).
+    worn flanks do so; Lehmann et al. 2013 find curves of clamped joints whose two halves differ (Table 2, quadratic
+    terms).
 
     Limits: c may be negative (then positive torque is met more stiffly), as long as the sum with the joint's own
     compliance is not. A joint that weight keeps on one side shows nothing.

@@ -21,9 +21,9 @@ from stiffcal.model.effect import (
 class AxisCoupling(DocumentedEffect):
     """Torque on one joint turns another one too, because they share shafts, belts, a housing or a control loop.
 
-    Law: δ_a += c τ_b and δ_b += c τ_a, rotations about the two joints' axes over the torques about them; one number
-    for both, after Maxwell and Betti. It is the off-diagonal element of the joint compliance matrix, which paper 002
-    (section II.A) sets to zero.
+    Law: δ_a += c τ_b and δ_b += c τ_a, rotations about the two joints' axes over the torques about them; one number for
+    both, after Maxwell and Betti. It is the off-diagonal element of the joint compliance matrix, which Wang, Zhang and
+    Fuhlbrigge 2009 (section II.A) set to zero.
 
     Assumes that the coupling is elastic and does not depend on the pose. Hollow-shaft wrists, whose motors sit in the
     arm and drive through one another, couple joints 4, 5 and 6; cables and parallel rods couple 2 and 3.

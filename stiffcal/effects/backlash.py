@@ -32,8 +32,8 @@ class Backlash(DocumentedEffect):
     """The teeth of a gear have clearance: when the torque changes sign, the joint turns by the width of the gap.
 
     Law: δ_Rz = (b/2) tanh(τ/w), with b the lost motion between the two flanks (width) and w the band of torque within
-    which it is crossed; τ is the whole torque, weight included. Paper 004, section 3.1 and figure 3: theory crosses at
-    no torque, real gears within a narrow band, because of friction and teeth that do not all touch at once.
+    which it is crossed; τ is the whole torque, weight included. Lehmann et al. 2013, section 3.1 and figure 3: theory
+    crosses at no torque, real gears within a narrow band, because of friction and teeth that do not all touch at once.
 
     Assumes that the crossing takes the same way in both directions; where it does not, friction-hysteresis shows
     next to it.

@@ -34,8 +34,9 @@ class BearingTilt(DocumentedEffect):
 
     Law: δ_Rx = c_x M_x and δ_Ry = c_y M_y, about the x and y axes of the joint's frame, with M the moment that the
     bearing carries about its centre (the joint's node: the frame's origin, moved by bearing_m along the axis). Abele et
-    al. 2008; paper 000, Table 1 lists the stiffnesses, the inverses, as c_alpha and c_beta. A model that names x2, x3,
-    y2 or y3 (`stiffcal add … --curved`) takes both directions curved, δ = c M + c2 M² + c3 M³ (paper 001, III.C).
+    al. 2008; “Deformation of Robot Bodies During Machining”, Table 1, lists the stiffnesses, the inverses, as c_alpha
+    and c_beta. A model that names x2, x3, y2 or y3 (`stiffcal add … --curved`) takes both directions curved, δ = c M +
+    c2 M² + c3 M³ (Schneider et al. 2014, III.C).
 
     Assumes a bearing that is pre-loaded, so that it tilts in proportion, and that its two directions do not couple. A
     bearing's tilt is of the same order as the give of its gear and cannot be measured at the motor.

@@ -38,9 +38,9 @@ class CubicStiffness(DocumentedEffect):
     """The drive's torque–angle line is curved: it hardens or softens smoothly as the torque grows.
 
     Law: δ_Rz = c2 τ² + c3 τ³, added to the linear c τ of joint-compliance; the load form of the third-order polynomial
-    τ = p1 φ + p2 φ² + p3 φ³ that paper 004 (section 5.2 and Table 2) fits to clamped joints: c = 1/p1, c2 = −p2/p1³,
-    c3 = (2 p2² − p1 p3)/p1⁵ to third order. τ is the whole torque, weight included. Clamped runs give p1, p2 and p3
-    themselves; a model that gives these instead takes the curve as it is, φ(τ), its linear term included.
+    τ = p1 φ + p2 φ² + p3 φ³ that Lehmann et al. 2013 (section 5.2 and Table 2) fit to clamped joints: c = 1/p1, c2 =
+    −p2/p1³, c3 = (2 p2² − p1 p3)/p1⁵ to third order. τ is the whole torque, weight included. Clamped runs give p1, p2
+    and p3 themselves; a model that gives these instead takes the curve as it is, φ(τ), its linear term included.
 
     Assumes one smooth curve for loading and unloading. c3 below zero hardens, above zero softens; c2 makes the two
     directions of torque unlike.
@@ -89,7 +89,7 @@ class CubicStiffness(DocumentedEffect):
         return dict(zip(("p1", "p2", "p3"), torque_angle.curve, strict=True))
 
     def whole_form(self, states: LoadStates) -> Effect | None:
-        """Torque over angle, where drives are clamped (paper 004, Table 2); elsewhere loads seldom reach the bend."""
+        """Torque over angle where drives are clamped (Lehmann et al. 2013); elsewhere loads seldom reach the bend."""
         return _TORQUE_OVER_ANGLE if len(states) and states.clamped.all() else None
 
     def start_of_whole_form(self, torque: Floats, angle: Floats) -> dict[str, float]:

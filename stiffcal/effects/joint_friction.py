@@ -14,8 +14,8 @@ _SOURCE = "some per cent of a large joint's rated torque of 10³ N·m; shape as 
 class JointFriction(MotionEffect):
     """A moving joint resists: by dry friction, and in proportion to speed.
 
-    Law: τ_f(ω) = F_C sign(ω) + F_V ω: coulomb F_C, viscous F_V; ω and τ_f at the joint's side of the gear (paper 004,
-    eq. 1, after Bittencourt et al. 2010, without its Stribeck term; the Coulomb and viscous model in
+    Law: τ_f(ω) = F_C sign(ω) + F_V ω: coulomb F_C, viscous F_V; ω and τ_f at the joint's side of the gear (Lehmann et
+    al. 2013, eq. 1, after Bittencourt et al. 2010, without its Stribeck term; the Coulomb and viscous model in
     Armstrong-Hélouvry, Dupont and Canudas de Wit 1994).
 
     Assumes steady motion at constant temperature and load. What goes beyond is an effect of its own: stribeck,

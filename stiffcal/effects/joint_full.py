@@ -61,8 +61,8 @@ class JointFull(DocumentedEffect):
 
     Law: δ = C w, with C the symmetric, positive semidefinite 6×6 compliance of the joint, δ and w the displacement and
     wrench at the joint's node in its axes, ordered (translation, rotation) and (force, moment): c11 is along x, c66
-    about the joint's axis. Paper 001, eq. 1 and section II (36 degrees of freedom: three rotations and three
-    translations at six joints); symmetric after Maxwell and Betti.
+    about the joint's axis. Schneider et al. 2014, eq. 1 and section II (36 degrees of freedom: three rotations and
+    three translations at six joints); symmetric after Maxwell and Betti.
 
     Assumes an elastic joint: proportional, and with an energy, whence the symmetry and the non-negative eigenvalues.
 

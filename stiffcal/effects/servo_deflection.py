@@ -29,7 +29,8 @@ class ServoDeflection(DocumentedEffect):
 
     Law: D = … + J Δq_motor: the joints turn by what the motors' encoders show since the run's reference, besides the
     give of everything behind the encoder (physics, section 1). There is no free parameter: the controller's log gives
-    it all. Paper 002, section II.A, counts this active stiffness of the position loop into the joint's.
+    it all. Wang, Zhang and Fuhlbrigge 2009, section II.A, count this active stiffness of the position loop into the
+    joint's.
 
     Assumes that the log holds measured joint positions of every state, not the commanded ones, and that the controller
     was not moving the robot to compensate the deflection.

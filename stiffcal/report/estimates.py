@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import drift_unit
 
 STIFFNESS_UNITS = {"rad/(N·m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
 """Unit of a compliance to the unit of its stiffness, with the factor to it from SI units."""
@@ -21,13 +22,6 @@ _UNITS = {
     "m/N": ("µm/kN", 1e9),
     "N/m": ("N/µm", 1e-6),
     "N/rad": ("N/mrad", 1e-3),
-}
-# Rates of a drift, whose unit goes by what it follows.
-_RATES = {
-    ("m/s or m/K", "time"): ("µm/h", 3.6e9),
-    ("m/s or m/K", "temperature"): ("µm/K", 1e6),
-    ("rad/s or rad/K", "time"): ("mrad/h", 3.6e6),
-    ("rad/s or rad/K", "temperature"): ("mrad/K", 1e3),
 }
 
 
@@ -45,7 +39,8 @@ def printed_unit(unit: str, drift_follows: str) -> tuple[str, float]:
     (('mrad', 1000.0), ('µm/h', 3600000000.0), ('N·m', 1.0))
     """
     words = wording.unit_words(unit)
-    return _RATES.get((words, drift_follows)) or _UNITS.get(words, ("" if words == "1" else words, 1.0))
+    drift = drift_unit(words, drift_follows == "temperature")
+    return drift or _UNITS.get(words, ("" if words == "1" else words, 1.0))
 
 
 def estimate_text(value: float | None, interval: Sequence[float | None] | None, scale: float = 1.0) -> str:

@@ -138,7 +138,7 @@ class Loads(TomlTable):
 class Controller(TomlTable):
     """How the controller corrects in runs with ``compensation = "on"`` in campaign.toml (001, Fig. 3; 002, Fig. 5)."""
 
-    cycle_s: Positive = Field(0.004, description="from one reading to the next (002: 4 ms, 001: 1 ms)")
+    cycle_s: Positive = Field(0.004, description="from one reading to the next, 1 to 4 ms in published controllers")
     delay_s: NotNegative = Field(0.0, description="from the reading until the robot has moved")
     filter_hz: Positive | None = Field(None, description="cut-off of the low-pass for the force; left out: none")
     effects: list[str] = Field(

@@ -113,7 +113,7 @@ def test_cartesian_stiffness() -> None:
     }  # fmt: skip
     found = section(content(cartesian_stiffness=[full]))
     table = [block for block in found.blocks if isinstance(block, TableBlock)][-1]
-    assert table.rows[0] == ("one", "001, eq. 15", "1.00", "2.00", "3.00", "100", "200", "300")
+    assert table.rows[0] == ("one", "Schneider et al. 2014, eq. 15", "1.00", "2.00", "3.00", "100", "200", "300")
     made = replace(content(cartesian_stiffness=[full]), joint_pictures=())
     assert section(made).title == "Cartesian stiffness"
 

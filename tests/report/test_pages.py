@@ -6,7 +6,7 @@ import io
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ from PIL import Image
 
 from stiffcal.report import building
 from stiffcal.report.content import ReportContent
+from stiffcal.report.typesetting import set_pages
 from tests.laboratory.report_content import made_up_content
 
 # Header and footer of an A4 page, mm.
@@ -24,14 +25,12 @@ _TOP, _BOTTOM, _HEIGHT = 24.0, 21.0, 297.0
 def fills_of(content: ReportContent, folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Return how far down each page is filled, as a share of the room between header and footer."""
     drawn: list[bytes] = []
-    set_pages = building.set_pages
 
     def also_draw(pages: dict[str, Any], place: Path, day: str) -> bytes:
         pdf = set_pages(pages, place, day)
         fonts = typst.Fonts(include_system_fonts=False, include_embedded_fonts=False, font_paths=[str(place / "fonts")])
-        drawn.extend(
-            typst.compile(str(place / "report.typ"), root=str(place), font_paths=fonts, format="png", ppi=24.0)
-        )
+        pictures = typst.compile(str(place / "report.typ"), root=str(place), font_paths=fonts, format="png", ppi=24.0)
+        drawn.extend(cast("list[bytes]", pictures))
         return pdf
 
     monkeypatch.setattr(building, "set_pages", also_draw)

@@ -169,7 +169,10 @@ def _cartesian(poses: list[CartesianStiffnessResult]) -> list[Block]:
     )
     rows = []
     for pose in poses:
-        for words, matrix in (("001, eq. 15", pose.equation_15), ("from the compliance", pose.from_compliance)):
+        for words, matrix in (
+            ("Schneider et al. 2014, eq. 15", pose.equation_15),
+            ("from the compliance", pose.from_compliance),
+        ):
             diagonal = [float(matrix[k, k]) * (1e-6 if k < 3 else 1e-3) for k in range(6)]
             rows.append((pose.run, words, *(wording.digits(value) for value in diagonal)))
     shares = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)
