@@ -39,8 +39,8 @@ class BaseCompliance(DocumentedEffect):
     """The foundation, the pedestal or the bolts under the robot give.
 
     Law: δ = diag(tx, ty, tz, rx, ry, rz) w, three rotations over the three moments and three translations over the
-    three forces at the base's origin, in base axes. Abele et al. 2008 and paper 002, section II.A, name the base as a
-    source of compliance and leave it out.
+    three forces at the base's origin, in base axes. Abele et al. 2008 and Wang, Zhang and Fuhlbrigge 2009, section
+    II.A, name the base as a source of compliance and leave it out.
 
     Assumes that the six directions do not couple and that the tracker stands on other ground than the robot.
 

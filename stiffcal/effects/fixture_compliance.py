@@ -20,8 +20,8 @@ class FixtureCompliance(DocumentedEffect):
 
     Law: D = −C W, the motion of the held frame, with W what the fixture does to the robot and C = diag(translation,
     rotation), each alike along and about all three axes, about the origin of the held frame. The closed chain of
-    clamped motors then reads J (Δd_motor + δ) = −C W (paper 004 takes the fixture as rigid). It comes on top of what
-    the manifest gives as the run's fixture_compliance.
+    clamped motors then reads J (Δd_motor + δ) = −C W (Lehmann et al. 2013 take the fixture as rigid). It comes on top
+    of what the manifest gives as the run's fixture_compliance.
 
     Assumes one fixture for all clamped runs, without play.
 

@@ -34,14 +34,15 @@ class JointTranslation(DocumentedEffect):
     """The bearing of a joint gives along the forces that it carries, radially and axially.
 
     Law: δ_tx = c_tx F_x, δ_ty = c_ty F_y, δ_tz = c_tz F_z, in the joint's frame (the translational part of the joint
-    model of paper 001, eq. 1, taken diagonal). A model that names tx2, tx3, ty2 … (`stiffcal add … --curved`) takes
-    all three curved, δ = c F + c2 F² + c3 F³ (paper 001, III.C).
+    model of Schneider et al. 2014, eq. 1, taken diagonal). A model that names tx2, tx3, ty2 … (`stiffcal add …
+    --curved`) takes all three curved, δ = c F + c2 F² + c3 F³ (Schneider et al. 2014, III.C).
 
     Assumes pre-loaded rolling bearings in stiff housings.
 
-    Limits: usually small. A kilonewton moves a good bearing by some micrometres; paper 001 found no clear trend in the
-    translations of six joints. Expect it to matter only where a bearing or its seat is damaged or loose. The forces are
-    nearly the same at all joints, so that the place shows only in how the joints' axes turn from pose to pose.
+    Limits: usually small. A kilonewton moves a good bearing by some micrometres; Schneider et al. 2014 found no clear
+    trend in the translations of six joints. Expect it to matter only where a bearing or its seat is damaged or loose.
+    The forces are nearly the same at all joints, so that the place shows only in how the joints' axes turn from pose to
+    pose.
     """
 
     name = "joint-translation"

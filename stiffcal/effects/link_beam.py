@@ -35,7 +35,7 @@ class LinkBeam(DocumentedEffect):
     Law: u1 = F1 L/EA; θ1 = M1 L/GJ; u2 = F2 L³/(3 EI3) + M3 L²/(2 EI3) and θ3 = F2 L²/(2 EI3) + M3 L/EI3; u3 = F3
     L³/(3 EI2) − M2 L²/(2 EI2) and θ2 = −F3 L²/(2 EI2) + M2 L/EI2, with F and M the force and moment at the outboard
     end in beam axes (x1 along the beam) and L its length (Gross, Hauger, Schröder and Wall, Engineering Mechanics 2,
-    table 4.3; signs as in paper 000, eq. 2 and 3: φ3 = u2′, φ2 = −u3′).
+    table 4.3; signs as in “Deformation of Robot Bodies During Machining”, eq. 2 and 3: φ3 = u2′, φ2 = −u3′).
 
     Assumes a straight, even, slender link of linear material: no shear, free warping. What is outboard of the link
     bends it; its own weight, which acts between its ends, does not. EI2 is bending about x2 (deflection along x3),

@@ -32,8 +32,8 @@ class LinkSprings(DocumentedEffect):
 
     Law: θ1 = M1/k1; θ2 = (M2 − F3 L/2)/k2 and u3 = −θ2 L/2; θ3 = (M3 + F2 L/2)/k3 and u2 = θ3 L/2, with F and M the
     wrench at the outboard end and L the length: three springs at mid-length, about the axis along the link (1) and
-    across it (2, 3), each over the moment there. This is Rösch's model as paper 000 gives it (section 2 and Table 1,
-    columns S and A).
+    across it (2, 3), each over the moment there. This is Rösch's model as “Deformation of Robot Bodies During
+    Machining” gives it (section 2 and Table 1, columns S and A).
 
     Assumes that where the link bends does not matter, only by how much it turns. Compared with a beam it has the right
     turn under a pure moment (k = EI/L) but 3/4 of the deflection under a force at the end.

@@ -22,8 +22,8 @@ class Stribeck(MotionEffect):
     """A moving joint resists more at crawling speed, before the lubricant separates the surfaces.
 
     Law: τ_f += F exp(−|ω/ω_S|^α) sign(ω), with stribeck F, velocity ω_S, exponent α; ω and τ_f at the joint's side of
-    the gear (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994; paper 004, eq. 1, after Bittencourt et al. 2010). It
-    comes on top of joint-friction.
+    the gear (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994; Lehmann et al. 2013, eq. 1, after Bittencourt et al.
+    2010). It comes on top of joint-friction.
 
     Assumes steady motion at constant temperature. After Bittencourt and Gunnarsson 2012 ω_S grows with load and
     temperature.
