@@ -173,6 +173,10 @@ class ResidualDependence:
     """Of the avoidable squares."""
     seen: str
     """How it follows, in words."""
+    in_resamplings: OrAbsent[float] = None
+    """Share of resamplings of whole speeds or seconds of motion in which the error left out falls with a curve over it;
+    of moving joints alone.
+    """
 
 
 class FollowedBy(Enum):

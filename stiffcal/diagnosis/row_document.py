@@ -225,7 +225,8 @@ def _warnings(context: RowSearchContext, search: RowSearch) -> list[str]:
     texts = []
     if search.before is None:
         texts.append(
-            f"{_who(context.problem)}: the noise is not known: whether the model is good enough cannot be judged"
+            f"{_who(context.problem)}: the noise is not known: what is left is judged by whole "
+            f"{context.problem.folds_in_words} that are left out, and by resampling them as blocks"
         )
     for missing in search.found:
         if _time_would_do(context, search, missing.candidate):

@@ -2,7 +2,8 @@
 
 For each thing that was logged a smooth curve over it is added to the model, once whatever the direction and once with
 the direction's sign, and judged as effects are: in what is left out of the fit, so that passes which err each in its
-own way follow nothing by chance.
+own way follow nothing by chance. The folds, whole speeds or seconds of motion, are drawn anew as blocks: neighbouring
+samples are no repeats of each other, and where the noise is not known nothing else says what chance makes.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from stiffcal.experiments.row_search import RowProblem
 LEAST_SHARE = 0.1
 # A smooth curve: up to the cube.
 DEGREE = 3
+# Resamplings of the folds, and the least share in which the error must fall where the noise is not known.
+DRAWS, LEAST_OF_DRAWS = 2000, 0.975
 
 
 def what_rows_follow(scan: RowScan, problem: RowProblem) -> list[ResidualDependence]:
@@ -46,10 +49,23 @@ def what_rows_follow(scan: RowScan, problem: RowProblem) -> list[ResidualDepende
         statistic = drop / max(score.sum_of_squares / residual_dof, 1e-300)
         if f_tail(statistic, len(curves), residual_dof) * len(covariates) > LACK_OF_FIT_P:
             continue
+        in_draws = share_of_draws(before - score.heldout)
+        if scan.fit.noise is None and in_draws < LEAST_OF_DRAWS:
+            continue
         share = float(np.clip((total - score.heldout.sum()) / max(total - floor, 1e-12), 0.0, 1.0))
         if share > LEAST_SHARE:
-            found.append(ResidualDependence(follows=covariate.name, share=share, seen=covariate.words))
+            words = (
+                f"{covariate.words}; {problem.left_out} the error falls in {100.0 * in_draws:.3g} % of {DRAWS} "
+                f"resamplings of whole {problem.folds_in_words}"
+            )
+            found.append(ResidualDependence(follows=covariate.name, share=share, seen=words, in_resamplings=in_draws))
     return sorted(found, key=lambda dependence: -(dependence.share or 0.0))
+
+
+def share_of_draws(fall: Floats) -> float:
+    """Return the share of resamplings of F folds in which their falls (F,) add up to more than nothing."""
+    drawn = np.random.default_rng(0).integers(fall.size, size=(DRAWS, fall.size))
+    return float(np.mean(fall[drawn].sum(axis=1) > 0.0))
 
 
 def _curves(value: Floats, direction: Floats) -> Floats:

@@ -58,3 +58,14 @@ def test_seconds_that_the_fit_has_not_seen(folder: Path, command: Command) -> No
     assert document["zero_model"]["torque"] > 16.0
     assert [one["label"] for one in document["by_joint"]] == ["J1", "J2", "J3", "J4", "J5", "J6"]
     assert document["noise"] is None
+
+
+def test_what_is_left_is_judged_by_blocks_of_held_out_seconds(folder: Path, command: Command) -> None:
+    """Slow panels lie below the law; no noise is known, and whole seconds show what chance makes."""
+    document = command("diagnose", folder)
+    (speed,) = document["structure"]
+    assert speed["follows"] == "speed"
+    assert speed["share"] > 0.1
+    assert speed["in_resamplings"] > 0.975
+    assert "resamplings of whole seconds of motion" in speed["seen"]
+    assert any("resampling them as blocks" in words for words in document["warnings"])
