@@ -11,6 +11,8 @@ from stiffcal.campaign.loading import Campaign
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from stiffcal.model.summary import EffectAt
+
 T = TypeVar("T")
 
 
@@ -25,6 +27,8 @@ class MeasuredRuns:
     """Load states that other runs gave, n of them; 0 where the campaign holds none."""
     store: str = "store"
     """How messages name the store."""
+    missing: tuple[EffectAt, ...] = ()
+    """Effects that the diagnosis of the present fit names; empty where there is none, or nothing asks for them."""
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -29,6 +29,7 @@ from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.summary import EffectAt
 from stiffcal.reduction.load_cycles import LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.report.content import (
@@ -47,6 +48,7 @@ from stiffcal.results.validate_result import ValidateResult
 from stiffcal.store import Provenance, SourceFile, values_of
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
+from stiffcal.workflow.diagnose import current_diagnosis
 from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_bodies import joint_pictures
 from stiffcal.workflow.report_compensation import with_and_without
@@ -110,7 +112,11 @@ def report_content(
         for run in data.campaign.manifest.runs
         if run.id not in {info.name for info in states.runs}
     )
-    measured = runs_with_fits(data)
+    diagnosis, _ = current_diagnosis(data, identified)
+    named = (
+        () if diagnosis is None else tuple(EffectAt(effect=one.effect, where=one.where) for one in diagnosis.missing)
+    )
+    measured = replace(runs_with_fits(data), missing=named)
     drawn_pages = [kind.page(measured, identified) for kind in all_kinds()]
     pages = tuple(page for page in drawn_pages if page is not None)
     main_tables = [table for kind in all_kinds() if (table := kind.main_table(identified)) is not None]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from stiffcal.errors import InputError
 from stiffcal.experiments.friction.curves import FrictionCurve, friction_curves, unused_passes
-from stiffcal.experiments.friction.parts import friction_readings
+from stiffcal.experiments.friction.parts import friction_evidence, friction_readings
 from stiffcal.experiments.friction.pictures import friction_picture
 from stiffcal.experiments.friction.results import BearingFriction, FrictionSection
 from stiffcal.experiments.measured import MeasuredRuns
@@ -172,6 +172,7 @@ def friction_page(data: MeasuredRuns, section: FrictionSection, identified: Iden
     if remarks:
         blocks += [Sentence(("What these runs do not show:",), "not-identified"), Listing(tuple(remarks))]
     blocks += [friction_picture(curves[start : start + _PER_PICTURE]) for start in range(0, len(curves), _PER_PICTURE)]
+    blocks += friction_evidence(data)
     return Page(
         _TITLE,
         tuple(blocks),

@@ -32,15 +32,17 @@ from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.model.campaign_effects import moving_effects
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Place
 
 if TYPE_CHECKING:
     from stiffcal.experiments.friction.fitting import FrictionFit
     from stiffcal.experiments.friction.heldout import JudgedFriction
     from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings
     from stiffcal.experiments.friction.rows import FrictionRows
+    from stiffcal.experiments.presentation import Picture
     from stiffcal.experiments.row_search import RowProblem
     from stiffcal.identification.fit_results import IdentifiedParameter
-    from stiffcal.model.composite import PlacedEffect
 
 
 def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
@@ -171,6 +173,26 @@ def problems_of(data: MeasuredRuns) -> tuple[RowProblem, ...]:
     if not len(index):
         return ()
     return friction_problems(rows.select(index), index, placed, data.campaign.chain, _fixed(data))
+
+
+def friction_evidence(data: MeasuredRuns) -> list[Picture]:
+    """Return the pictures of effects of moving joints that are missing, or in the model on top of joint-friction."""
+    from stiffcal.campaign.model_file import default_model
+    from stiffcal.experiments.friction.evidence import evidence_pictures
+    from stiffcal.model.campaign_effects import all_effects
+
+    rows, placed = friction_rows(data), moving_effects(data.campaign)
+    if rows is None:
+        return []
+    catalogue, _ = all_effects(data.campaign)
+    missing = [
+        PlacedEffect(catalogue[at.effect], Place("joints", (at.where.joints[0],)))
+        for at in data.missing
+        if at.effect in catalogue and catalogue[at.effect].in_motion and at.where.joints
+    ]
+    basic = [entry.type for entry in default_model(data.campaign.chain.n_joints, {FRICTION}).effects]
+    fitted = rows.select(~heldout_runs(data, rows))
+    return evidence_pictures(fitted, data.campaign.chain, placed, missing, basic)
 
 
 def _fixed(data: MeasuredRuns) -> frozenset[str]:

@@ -46,7 +46,7 @@ HOW_JUDGED = (
 def _why_none(diagnosis: DiagnoseResult) -> str:
     """Return why there is no evidence to show."""
     if diagnosis.missing:
-        return "the diagnosis kept no evidence of single effects"
+        return "of effects of moving joints it stands where their friction is drawn"
     if diagnosis.unexplained:
         return "no effect of the catalogue accounts for what is left"
     if not diagnosis.has_searched:
