@@ -245,6 +245,9 @@ def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateR
     return sentences
 
 
+_DECIMALS_OF_DEGREES = 9
+
+
 def _table(result: CompensateResult, path: CompensationPath) -> dict[str, Values]:
     """Return the result as columns: degrees, N, N·m, mm, mrad, each with its unit."""
     corrected, judged = result.found, result.judged
@@ -253,7 +256,9 @@ def _table(result: CompensateResult, path: CompensationPath) -> dict[str, Values
         columns["t [s]"] = path.time
     if "segment" in path.table.words:
         columns["segment"] = list(path.table.words["segment"])
-    columns |= {f"{name} [deg]": np.degrees(corrected.joints[:, k]) for k, name in enumerate(result.joint_names)}
+    # a billionth of a degree is no motion of a robot: below it stands the solver's rounding
+    degrees = np.round(np.degrees(corrected.joints), _DECIMALS_OF_DEGREES) + 0.0
+    columns |= {f"{name} [deg]": degrees[:, k] for k, name in enumerate(result.joint_names)}
     columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": path.wrench[:, k] for k, axis in enumerate(AXES)}
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
         unit = "mm" if k < 3 else "mrad"

@@ -196,6 +196,17 @@ def test_what_is_written_is_a_path_again(campaign: Path) -> None:
     assert [row["wrench"][2] for row in again["rows"]] == [-300.0] * 3
 
 
+def test_no_rounding_of_the_solver_is_written_as_an_angle(campaign: Path) -> None:
+    """In the plane of the arm a weight turns no vertical axis: its angle stays, and is no 1e-12 degrees."""
+    path, output = campaign / "plane.csv", campaign / "out.csv"
+    path.write_text(f"{NAMES}\n0,-60,80,0,-20,0\n0,-50,70,0,-30,0\n")
+    compensate_campaign(campaign, CompensateRequest(path, Forces("0,0,-300")), output=output)
+    rows = list(csv.DictReader(output.read_text().splitlines()))
+    angles = np.array([[float(cell) for name, cell in row.items() if name.endswith("[deg]")] for row in rows])
+    assert angles.shape == (2, 6)
+    assert ((angles == 0.0) | (np.abs(angles) >= 1e-9)).all(), angles
+
+
 @pytest.mark.parametrize("ending", ["svg", "pdf"])
 def test_the_picture(campaign: Path, ending: str) -> None:
     picture = campaign / f"error.{ending}"

@@ -1,0 +1,33 @@
+"""`stiffcal demo`: the hidden effect is found, added, and the error is the noise; the answer ends with the view."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from stiffcal.cli.app import main
+
+pytestmark = pytest.mark.long
+
+
+def test_the_demo_finds_what_is_hidden(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        main(["demo"])
+    assert ended.value.code == 0
+    shown = capsys.readouterr().out
+    lines = shown.splitlines()
+    assert lines[0].startswith("PASS  Nothing is missing")
+    assert lines[-1] == "next: stiffcal view demo"
+    ladder = [line for line in lines if line.startswith(("1  ", "2  "))]
+    assert "backlash (joint 1)" not in ladder[0]
+    assert "backlash (joint 1)" in ladder[1]
+    assert (tmp_path / "demo" / "report.pdf").read_bytes().startswith(b"%PDF")
+    assert (tmp_path / "demo" / "view.html").is_file()
+    main_document = json.loads((tmp_path / "demo" / "store" / "current" / "validate.json").read_text())
+    error, noise = (main_document[key]["translation"] for key in ("rms", "noise"))
+    assert error <= 1.05 * noise
