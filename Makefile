@@ -40,8 +40,9 @@ readme-picture: $(VENV)/browser.stamp
 linkcheck: $(VENV)/docs.stamp
 	$(SPHINX) -b linkcheck docs build/docs/links
 
-# builds the documentation, runs the commands on its pages and compares their output with what the pages print
-test-docs: $(VENV)/docs.stamp
+# builds the documentation, runs the commands on its pages, compares their output with what the pages print, and opens
+# every page in a browser
+test-docs: $(VENV)/docs.stamp $(VENV)/browser.stamp
 	$(PYTEST) -m docs tests/docs
 
 # the tests that judge numbers, under the BLAS kernels of several processors; KERNELS=--others leaves out this one's own

@@ -20,9 +20,9 @@ class Block:
     line: int
     language: str
     tag: str
-    """run, output, check or show."""
+    """run, output, file, check or show."""
     reason: str
-    """What stands after the tag."""
+    """What stands after the tag: why a block is only shown, the name of a file."""
     text: str
 
 

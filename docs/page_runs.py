@@ -81,6 +81,8 @@ def _run(page: str, kept: Path) -> dict[int, str]:
         for block in blocks_of(page):
             if block.tag == "run":
                 printed[block.line] = _run_block(block, folder)
+            elif block.tag == "file":
+                (folder / block.reason).write_text(block.text, encoding="utf-8")
         for file, number in pictures_of(page):
             if not (folder / file).is_file():
                 raise PageError(f"{page}: no command makes the picture {file}")
@@ -123,7 +125,7 @@ def _locked(folder: Path) -> Iterator[None]:
 
 def _key(page: str) -> str:
     """Return the digest of all that a run of the page depends on."""
-    parts = [digest_of_code(), *(block.text for block in blocks_of(page) if block.tag == "run")]
+    parts = [digest_of_code(), *(block.text for block in blocks_of(page) if block.tag in ("run", "file"))]
     parts += [f"{file} {number}" for file, number in pictures_of(page)]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 

@@ -17,7 +17,7 @@ from docs.page_runs import run_page
 from stiffcal.cli.app import COMMANDS
 from tests.laboratory.documentation import indented_blocks
 
-TAGS = {"run", "output", "check", "show"}
+TAGS = {"run", "output", "file", "check", "show"}
 MOST_SHOWN = 0.1
 ANYTHING = "…"
 OPERATORS = {"|", "||", "&&", ">", ";"}

@@ -5,8 +5,6 @@ from __future__ import annotations
 import html
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -22,6 +20,7 @@ from stiffcal.cli.app import COMMANDS
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import find_reader
 from stiffcal.workflow.effects import describe_effects
+from tests.laboratory.browser import chromium
 from tests.laboratory.documentation import ROOT
 
 README_BYTES = 8000
@@ -119,17 +118,48 @@ def dead_links(folder: Path) -> list[str]:
 
 
 @pytest.mark.docs
-def test_the_pages_build_without_warnings_and_fetch_nothing(tmp_path: Path) -> None:
-    words = [sys.executable, "-P", "-m", "sphinx", "-W", "--keep-going", "-q", "-d", str(tmp_path / "trees"), "docs"]
-    done = subprocess.run([*words, str(tmp_path / "html")], cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    pages = list((tmp_path / "html").rglob("*.html"))
-    assert len(pages) > 30
-    assert dead_links(tmp_path / "html") == []
+def test_the_pages_build_without_warnings_and_fetch_nothing(built: Path) -> None:
+    pages = list(built.rglob("*.html"))
+    assert len(pages) > 50
+    assert dead_links(built) == []
     for page in pages:
         text = page.read_text(encoding="utf-8")
         assert not re.search(r"<(?:script|img|link|iframe)\b[^>]*(?:src|href)=\"(?:https?:)?//", text), page.name
         assert "Content-Security-Policy" in text, page.name
     # extracts of the hits would be fetched, which browsers refuse to a page from a disk
-    options = (tmp_path / "html" / "_static" / "documentation_options.js").read_text(encoding="utf-8")
+    options = (built / "_static" / "documentation_options.js").read_text(encoding="utf-8")
     assert "SHOW_SEARCH_SUMMARY: false" in options
+
+
+@pytest.mark.docs
+def test_every_page_in_a_browser_from_a_disk(built: Path) -> None:
+    """At phone width in the dark and at desk width in the light: nothing broken, nothing wider than the window."""
+    pages = sorted(page for page in built.rglob("*.html") if "_static" not in page.parts)
+    complaints: list[str] = []
+    with chromium() as browser:
+        for scheme, width in (("dark", 390), ("light", 1280)):
+            context = browser.new_context(
+                viewport={"width": width, "height": 900}, color_scheme=scheme, offline=True, reduced_motion="reduce"
+            )
+            window = context.new_page()
+            window.on("console", lambda said: complaints.append(said.text) if said.type != "log" else None)
+            window.on("pageerror", lambda error: complaints.append(str(error)))
+            for page in pages:
+                window.goto(page.as_uri())
+                broken = "[...document.images].filter(image => !image.naturalWidth).map(image => image.src)"
+                assert window.evaluate(broken) == [], page.name
+                assert window.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0, page.name
+                assert complaints == [], page.name
+            context.close()
+
+
+@pytest.mark.docs
+def test_the_search_finds_a_word_from_a_disk(built: Path) -> None:
+    with chromium() as browser:
+        window = browser.new_context(offline=True).new_page()
+        window.goto((built / "search.html").as_uri() + "?q=backlash")
+        window.wait_for_selector("#search-results li a")
+        found = window.eval_on_selector_all("#search-results li a", "links => links.map(link => link.href)")
+        assert any("missing-effect.html" in link for link in found)
+        window.goto(found[0])
+        assert "backlash" in window.inner_text("body")

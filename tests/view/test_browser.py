@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -20,32 +18,21 @@ from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
 from stiffcal.workflow.view import view_campaign
 from stiffcal.workflow.view_content import view_content
+from tests.laboratory.browser import chromium
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.laboratory.view_of_many_states import with_many_states
 
 pytestmark = pytest.mark.browser
 
 PANELS = ("robot", "against", "ladder", "effects", "poses", "compliance")
-SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 HOSTILE = "</script><img src=x onerror=alert(1)>'\"\u202eevil"
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """Debian's chromium; where CI is set it must be there."""
-    path = os.environ.get("CHROMIUM") or shutil.which("chromium")
-    try:
-        from playwright.sync_api import sync_playwright
-    except ImportError:
-        path = None
-    if path is None:
-        if os.environ.get("CI"):
-            pytest.fail("no browser: apt-get install chromium, and make test-browser")
-        pytest.skip("no browser: apt-get install chromium, and make test-browser")
-    with sync_playwright() as play:
-        started = play.chromium.launch(executable_path=path, args=SOFTWARE)
+    with chromium() as started:
         yield started
-        started.close()
 
 
 @pytest.fixture(scope="module")
