@@ -18,6 +18,8 @@ from stiffcal.fault_codes import FaultCode
 
 NEARLY_PARALLEL = math.sin(math.radians(5.0))
 """Sine of the angle between two axes below which the rows' d may lie far away."""
+# Sine of an angle that only rounding of 0° or 180° makes.
+_EXACTLY_PARALLEL = 1e-12
 _ROW_KEYS = ("a_m", "alpha_deg", "beta_deg", "d_m")
 
 
@@ -147,10 +149,12 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
 def _long_rows(robot: RobotFile, file: str) -> Iterator[Fault]:
     """Yield a fault for each d that is longer than any robot, unless nearly parallel axes put it there.
 
-    Of these the common normal lies far away, and the next joint's d leads back.
+    Of these the common normal lies far away, and the next joint's d leads back. Exactly parallel axes have it anywhere,
+    and a d that is written there is in another unit.
     """
     between = robot.joints[:-1] if robot.convention == "dh" else robot.joints[1:]
-    parallel = [abs(math.sin(math.radians(entry.alpha_deg))) < NEARLY_PARALLEL for entry in between]
+    inclined = [abs(math.sin(math.radians(entry.alpha_deg))) for entry in between]
+    parallel = [_EXACTLY_PARALLEL < sine < NEARLY_PARALLEL for sine in inclined]
     for k, entry in enumerate(robot.joints):
         mistake = implausible_length(entry.d_m)
         if mistake is not None and not any(parallel[max(0, k - 1) : k + 1]):

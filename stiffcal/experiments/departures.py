@@ -39,7 +39,7 @@ def find_departures(x: Floats, residual: Floats, half_band: Floats) -> list[Depa
     >>> x = np.linspace(0.0, 1.0, 120)
     >>> jump = np.where(x < 0.2, 1.0, 0.0) + 0.01 * np.sin(40.0 * x)
     >>> [(round(d.low, 2), round(d.high, 2), round(d.mean, 1)) for d in find_departures(x, jump, 0.0 * x + 0.1)]
-    [(0.0, 0.25, 0.9)]
+    [(0.0, 0.19, 1.0)]
     """
     order = np.argsort(x, kind="stable")
     count = min(len(order) // _PER_STRETCH, _MOST_STRETCHES)

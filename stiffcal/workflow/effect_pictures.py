@@ -28,6 +28,7 @@ from stiffcal.report.content import EffectPicture
 from stiffcal.workflow.effect_clamped_pictures import clamped_picture
 from stiffcal.workflow.effect_motion_pictures import torque_picture
 from stiffcal.workflow.effect_sketch import sketch
+from stiffcal.workflow.effect_weight_pictures import weight_picture
 
 FIRST, SECOND = 1.0, 0.8
 # Joint stiffness 5e5 N·m/rad: a medium-size robot's main axes (Wang, Zhang and Fuhlbrigge 2009, section III.C).
@@ -120,6 +121,7 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
         _late_clock_picture(effect, chain, setup)
         or _torque_next_to(effect, places, chain)
         or torque_picture(effect, chain)
+        or weight_picture(effect, chain, setup, _caption(effect))
         or _clamped_picture(effect, places)
     )
 
