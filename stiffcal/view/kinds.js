@@ -53,7 +53,7 @@
 
   /** Pages of clamped, friction and other kinds of experiment: pictures, tables, sentences. */
   S.kindPanels = function () {
-    let number = 0;
+    let number = 0, tables = 0;
     for (const page of S.data.pages) {
       const section = S.make("section", { className: "panel kind", "aria-label": S.visible(page.title) }, S.make("h2", {}, page.title));
       S.place(section);
@@ -64,14 +64,14 @@
         else if (block.kind_ === "Listing") section.append(S.make("ul", {}, ...block.sentences.map((sentence) => S.make("li", {}, words(sentence.words)))));
         else if (block.kind_ === "Table") {
           const table = S.make("table");
-          S.fill(table, block.columns.map((column) => (column.unit ? `${column.title} [${column.unit}]` : column.title)), block.rows.map((row) => row.map(words)), block.caption);
-          section.append(S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": S.visible(block.caption || page.title) }, table));
+          S.fill(table, block.columns.map((column) => (column.unit ? `${column.title} [${column.unit}]` : column.title || "remark")), block.rows.map((row) => row.map(words)), block.caption);
+          section.append(S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": S.visible(`${block.caption || page.title}, table ${++tables}`) }, table));
         } else for (const panel of block.panels) {
           number++;
           S.panel({
-            id: `kind${number}`, title: panel.title || page.title, about: words(block.caption || []), height: 340,
+            id: `kind${number}`, title: `${panel.title ? `${panel.title}, ` : ""}${panel.y_label}${panel.x_label ? ` over ${panel.x_label}` : ""}`, about: words(block.caption || []), height: 340,
             draw: (canvas) => { drawPanel(canvas, panel); return panel.x_label ? `${panel.y_label} against ${panel.x_label}` : panel.y_label; },
-            table: () => ({ head: ["series", panel.x_label, panel.y_label], rows: panel.series.flatMap((s, k) => (s.x && s.y ? [...s.x.keys()].map((i) => [s.label || String(k + 1), s.x[i], s.y[i]]) : [])) }),
+            table: () => ({ head: ["series", panel.x_label || "place", panel.y_label], rows: panel.series.flatMap((s, k) => (s.x && s.y ? [...s.x.keys()].map((i) => [s.label || String(k + 1), panel.x_names?.[s.x[i]] ?? s.x[i], s.y[i]]) : [])) }),
           });
         }
       }

@@ -9,6 +9,9 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.view.content import ViewContent
 
+RAW_COLUMNS = 19
+"""Of a raw row: a clock, six angles, six components of the wrench, six of the pose."""
+
 
 def with_many_states(content: ViewContent, drawn: int, n_states: int) -> ViewContent:
     """Return the page with its states repeated, scatter of the size of the noise on every array of numbers.
@@ -48,6 +51,8 @@ def with_many_states(content: ViewContent, drawn: int, n_states: int) -> ViewCon
             row=np.arange(drawn),
             used=states.used[pick],
             why=[states.why[k] for k in pick],
+            lines=[",".join(f"{cell:.9g}" for cell in row) for row in generator.normal(size=(drawn, RAW_COLUMNS))],
+            line_number=np.arange(drawn) + 2,
             measured=measured,
             force=states.force[pick] + generator.normal(size=(drawn, 3)),
             shape=shape,
