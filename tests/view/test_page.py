@@ -167,10 +167,22 @@ def test_the_fits_of_friction_before_the_present_one_stay_drawable(friction: Pat
     shutil.copytree(friction, folder)
     model = folder / "model.toml"
     model.write_text(model.read_text("utf-8") + '\n[[effects]]\ntype = "stribeck"\njoints = [1]\n', encoding="utf-8")
+    diagnose_campaign(folder)
     view_campaign(folder)
     document, arrays = content_of((folder / "view.html").read_text("utf-8"))
-    earlier, present = document["models"]
+    earlier, present = (entry for entry in document["models"] if entry["kind"] == "fit")
     assert present["present"]
+    # the refit without the added effect is the earlier fit, the earlier refit with it nearly the present one
+    (without,) = [
+        entry for entry in document["models"] if entry["effect"] == "stribeck j1" and entry["kind"] == "without"
+    ]
+    assert without["heldout_rms"]["torque"] == pytest.approx(earlier["heldout_rms"]["torque"], rel=1e-3)
+    before, _ = content_of((friction / "view.html").read_text("utf-8"))
+    (named,) = [entry for entry in before["models"] if entry["effect"] == "stribeck j1"]
+    refitted = {entry["name"]: entry["value"] for entry in named["values"]}
+    fitted = {entry["name"]: entry["value"] for entry in present["values"]}
+    for name in ("joint-friction.j1.coulomb", "joint-friction.j1.viscous"):
+        assert refitted[name] == pytest.approx(fitted[name], rel=0.03)
     used = array(document["states"]["used"], arrays) != 0
     for model_of in (earlier, present):
         residual = array(model_of["residual_heldout"][0], arrays)[used]
