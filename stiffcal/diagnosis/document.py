@@ -338,6 +338,8 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     if search.tried:
         best = " and ".join(candidate_in_words(missing_effect.candidate) for missing_effect in search.tried)
         part = f" The best that was found, {best}, {share}: too little to be named."
+        if search.many_laws:
+            part = f" Together {best} fit these poses; so many laws would fit any, and none of them is named."
     return (
         f"Something is missing, and it is none of these: no effect in the catalogue accounts for it ({against}).{part}"
     )

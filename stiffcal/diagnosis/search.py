@@ -320,8 +320,9 @@ def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[Missin
     geometry = bench.wrong_geometry(first)
     # No effect stands in for a robot file that absolute places contradict.
     mimicked = bool(tried) and geometry is not None and geometry.explains >= LEAST_EXPLAINED
-    unexplained = unexplained or mimicked
-    withheld = mimicked or (unexplained and explained.too_little)
+    many_laws = bench.mimics_anything([missing_effect.candidate for missing_effect in tried])
+    unexplained = unexplained or mimicked or many_laws
+    withheld = mimicked or many_laws or (unexplained and explained.too_little)
     supported = () if withheld else tried
     decision = decide(supported)
     could_be = sufficient_alone(first) if unexplained and not supported and not mimicked else ()
@@ -341,6 +342,7 @@ def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[Missin
         decision.undecided_next,
         could_be=could_be,
         wrong_geometry=geometry,
+        many_laws=many_laws,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic
 
@@ -21,7 +21,7 @@ from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.diagnosis.search_results import F, Pace, S
 from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.diagnosis.thresholds import MOST_UNDERSTATED
+from stiffcal.diagnosis.thresholds import MOST_GENERAL_LAWS, MOST_LAWS, MOST_UNDERSTATED
 from stiffcal.diagnosis.whole_form import with_whole_form
 from stiffcal.diagnosis.wrong_geometry import wrong_geometry
 from stiffcal.identification.fit import Fit
@@ -85,6 +85,10 @@ class SearchContext(ABC, Generic[S, F]):
     def most_understated(self) -> float:
         """By what factor noise that was only stated can be larger, where what is left follows nothing."""
         return np.inf
+
+    def mimics_anything(self, candidates: Iterable[Candidate]) -> bool:
+        """Return whether effects together have so many different laws that they explain any error of these data."""
+        return False
 
     def wrong_geometry(self, scan: S) -> WrongGeometry | None:
         """Return how wrong the robot's geometry is, where these data contradict it."""
@@ -295,6 +299,17 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
         Places that were measured once each show no repeats: there only a small part of what is left is noise.
         """
         return MOST_UNDERSTATED if self.problem.data.absolute.any() else np.inf
+
+    def mimics_anything(self, candidates: Iterable[Candidate]) -> bool:
+        """Return whether effects together have so many different laws that they explain any error of these data.
+
+        So it is of places that were measured once each: loads come in steps, which laws have to follow.
+        """
+        if not self.problem.data.absolute.all():
+            return False
+        effects = [candidate.effect for candidate in candidates]
+        laws, general = {effect.name for effect in effects}, sum(effect.general for effect in effects)
+        return len(laws) > MOST_LAWS or general > MOST_GENERAL_LAWS
 
     def wrong_geometry(self, scan: LoadScan) -> WrongGeometry | None:
         """Return how wrong the robot's geometry is, where absolute places contradict it."""

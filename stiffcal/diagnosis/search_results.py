@@ -76,6 +76,8 @@ class SearchOf(Generic[S, F]):
     """
     wrong_geometry: WrongGeometry | None = None
     """How wrong the robot file is, where absolute places contradict it."""
+    many_laws: bool = False
+    """``tried`` has so many different laws that it would explain any error: none of them is named."""
 
 
 Search: TypeAlias = SearchOf[LoadScan, Fit]

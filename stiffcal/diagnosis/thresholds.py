@@ -53,6 +53,10 @@ LEAST_EXPLAINED_LIMIT = 0.6
 # Avoidable squares, in units of the noise's, above which the share itself decides; below, where noise makes the share
 # itself uncertain, only resampling does.
 SHARE_DECIDES = 1.0
+# Of places measured once each, a set of more different laws than are asked for, or of more than one general law, mimics
+# whatever moves the robot: its values fit the poses, and say nothing of those left out.
+MOST_LAWS = 3
+MOST_GENERAL_LAWS = 1
 # How many effects are looked for, one after another: three are asked for, one more shows that nothing is left.
 MOST_EFFECTS = 5
 # Of all pairs of candidates, those that lower the fit's squares most are judged in held-out poses; effects with more
