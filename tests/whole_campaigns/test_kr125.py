@@ -109,13 +109,13 @@ def test_the_answer_is_as_its_schema_says(campaign: Path, identified: dict[str, 
         jsonschema.Draft202012Validator(schema).validate(document)
 
 
-def test_people_read_degrees(campaign: Path, identified: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+def test_play_in_rad(campaign: Path, identified: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         main(["identify", str(campaign)])
     assert ended.value.code == 0
     shown = capsys.readouterr().out
     assert "joint 2 (A2)" in shown
-    assert "0.151 ±" in shown
+    assert "0.00264 ±" in shown  # rad, as backlash's width: 0.151°
     assert "none found" in shown
 
 
@@ -126,11 +126,11 @@ def test_the_report_has_the_papers_pages(campaign: Path, identified: dict[str, A
     assert "was fitted to 0 readings" not in summary
     (section,) = [one for one in sections if one.title.startswith("The clamped robot")]
     pictures = [block for block in section.blocks if isinstance(block, PictureBlock)]
-    # Fig. 5 and 6's kind, 7's, and 8's
-    assert len(pictures) == 3
+    # Fig. 5 and 6's kind, 7's, 8's, and the tangent stiffness
+    assert len(pictures) == 4
     for picture in pictures:
         figure = picture.draw()
-        assert all(panel.get_xlabel() for panel in figure.axes if panel.axison and panel.get_ylabel() != "play [°]")
+        assert all(panel.get_xlabel() for panel in figure.axes if panel.axison and panel.get_ylabel() != "play [rad]")
     words = " ".join(text for block in section.blocks if isinstance(block, Items) for text in block.texts)
     assert "c-joint2: left out" in words
 
