@@ -10,6 +10,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
+from stiffcal.planning.capsules import keep_apart
 
 # Poses that are drawn for each one wanted, at most: where fewer than one in so many is possible, few remain.
 DRAWN_PER_POSE = 200
@@ -58,7 +59,7 @@ class Rejected:
     drawn: int
     """All poses that were drawn."""
     collision: int
-    """A link enters a box, or goes too low."""
+    """A link enters a box, goes too low, or meets another link."""
     out_of_view: int
     """The measured frame is outside of the tracker's field of view."""
     reflector: int
@@ -164,16 +165,22 @@ def near_poses(
 
 
 def is_free(chain: Chain, cell: Cell, tips: tuple[Attachment, ...], joints: Floats) -> Booleans:
-    """Return (n,) True where no link's capsule enters a box or goes too low.
+    """Return (n,) True where no link's capsule enters a box, goes too low, or meets that of another link.
 
     Conservative: a box is widened by the radius on all sides, so that corners count as filled. The first link, which
-    turns on the base, is not checked against the lowest height.
+    turns on the base, is not checked against the lowest height, and no link against its neighbours
+    (`planning.capsules`).
     """
     angles = chain.model_angles(joints)
     positions, _ = body_poses(chain, angles)
     ends = [(positions[:, k], positions[:, k + 1], k) for k in range(1, positions.shape[1] - 1)]
     ends += [(positions[:, -1], attached_poses(chain, angles, tip)[0], chain.n_joints + 1) for tip in tips]
-    free = np.ones(len(joints), dtype=np.bool_)
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions[:1], axis=1), axis=2)[0])])
+    base = (positions[:, 0], positions[:, 1], 0)
+    starts, stops, bodies = zip(base, *ends, strict=True)
+    # tips all begin at the flange
+    lengths = [float(along[min(body, len(along) - 1)]) for body in bodies]
+    free = keep_apart(starts, stops, lengths, cell.radius)
     for start, end, body in ends:
         length = float(np.max(np.linalg.norm(end - start, axis=1), initial=0.0))
         n_points = min(MOST_POINTS, 2 + int(length / (SPACING * cell.radius)))

@@ -64,7 +64,7 @@ def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
     )
     notes = [
         "Poses and joint moves were checked against joint limits, keep-out boxes and link capsules of plan.toml only.",
-        "They were not checked against the robot itself, cables, the load, or people.",
+        "They were not checked against neighbouring links, cables, the load, or people.",
         reading,
         "If time is short, measure the runs of highest rank first.",
         *(

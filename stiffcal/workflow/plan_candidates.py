@@ -73,7 +73,7 @@ def candidates_of(campaign: Campaign, plan: PlanFile, model: PlanModel, two_side
     joints, rejected = possible_poses(campaign.chain, cell, model.setup.targets[0], tips, plan.candidates, plan.seed)
     if not len(joints):
         counts = {
-            "keep_out": (rejected.collision, "a link enters a keep-out box or goes below lowest_m"),
+            "keep_out": (rejected.collision, "a link enters a keep-out box, goes below lowest_m or meets another"),
             "tracker.cone_deg": (rejected.out_of_view, "the measured frame is outside of the tracker's field of view"),
             "tracker.acceptance_deg": (rejected.reflector, "the reflector is turned away from the tracker"),
         }

@@ -99,6 +99,8 @@ def load_text(wrench: Floats) -> str:
 def _head(campaign: Campaign, plan: PlanResult, cell: Cell) -> list[str]:
     robot = (campaign.robot.name or "a robot")[:LONGEST_NAME]
     names = [name[:LONGEST_NAME] for name in plan.joint_names]
+    from stiffcal.planning.capsules import NEIGHBOUR
+
     low, high = np.degrees(cell.limits.T)
     limits = [f"  {name}: {a:.1f} to {b:.1f}" for name, a, b in zip(names, low, high, strict=True)]
     boxes = [
@@ -114,7 +116,8 @@ def _head(campaign: Campaign, plan: PlanResult, cell: Cell) -> list[str]:
         f"links as capsules of radius {cell.radius:.3f} m about the lines between the joints, and",
         *(boxes or ["  no keep-out box"]),
         lowest,
-        "NOT CHECKED: the way to the first pose, the robot against itself, tool, cables, load, everything else.",
+        f"  each other, where more than {NEIGHBOUR * cell.radius:.3f} m of the arm lies between them",
+        "NOT CHECKED: the way to the first pose, neighbouring links, tool, cables, load, everything else.",
         "Joint angles are those of the logs of the campaign: compare zero and sign of each with the display first.",
         "Set tool and load data of the controller. Run it in manual mode at reduced speed, with an enabling switch.",
         "It waits before the first move and at every pose. Load only while it waits, and unload before starting again.",

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
-from stiffcal.planning.candidates import Cell, Tracker, possible_poses
+from stiffcal.planning.candidates import Cell, Tracker, is_free, possible_poses
+from stiffcal.planning.capsules import distance_of_lines
 from tests.laboratory.robots import force_sensor_setup, six_axes
 
 CHAIN = six_axes()
@@ -69,3 +70,25 @@ def test_where_nothing_is_possible_the_reason_is_counted(changes: dict[str, obje
     joints, rejected = possible_poses(CHAIN, cell(**changes), TARGET, (TARGET,), 5, 0)
     assert joints.shape == (0, 6)
     assert getattr(rejected, counted) == rejected.drawn
+
+
+def test_links_that_meet_are_no_pose() -> None:
+    """The tool folded back onto the robot's own column, with no box anywhere."""
+    folded, stretched = np.radians([[0, 0, 150, 0, 90, 0], [0, -90, 0, 0, 0, 0]])
+    free = is_free(CHAIN, cell(radius=0.12), (TARGET,), np.stack([folded, stretched]))
+    assert free.tolist() == [False, True]
+
+
+def test_the_distance_of_two_lines_is_the_least_of_all_their_points() -> None:
+    rng = np.random.default_rng(2)
+    lines = rng.normal(size=(4, 200, 3))
+    lines[1, :20] = lines[0, :20]  # a point
+    lines[3, 20:40] = lines[2, 20:40] + 0.7 * (lines[1, 20:40] - lines[0, 20:40])  # parallel
+    share = np.linspace(0.0, 1.0, 301)[:, None, None]
+    one, other = (start + share * (end - start) for start, end in (lines[:2], lines[2:]))
+    sampled = np.stack(
+        [np.linalg.norm(one[:, None, k] - other[None, :, k], axis=2).min() for k in range(lines.shape[1])]
+    )
+    found = distance_of_lines(*lines)
+    assert (found <= sampled + 1e-12).all()
+    np.testing.assert_allclose(found, sampled, atol=0.02)

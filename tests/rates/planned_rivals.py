@@ -1,8 +1,10 @@
-"""Do the runs of `plan --tell` settle it? ``python -P -m tests.rates.planned_rivals FOLDER [SEEDS] [RUNS] [FORCE]``.
+"""Do the runs of `plan --tell` settle it?
+``python -P -m tests.rates.planned_rivals FOLDER [SEEDS] [RUNS] [FORCE] [FIRST_SEED]``.
 
 FOLDER is a copy of a campaign whose diagnosis names effects that look alike. Each of them in turn is the truth: with
 its values as fitted to the campaign, the campaign's own loads and the planned runs are played by the exact balance
-with the fitted noise, and diagnosed. Printed: how often the true effect is named, alone.
+with the fitted noise, and diagnosed. Printed: how often the true effect is named, alone; from seed 0 on without the
+planned runs too.
 """
 
 from __future__ import annotations
@@ -85,7 +87,7 @@ def as_read(chain: Chain, setup: MeasurementSetup, point: Attachment, joints: Fl
     return np.concatenate([forces @ axes, moments @ axes], axis=2)
 
 
-def main(folder: Path, n_seeds: int, n_runs: int, force: float) -> None:
+def main(folder: Path, n_seeds: int, n_runs: int, force: float, first_seed: int) -> None:
     """Print how often each look-alike is named where it is the truth."""
     context = RunContext()
     data = up_to_date_states(folder, context)
@@ -94,7 +96,7 @@ def main(folder: Path, n_seeds: int, n_runs: int, force: float) -> None:
     models = rival_models(rivals, campaign, plan_file, context)
     noise = planned_model(campaign, plan_file, context).noise
     present, catalogue = robot_to_fit(data), find_effects()
-    for planned in (False, True):
+    for planned in (False, True) if first_seed == 0 else (True,):
         states = data.states
         if planned:
             request = PlanRequest(rivals=tuple(rival.label for rival in rivals), runs=n_runs, force=force)
@@ -108,7 +110,7 @@ def main(folder: Path, n_seeds: int, n_runs: int, force: float) -> None:
             )
         for rival, model in zip(rivals, models, strict=True):
             started, named, alone = time.process_time(), 0, 0
-            for seed in range(n_seeds):
+            for seed in range(first_seed, first_seed + n_seeds):
                 truth = CompliantRobot(present.chain, model.robot.placed, model.robot.deformed)
                 played = read(truth, states, noise, np.random.default_rng(seed))
                 search = search_missing(played, present, catalogue, Settings())
@@ -116,12 +118,18 @@ def main(folder: Path, n_seeds: int, n_runs: int, force: float) -> None:
                 right = first is not None and first.candidate.effect.name == named_rival(rival.label).effect
                 named += right
                 alone += right and first is not None and not first.alternatives and not search.undecided
+                if not right or (first is not None and first.alternatives) or search.undecided:
+                    label = (
+                        "nothing" if first is None else f"{first.candidate.effect.name} {first.candidate.place.label}"
+                    )
+                    print(f"  seed {seed}: {label}, alternatives or undecided", flush=True)
             spent = (time.process_time() - started) / n_seeds
             kind = f"with {n_runs} planned runs" if planned else "without planned runs"
-            print(f"{kind}, {rival.label} true: named {named}, alone {alone} of {n_seeds} ({spent:.1f} s each)")
+            counts = f"named {named}, alone {alone} of {n_seeds} from seed {first_seed}"
+            print(f"{kind}, {rival.label} true: {counts} ({spent:.1f} s each)", flush=True)
 
 
 if __name__ == "__main__":
     given = sys.argv[1:]
-    seeds, runs, largest = (*given[1:], *("10", "8", "350")[len(given) - 1 :])
-    main(Path(given[0]), int(seeds), int(runs), float(largest))
+    seeds, runs, largest, first = (*given[1:], *("10", "8", "350", "0")[len(given) - 1 :])
+    main(Path(given[0]), int(seeds), int(runs), float(largest), int(first))
