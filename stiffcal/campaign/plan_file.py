@@ -21,7 +21,7 @@ class PlannedLoad(TomlTable):
 
     Attributes
     ----------
-    force_N : the largest force, N.
+    force_N : the largest force, N; of clamped robots at the fixture. moment_Nm : there the largest moment.
     steps : of the largest force, in order; 1 is all of it, -1 all of it in the other sense. The unloaded state before
         and after is added. Absent: 0.5 and 1; where the model or a rival has play, a knee or a memory, levels of both
         senses, up and down, so that a crossing and a hysteresis show.
@@ -32,6 +32,7 @@ class PlannedLoad(TomlTable):
     """
 
     force_N: Positive | None = None
+    moment_Nm: Positive | None = None
     steps: Annotated[
         tuple[Annotated[float, Field(ge=-1, le=1)], ...], Field(strict=False), at_most(50, "name fewer steps")
     ] = ()
@@ -65,6 +66,17 @@ class PlannedTracker(TomlTable):
     look_alikes: ClassVar[dict[str, str]] = {"xyz_m": "position_m", "cone": "cone_deg", "acceptance": "acceptance_deg"}
 
 
+class Fixture(TomlTable):
+    """A fixture that can clamp the flange.
+
+    Attributes
+    ----------
+    joints_deg : the logged angles with which the flange is clamped there.
+    """
+
+    joints_deg: Annotated[tuple[float, ...], Field(strict=False)]
+
+
 class KeepOutBox(TomlTable):
     """A box, edges along the base axes, that no link may enter."""
 
@@ -94,12 +106,14 @@ class PlannedNoise(TomlTable):
     Attributes
     ----------
     translation_m, rotation_rad : of the measured pose, per axis. force_N, moment_Nm : of the wrench, per axis.
+    motor_angle_rad : of the driven motor of a clamped robot, at the joint's side.
     """
 
     translation_m: Positive | None = None
     rotation_rad: Positive | None = None
     force_N: NotNegative | None = None
     moment_Nm: NotNegative | None = None
+    motor_angle_rad: Positive | None = None
 
 
 class PlanFile(TomlTable):
@@ -107,8 +121,9 @@ class PlanFile(TomlTable):
 
     Attributes
     ----------
-    experiment : what is measured: "load", or "absolute" (each pose once, under the robot's own weight, and with each of
-        `dead_weights_kg` as payload). Absent: what the runs of campaign.toml are, else "load".
+    experiment : what is measured: "load", "absolute" (each pose once, under the robot's own weight, and with each of
+        `dead_weights_kg` as payload) or "clamped" (one joint driven at a time, the flange in a fixture). Absent: what
+        the runs of campaign.toml are, else "load".
     robot_class : "light" (10 kg, harmonic drives), "medium" (60 kg) or "heavy" (200 kg): what joint compliances without
         a value are taken as. Absent: one typical value for all joints.
     parameters : full names of the parameters whose largest uncertainty counts for "stiffness"; absent: all.
@@ -119,6 +134,7 @@ class PlanFile(TomlTable):
     candidates : random poses to choose from. seed : of their drawing.
     repeats : how often one pose with one load may be measured.
     limits_deg : of the logged angles, by joint name, tighter than robot.toml's. margin_deg : distance to every limit.
+    fixtures : those that can clamp the flange; absent: one at any possible pose.
     region : the work area, for `--for region`.
     prior_range : where a nonlinear parameter (a knee, a band) may lie, by full name; absent: a third to three times the
         typical value where model.toml and the fit give none. The plan serves both ends and the value itself.
@@ -127,7 +143,7 @@ class PlanFile(TomlTable):
     """
 
     schema_id: Literal["stiffcal/plan-input/1"] = Field("stiffcal/plan-input/1", alias="schema")
-    experiment: Literal["load", "absolute"] | None = None
+    experiment: Literal["load", "absolute", "clamped"] | None = None
     robot_class: Literal["light", "medium", "heavy"] | None = None
     parameters: Annotated[tuple[Name, ...], Field(strict=False), at_most(200, "name fewer, or none for all")] = ()
     runs: Annotated[Counting, Field(le=MOST_RUNS)] | None = None
@@ -143,6 +159,7 @@ class PlanFile(TomlTable):
     tracker: PlannedTracker | None = None
     limits_deg: dict[str, Interval] = Field(default_factory=dict)
     prior_range: dict[str, Interval] = Field(default_factory=dict)
+    fixtures: Annotated[tuple[Fixture, ...], Field(strict=False), at_most(200, "name fewer fixtures")] = ()
     region: PlannedRegion | None = None
     margin_deg: NotNegative = 5.0
     keep_out: Annotated[tuple[KeepOutBox, ...], Field(strict=False), at_most(200, "merge boxes")] = ()

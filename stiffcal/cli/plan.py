@@ -94,12 +94,18 @@ def show_plan(console: Console, result: PlanResult) -> None:
         f"{len(result.runs)} runs, {result.minutes:.0f} min, chosen from {result.candidates} pairs of pose and load; "
         f"values from {result.values_from}"
     )
-    table = plain_table("run", "rank>", *(f"{name} [°]>" for name in result.joint_names), "largest force [N]>")
+    driven = ("driven", "to ± [°]>") if result.experiment == "clamped" else ()
+    table = plain_table("run", "rank>", *(f"{name} [°]>" for name in result.joint_names), *driven, "largest force [N]>")
     for run in result.runs:
         force = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3]
         angles = [f"{angle:.1f}" for angle in np.degrees(run.joints)]
         load = ", ".join(f"{component:.0f}" for component in force + 0.0) if force.any() else OWN_WEIGHT
-        table.add_row(run.id, str(run.rank), *angles, load)
+        motor = (
+            ()
+            if run.moved_joint is None or run.turn is None
+            else (f"joint {run.moved_joint}", significant(float(np.degrees(run.turn)), 2))
+        )
+        table.add_row(run.id, str(run.rank), *angles, *motor, load)
     console.print(table)
     _show_expected(console, result)
     if result.separations:

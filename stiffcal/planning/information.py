@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -20,8 +21,9 @@ from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunI
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import DocumentedEffect, ParameterRole
 
-# Unloaded readings of a run: one before the load and one after it.
-UNLOADED_READINGS = 2
+RunKind: TypeAlias = Literal["load", "absolute", "clamped"]
+# Unloaded readings of a run: before the load steps, and after them.
+UNLOADED_READINGS: dict[RunKind, tuple[int, int]] = {"load": (1, 1), "absolute": (0, 0), "clamped": (1, 0)}
 # Runs whose regressors are made together: memory stays small whatever the number of candidates.
 RUNS_AT_ONCE = 500
 
@@ -57,7 +59,8 @@ def information_of_runs(
     with_rotation: bool,
     fixed: frozenset[str] = frozenset(),
     further: Callable[[Observations], Floats] | None = None,
-    absolute: bool = False,
+    kind: RunKind = "load",
+    turn: Floats | None = None,
 ) -> RunInformation:
     """Return what runs would bring.
 
@@ -72,7 +75,9 @@ def information_of_runs(
     fixed : full names of parameters that are not to be identified.
     further : returns (q, m, n) changes of the readings that are carried through in the same way, as
         `identification.geometry.geometry_columns`.
-    absolute : places are read, each pose once: the K load steps are read as they are, and nothing unloaded.
+    kind : "absolute": places are read, each pose once: the K load steps are read as they are, and nothing unloaded;
+        "clamped": angles of driven motors, after one unloaded reading.
+    turn : (N, K, L) rad, how far logged joints' motors are driven at the load steps of clamped runs.
 
     Raises
     ------
@@ -97,7 +102,8 @@ def information_of_runs(
     blocks, n_further = [], 0
     for first in range(0, n_runs, RUNS_AT_ONCE):
         rows = slice(first, min(first + RUNS_AT_ONCE, n_runs))
-        data = observations_of_runs(robot, joints[rows], wrench[rows], setup, with_rotation, absolute)
+        driven = None if turn is None else turn[rows]
+        data = observations_of_runs(robot, joints[rows], wrench[rows], setup, with_rotation, kind, driven)
         more = further(data) if further is not None else np.zeros((0, *data.measured.shape))
         n_further = len(more)
         parts = []
@@ -105,7 +111,7 @@ def information_of_runs(
             part = data.subset(evaluation.rows)
             # (q, m, n) whitened: the parameters' columns, then those of the run's offset, a unit per component
             whitening = whiten(noise, part, evaluation.sensitivity)
-            m = 0 if absolute else len(part.measured)
+            m = 0 if kind == "absolute" else len(part.measured)
             offsets = np.repeat(np.eye(m, len(part.measured))[:, :, None], part.n_states, axis=2)
             stack = np.concatenate([evaluation.columns * scale[:, None, None], more[:, :, evaluation.rows], offsets])
             parts.append(whitening.apply(stack))
@@ -118,7 +124,10 @@ def information_of_runs(
     p = len(columns)
     factors, offset = stacked[:, :, : p + n_further], stacked[:, :, p + n_further :]
     if offset.shape[2]:
-        basis, _ = np.linalg.qr(offset)
+        basis, triangle = np.linalg.qr(offset)
+        # a component that the run does not read has no offset
+        size = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
+        basis = basis * (size > 1e-12 * size.max(axis=1, keepdims=True))[:, None, :]
         factors = factors - basis @ (np.swapaxes(basis, 1, 2) @ factors)
     return RunInformation(names, values, factors[:, :, :p], scale, typical, nonlinear, factors[:, :, p:])
 
@@ -137,38 +146,40 @@ def observations_of_runs(
     wrench: Floats,
     setup: MeasurementSetup,
     with_rotation: bool,
-    absolute: bool = False,
+    kind: RunKind = "load",
+    turn: Floats | None = None,
 ) -> Observations:
     """Return readings of the runs, all zero: what they would be weighed and compared with, not their values.
 
     Parameters
     ----------
-    robot, joints, wrench, setup, with_rotation, absolute : as in `information_of_runs`.
+    robot, joints, wrench, setup, with_rotation, kind, turn : as in `information_of_runs`.
     """
     n_runs, n_steps = wrench.shape[:2]
-    first, unloaded = (0, 0) if absolute else (1, UNLOADED_READINGS)
-    per_run = n_steps + unloaded
-    loads = np.zeros((n_runs, per_run, 6))
+    first, last = UNLOADED_READINGS[kind]
+    per_run = first + n_steps + last
+    loads, angles = np.zeros((n_runs, per_run, 6)), np.repeat(joints[:, None], per_run, axis=1)
     loads[:, first : first + n_steps] = wrench
+    if turn is not None:
+        angles[:, first : first + n_steps] += turn
     n, targets = n_runs * per_run, len(setup.targets)
     deflection = np.full((n, targets, 6), np.nan)
     position, rotation = np.full((n, targets, 3), np.nan), np.full((n, targets, 3, 3), np.nan)
-    if absolute:
+    if kind == "absolute":
         position[:] = 0.0
         if with_rotation:
             rotation[:] = np.eye(3)
-    else:
+    elif kind == "load":
         deflection[:, :, : 6 if with_rotation else 3] = 0.0
     reference = np.zeros((n_runs, per_run), dtype=np.bool_)
-    reference[:, 0] = not absolute
+    reference[:, 0] = kind != "absolute"
     numbers = np.arange(n)
-    kind = "absolute" if absolute else "load"
     states = LoadStates(
         runs=tuple(RunInfo(f"run {number + 1}", experiment=kind) for number in range(n_runs)),
         run=np.repeat(np.arange(n_runs), per_run),
         time=np.full(n, np.nan),
         hold=np.full(n, np.nan),
-        joints=np.repeat(joints, per_run, axis=0),
+        joints=angles.reshape(n, -1),
         wrench=loads.reshape(n, 6),
         position=position,
         rotation=rotation,
@@ -192,7 +203,7 @@ def prediction_rows(
     setup: MeasurementSetup,
     scale: Floats,
     fixed: frozenset[str] = frozenset(),
-    absolute: bool = False,
+    kind: RunKind = "load",
 ) -> Floats:
     """Return (3 n, p): the derivative of the first target's deflection by the parameters relative to ``scale``, m.
 
@@ -204,12 +215,13 @@ def prediction_rows(
     setup : where the instruments sit.
     scale : (p,) of `RunInformation`.
     fixed : full names of parameters that are not to be identified.
-    absolute : of the first target's place in the tracker's frame in place of its deflection.
+    kind : "absolute": of the first target's place in the tracker's frame in place of its deflection.
     """
     columns = free_columns(robot, fixed)
     setup = replace(setup, targets=setup.targets[:1], target_names=setup.target_names[:1])
-    data = observations_of_runs(robot, joints, wrench[:, None], setup, False, absolute)
+    kind = "absolute" if kind == "absolute" else "load"
+    data = observations_of_runs(robot, joints, wrench[:, None], setup, False, kind)
     blocks = [evaluation.columns for evaluation in evaluate(robot, data, columns)]
-    loaded = np.concatenate(blocks, axis=2)
-    loaded = loaded if absolute else loaded[:, :, 1 :: 1 + UNLOADED_READINGS]
+    first, last = UNLOADED_READINGS[kind]
+    loaded = np.concatenate(blocks, axis=2)[:, :, first :: 1 + first + last]
     return np.asarray((loaded * scale[:, None, None]).reshape(len(columns), -1).T)

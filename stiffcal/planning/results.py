@@ -25,6 +25,10 @@ class RunToMeasure:
     """How long each of its load steps and unloaded states takes, likewise."""
     approach: Matrix
     """(V, L) rad, poses to drive through on the way from the run before; empty where the direct joint move is free."""
+    moved_joint: OrAbsent[int] = None
+    """Of clamped robots the number of the joint that is driven, from 1."""
+    turn: OrAbsent[float] = None
+    """How far its motor is driven to and fro at most, rad at the joint's side."""
     rank: int
     """Its place in the order of what runs bring, from 1: what to measure first if time is short."""
 
@@ -132,8 +136,8 @@ class PlanResult(CommandResult):
     """Answer of ``plan``."""
 
     schema: Literal["stiffcal/plan/1"] = "stiffcal/plan/1"
-    experiment: Literal["load", "absolute"]
-    """What is measured: load runs, or absolute places."""
+    experiment: Literal["load", "absolute", "clamped"]
+    """What is measured: load runs, absolute places, or a clamped robot's driven joints."""
     criterion: Literal["determinant", "worst", "prediction", "rivals", "mix"]
     """What the choice of runs minimises."""
     efficiency: float

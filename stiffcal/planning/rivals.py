@@ -27,7 +27,7 @@ from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.planning.design import VAGUE, Criterion, Design, best_design, compressed
 from stiffcal.planning.goals import Goal
-from stiffcal.planning.information import information_of_runs
+from stiffcal.planning.information import RunKind, information_of_runs
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,8 @@ def pairs_of_rivals(
     noise: Noise,
     with_rotation: bool,
     fixed: frozenset[str] = frozenset(),
-    absolute: bool = False,
+    kind: RunKind = "load",
+    turn: Floats | None = None,
 ) -> list[PairInformation]:
     """Return what runs bring on every ordered pair of models.
 
@@ -98,7 +99,7 @@ def pairs_of_rivals(
     rivals : at least two.
     joints : (N, L) logged joint angles of the runs, rad.
     wrench : (N, K, 6) N and N·m, their load steps.
-    setup, noise, with_rotation, fixed, absolute : as in `information_of_runs`.
+    setup, noise, with_rotation, fixed, kind, turn : as in `information_of_runs`.
 
     Raises
     ------
@@ -109,7 +110,7 @@ def pairs_of_rivals(
         others = [first for first in range(len(rivals)) if first != second]
         differences = partial(_differences, [rivals[first].robot for first in others], rival.robot)
         runs = information_of_runs(
-            rival.robot, joints, wrench, setup, noise, with_rotation, fixed, differences, absolute
+            rival.robot, joints, wrench, setup, noise, with_rotation, fixed, differences, kind, turn
         )
         known = _known(rival, runs.names, runs.scale)
         for place, first in enumerate(others):

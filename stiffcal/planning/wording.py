@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from stiffcal.planning.results import AnotherHour, Remedy
 
 OWN_WEIGHT = "own weight"
+# A half width that becomes smaller by less than this share of itself stays.
+LEAST_SHARE = 5e-4
 
 
 def another_hour_text(n_runs: int, hour: AnotherHour) -> str:
@@ -26,9 +28,12 @@ def another_hour_text(n_runs: int, hour: AnotherHour) -> str:
     'after 14 runs another hour (6 more) makes the largest half width 3.0 % smaller: ± 2.9 %'
     """
     count = f"{hour.runs} more" if hour.runs > 1 else "1 more, the least there can be"
+    if hour.smaller < LEAST_SHARE:
+        head = f"after {n_runs} runs another hour ({count}) makes the largest half width no smaller"
+        return f"{head}: more runs of this kind do not reduce it"
     text = (
         f"after {n_runs} runs another hour ({count}) makes the largest half width "
-        f"{significant(100.0 * max(hour.smaller, 0.0), 2)} % smaller"
+        f"{significant(100.0 * hour.smaller, 2)} % smaller"
     )
     return text if hour.worst_relative is None else f"{text}: ± {significant(100.0 * hour.worst_relative, 2)} %"
 

@@ -20,6 +20,11 @@ if TYPE_CHECKING:
 
 NOT_KNOWN = "–"
 BOX = "□"
+KINDS = {
+    "load": "Load-deflection calibration",
+    "absolute": "Calibration by absolute places",
+    "clamped": "Calibration of a clamped robot",
+}
 
 
 def build_run_sheet(
@@ -41,7 +46,7 @@ def build_run_sheet(
     ------
     InputError : `output` cannot be written.
     """
-    kind = "Calibration by absolute places" if plan.experiment == "absolute" else "Load-deflection calibration"
+    kind = KINDS[plan.experiment]
     heading = PagesHeading(title=f"Run sheet, {robot}", kind=kind, campaign=campaign, date=date, maker="stiffcal")
     loads = () if plan.experiment == "absolute" else (_steps(plan),)
     sections = (_overview(plan, sources), _runs(plan), *loads, _expected(plan))
@@ -56,12 +61,13 @@ def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
         ("Chosen from", f"{plan.candidates} pairs of pose and load, efficiency {plan.efficiency:.2f}"),
     ]
     minutes, state = plan.runs[0].minutes, plan.runs[0].minutes_per_state
-    reading = (
-        f"In every run: let the robot come to rest, and read the place once; {minutes:g} min a run."
-        if plan.experiment == "absolute"
-        else "In every run: read unloaded, at each load step in order, and unloaded again, each for the same time: "
-        f"{state:g} min, {minutes:g} min a run."
-    )
+    reading = {
+        "load": "In every run: read unloaded, at each load step in order, and unloaded again, each for the same time: "
+        f"{state:g} min, {minutes:g} min a run.",
+        "absolute": f"In every run: let the robot come to rest, and read the place once; {minutes:g} min a run.",
+        "clamped": "In every run: clamp the flange, read, then drive the one joint to and fro, up to the turn that is "
+        f"listed; stop at the sensor's limits. {minutes:g} min a run.",
+    }[plan.experiment]
     notes = [
         "Poses and joint moves were checked against joint limits, keep-out boxes and link capsules of plan.toml only.",
         "They were not checked against neighbouring links, cables, the load, or people.",
@@ -80,10 +86,12 @@ def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
 
 
 def _runs(plan: PlanResult) -> ReportSection:
+    clamped = plan.experiment == "clamped"
     columns = (
         TableColumn("run", align="left"),
         TableColumn("rank"),
         *(TableColumn(name, "°") for name in plan.joint_names),
+        *((TableColumn("driven", align="left"), TableColumn("to ±", "°")) if clamped else ()),
         TableColumn("force, base axes", "N", align="left", width=1.0),
         TableColumn("done", align="left"),
     )
@@ -92,8 +100,15 @@ def _runs(plan: PlanResult) -> ReportSection:
         rows += [("on the way", "", *_degrees(joints), "", "") for joints in run.approach]
         largest = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3] + 0.0
         force = ", ".join(f"{component:.0f}" for component in largest) if largest.any() else OWN_WEIGHT
-        rows.append((run.id, str(run.rank), *_degrees(run.joints), force, BOX))
-    caption = "Runs in order of measuring; the force is the largest of each run."
+        motor = (
+            ()
+            if run.moved_joint is None or run.turn is None
+            else (f"joint {run.moved_joint}", significant(float(np.degrees(run.turn)), 2))
+        )
+        rows.append((run.id, str(run.rank), *_degrees(run.joints), *motor, force, BOX))
+    caption = "Runs in order of measuring; the force is the largest of each run" + (
+        ", as expected at the fixture." if clamped else "."
+    )
     return ReportSection("Runs", (TableBlock(columns, tuple(rows), caption),))
 
 

@@ -17,7 +17,7 @@ from stiffcal.workflow.plan_candidates import Candidates, candidates_of, with_wa
 from stiffcal.workflow.plan_choice import Purpose, chosen_runs
 from stiffcal.workflow.plan_goals import LOOK_ALIKES, WantedGoal, area_of, wanted_goals
 from stiffcal.workflow.plan_means import cell_of
-from stiffcal.workflow.plan_model import PlanModel, as_planned, has_nonlinear_laws, planned_model
+from stiffcal.workflow.plan_model import PlanModel, as_planned, has_nonlinear_laws, kind_of, planned_model
 from stiffcal.workflow.plan_program import check_program, write_program
 from stiffcal.workflow.plan_remedies import remedies_of
 from stiffcal.workflow.plan_rivals import NamedRival, named_rival, rival_models, rivals_of_diagnosis
@@ -79,16 +79,17 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     if request.force is not None:
         plan = plan.model_copy(update={"load": plan.load.model_copy(update={"force_N": request.force})})
     if request.program is not None:
-        check_program(request.program, campaign)
+        check_program(request.program, campaign, kind_of(campaign, plan))
     if request.sheet is not None:
         check_sheet(request.sheet)
     goals = wanted_goals(request.purpose, bool(request.rivals))
     model = planned_model(campaign, plan, context)
     result, candidates = _planned(campaign, plan, model, goals, request, context)
     context.progress("moves between the runs", 0.9)
-    cell = cell_of(campaign, plan)
-    runs, blocked = with_ways(campaign, cell, model, np.unique(candidates.joints, axis=0), result.runs)
-    result = replace(result, runs=runs, blocked_moves=blocked)
+    cell, blocked = cell_of(campaign, plan), []
+    if model.kind != "clamped":  # the way into a fixture is a person's
+        runs, blocked = with_ways(campaign, cell, model, np.unique(candidates.joints, axis=0), result.runs)
+        result = replace(result, runs=runs, blocked_moves=blocked)
     if blocked:
         moves = ", ".join(f"{before} to {after}" for before, after in blocked)
         text = f"no joint move stays out of the boxes and above lowest_m: {moves}; drive by hand"
@@ -117,6 +118,7 @@ def _planned(
 ) -> tuple[PlanResult, Candidates]:
     """Return the plan without ways between its runs, and the runs that could have been chosen."""
     from stiffcal.planning.design import Criterion
+    from stiffcal.planning.information import UNLOADED_READINGS
 
     named = _named_rivals(campaign, goals, request, context)
     rivals = rival_models(named, campaign, plan, context)
@@ -124,7 +126,7 @@ def _planned(
     two_sided = any(has_nonlinear_laws(entry.robot) for entry in (model, *rivals))
     candidates = candidates_of(campaign, plan, model, two_sided=two_sided)
     area = area_of(goals, campaign, plan, model, candidates)
-    unloaded = 0 if model.absolute else 2
+    unloaded = sum(UNLOADED_READINGS[model.kind])
     minutes_per_run = plan.minutes_per_run + plan.minutes_per_step * (candidates.wrench.shape[1] + unloaded)
     n_runs = _number_of_runs(plan, request, minutes_per_run, model)
     criterion = Criterion(request.criterion or ("determinant" if model.absolute else "worst"))

@@ -57,7 +57,7 @@ def answer_of(
     goals = _goals(purpose, chosen)
     return PlanResult(
         warnings=warnings,
-        experiment="absolute" if model.absolute else "load",
+        experiment=model.kind,
         criterion=_criterion(purpose),
         efficiency=choice.design.efficiency,
         candidates=len(chosen.candidates.joints),
@@ -93,12 +93,12 @@ def _expected(campaign: Campaign, model: PlanModel, chosen: ChosenRuns, runs: In
 
     free, known = chosen.choice.free, chosen.known
     own_known = None if known is None else known[np.ix_(free, free)]
-    joints, wrench = chosen.candidates.joints[runs], chosen.candidates.wrench[runs]
+    picked = chosen.candidates.subset(runs)
     if model.absolute:
         # the same places measure the geometry: it is in the model
-        factors = model.information(joints, wrench).factors[:, :, free]
+        factors = model.information(picked).factors[:, :, free]
         return expected_fit(factors, np.zeros((*factors.shape[:2], 1)), np.zeros(1), own_known)
-    of_runs = model.information(joints, wrench, further=partial(geometry_columns, model.robot))
+    of_runs = model.information(picked, further=partial(geometry_columns, model.robot))
     return expected_fit(of_runs.factors[:, :, free], of_runs.further, tolerances(campaign), own_known)
 
 
@@ -240,7 +240,7 @@ def runs_to_measure(candidates: Candidates, choice: Choice, minutes: float, per_
     chosen = choice.design.chosen
     order = short_order(candidates.joints[chosen])
     width = len(str(len(chosen)))
-    return [
+    runs = [
         RunToMeasure(
             id=f"run{number:0{max(2, width)}d}",
             joints=candidates.joints[chosen[rank]],
@@ -251,6 +251,13 @@ def runs_to_measure(candidates: Candidates, choice: Choice, minutes: float, per_
             rank=int(rank) + 1,
         )
         for number, rank in enumerate(order, start=1)
+    ]
+    if candidates.turn is None:
+        return runs
+    largest = np.abs(candidates.turn[chosen[order]]).max(axis=1)
+    return [
+        replace(run, moved_joint=int(np.argmax(turn)) + 1, turn=float(turn.max()))
+        for run, turn in zip(runs, largest, strict=True)
     ]
 
 

@@ -33,15 +33,19 @@ class Candidates:
     """(N, L) rad."""
     wrench: Floats
     """(N, K, 6) the load steps."""
+    turn: Floats | None = None
+    """(N, K, L) rad, how far logged joints' motors are driven at these steps; None but for clamped robots."""
 
     def subset(self, chosen: Integers) -> Candidates:
         """Return some of them."""
-        return Candidates(self.joints[chosen], self.wrench[chosen])
+        return Candidates(self.joints[chosen], self.wrench[chosen], None if self.turn is None else self.turn[chosen])
 
     def with_others(self, others: Candidates) -> tuple[Candidates, Integers]:
         """Return these with the others that are not among them, and the places of all the others."""
-        rows = np.concatenate([table.reshape(len(table), -1) for table in (self.joints, self.wrench)], axis=1)
-        theirs = np.concatenate([table.reshape(len(table), -1) for table in (others.joints, others.wrench)], axis=1)
+        rows, theirs = (
+            np.concatenate([table.reshape(len(table), -1) for table in entry.tables], axis=1)
+            for entry in (self, others)
+        )
         places = {row.tobytes(): k for k, row in reversed(list(enumerate(rows)))}
         further: list[int] = []
         for k, row in enumerate(theirs):
@@ -51,8 +55,14 @@ class Candidates:
             [places[row.tobytes()] for row in theirs]
         )
 
+    @property
+    def tables(self) -> tuple[Floats, ...]:
+        """All that distinguishes runs, N rows each."""
+        return (self.joints, self.wrench) if self.turn is None else (self.joints, self.wrench, self.turn)
+
     def __add__(self, others: Candidates) -> Candidates:
-        return Candidates(np.concatenate([self.joints, others.joints]), np.concatenate([self.wrench, others.wrench]))
+        pairs = zip(self.tables, others.tables, strict=True)
+        return Candidates(*(np.concatenate([own, other]) for own, other in pairs))
 
 
 def candidates_of(campaign: Campaign, plan: PlanFile, model: PlanModel, two_sided: bool = False) -> Candidates:
@@ -80,6 +90,10 @@ def candidates_of(campaign: Campaign, plan: PlanFile, model: PlanModel, two_side
         place, (count, why) = max(counts.items(), key=lambda entry: entry[1][0])
         reason = f"none of {rejected.drawn} poses within the joint limits is possible: in {count} of them {why}"
         raise InputError.at(FaultCode.POSE_UNREACHABLE, PLAN_FILE, place, reason, "correct it, or widen limits_deg")
+    if model.kind == "clamped":
+        from stiffcal.workflow.plan_clamped import clamped_runs
+
+        return clamped_runs(campaign, plan, model, joints)
     loads = loads_of_places(campaign, plan) if model.absolute else load_steps(campaign, plan, two_sided)
     n, directions = len(joints), len(loads)
     return Candidates(np.repeat(joints, directions, axis=0), np.tile(loads, (n, 1, 1)))
@@ -91,6 +105,8 @@ def refined_around(
     """Return runs with the chosen ones and possible poses near them, under the same loads."""
     from stiffcal.planning.candidates import near_poses
 
+    if chosen.turn is not None:
+        return chosen  # a fixture stands where it stands
     near, source = near_poses(
         campaign.chain, cell_of(campaign, plan), model.setup.targets[0], tips_of(campaign, model), chosen.joints,
         spread, max(NEAR_EACH, NEAR_ALL // len(chosen.joints)), plan.seed,

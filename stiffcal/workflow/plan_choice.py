@@ -91,7 +91,7 @@ def _chosen(
     from stiffcal.planning.choice import choice_of_design, identifiable
     from stiffcal.planning.rivals import separating_design
 
-    information = model.information(candidates.joints, candidates.wrench)
+    information = model.information(candidates)
     known = known_information(model, information)
     pairs = _pairs(model, candidates, purpose)
     choice: Choice | None
@@ -122,7 +122,7 @@ def _pairs(model: PlanModel, candidates: Candidates, purpose: Purpose) -> list[P
     return checked_balance(
         lambda: pairs_of_rivals(
             rivals, candidates.joints, candidates.wrench, model.setup, model.noise, model.with_rotation, model.fixed,
-            model.absolute,
+            model.kind, candidates.turn,
         )
     )  # fmt: skip
 
@@ -180,7 +180,7 @@ def _choice_for_ranges(
     factors = [information.factors]
     robots = prior_scenarios(plan, model)
     for robot in robots[1:]:
-        runs = model.information(candidates.joints, candidates.wrench, robot)
+        runs = model.information(candidates, robot)
         factors.append(runs.factors * (information.scale / runs.scale))
     count = len(robots)
     blocks = np.zeros((len(candidates.joints), count * factors[0].shape[1], count * p))

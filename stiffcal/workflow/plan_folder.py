@@ -48,9 +48,9 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -
         raise InputError.at(FaultCode.FILE_EXISTS, str(folder), "", "the folder is not empty", mend)
     document = tomlkit.parse((campaign.folder / MANIFEST_FILE).read_text(encoding="utf-8"))
     document.pop("exclude", None)
-    if plan.experiment == "load":
+    if plan.experiment != "absolute":
         document.pop("runs", None)
-        document["runs"] = _load_runs(campaign, plan)
+        document["runs"] = _runs(campaign, plan)
     elif "runs" not in document:
         document["runs"] = tomlkit.aot()
         document["runs"].append(tomlkit.item({"id": "poses", "experiment": "absolute"}))
@@ -70,7 +70,7 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -
     return [*written, *RUN_SHEETS]
 
 
-def _load_runs(campaign: Campaign, plan: PlanResult) -> AoT:
+def _runs(campaign: Campaign, plan: PlanResult) -> AoT:
     """Return a run of campaign.toml for each run of the plan."""
     import tomlkit
 
@@ -79,7 +79,9 @@ def _load_runs(campaign: Campaign, plan: PlanResult) -> AoT:
     for run in plan.runs:
         table = tomlkit.table()
         table["id"] = run.id
-        table["experiment"] = "load"
+        table["experiment"] = plan.experiment
+        if run.moved_joint is not None:
+            table["moved_joint"] = run.moved_joint
         table["joints_deg"] = [round(float(angle), 2) for angle in np.degrees(run.joints)]
         if endings:
             files = tomlkit.inline_table()

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from stiffcal.campaign.loading import Campaign
 from stiffcal.workflow.steps import RunContext
 
@@ -26,8 +24,8 @@ class MeasuredSoFar:
     """Estimated frames where they were found."""
     covariance: dict[str, dict[str, float]]
     """Of the fitted parameters, by full names."""
-    noise: tuple[float | None, float | None, float | None, float | None]
-    """Translation m, rotation rad, force N, moment N·m of one load state; None where the fit does not have it."""
+    noise: tuple[float | None, ...]
+    """(5,) translation m, rotation rad, force N, moment N·m, motor angle rad of a load state; None where not known."""
     source: str
     """Where the values are from, in words."""
 
@@ -63,9 +61,9 @@ def _of_whole_campaign(campaign: Campaign, context: RunContext) -> MeasuredSoFar
     fitted = fitted_robot(campaign, context)
     estimated = up_to_date_fit(up_to_date_states(campaign.folder, context), context).noise_per_axis
     noise = (
-        (None,) * 4
+        (None,) * 5
         if estimated is None
-        else (estimated.translation, estimated.rotation, estimated.force, estimated.moment)
+        else (estimated.translation, estimated.rotation, estimated.force, estimated.moment, estimated.motor_angle)
     )
     return MeasuredSoFar(fitted.robot, fitted.setup, fitted.covariance, noise, fitted.source)
 
@@ -101,10 +99,9 @@ def _of_first_runs(campaign: Campaign, robot: CompliantRobot, context: RunContex
     return MeasuredSoFar(robot.with_values(values), states.setup, covariance, _noise_of(fit), source)
 
 
-def _noise_of(fit: Fit) -> tuple[float | None, float | None, float | None, float | None]:
+def _noise_of(fit: Fit) -> tuple[float | None, ...]:
     noise = fit.noise
     if noise is None:
-        return (None,) * 4
-    sizes = np.array([noise.translation, noise.rotation, noise.force, noise.moment])
-    translation, rotation, force, moment = (float(size) if size > 0.0 else None for size in sizes)
-    return translation, rotation, force, moment
+        return (None,) * 5
+    sizes = (noise.translation, noise.rotation, noise.force, noise.moment, noise.motor_angle)
+    return tuple(size if size > 0.0 else None for size in sizes)

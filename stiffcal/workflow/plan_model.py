@@ -13,6 +13,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.load_states import HELD
 from stiffcal.workflow.plan_measured import measured_so_far
 from stiffcal.workflow.steps import RunContext, free_names
 
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
     from stiffcal.identification.readings import Observations
     from stiffcal.measurements.load_states import MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
-    from stiffcal.planning.information import RunInformation
+    from stiffcal.planning.information import RunInformation, RunKind
+    from stiffcal.workflow.plan_candidates import Candidates
 
 Computed = TypeVar("Computed")
 # Of a nonlinear parameter without a value: from a third to three times the typical one.
@@ -48,13 +50,17 @@ class PlanModel:
     """Orientations are measured."""
     fixed: frozenset[str] = frozenset()
     """Full names of parameters that the fit does not free, or that others make up for in every pose."""
-    absolute: bool = False
-    """Places are measured, each pose once."""
+    kind: RunKind = "load"
+    """What is measured."""
+
+    @property
+    def absolute(self) -> bool:
+        """Whether places are measured, each pose once."""
+        return self.kind == "absolute"
 
     def information(
         self,
-        joints: Floats,
-        wrench: Floats,
+        runs: Candidates,
         robot: CompliantRobot | None = None,
         further: Callable[[Observations], Floats] | None = None,
     ) -> RunInformation:
@@ -68,8 +74,8 @@ class PlanModel:
 
         return checked_balance(
             lambda: information_of_runs(
-                robot or self.robot, joints, wrench, self.setup, self.noise, self.with_rotation, self.fixed, further,
-                self.absolute,
+                robot or self.robot, runs.joints, runs.wrench, self.setup, self.noise, self.with_rotation, self.fixed,
+                further, self.kind, runs.turn,
             )
         )  # fmt: skip
 
@@ -83,32 +89,37 @@ class PlanModel:
         from stiffcal.planning.information import prediction_rows
 
         return checked_balance(
-            lambda: prediction_rows(self.robot, joints, wrench, self.setup, scale, self.fixed, self.absolute)
+            lambda: prediction_rows(self.robot, joints, wrench, self.setup, scale, self.fixed, self.kind)
         )
 
 
-def is_absolute(campaign: Campaign, plan: PlanFile) -> bool:
-    """Return whether absolute places are planned: as plan.toml has it, else as the runs of campaign.toml are.
+def kind_of(campaign: Campaign, plan: PlanFile) -> RunKind:
+    """Return what is planned: as plan.toml has it, else as the runs of campaign.toml are, else load runs.
 
     Raises
     ------
-    InputError : the campaign's runs are neither load runs nor absolute places.
+    InputError : the campaign's runs are of a kind that no plan is made for.
     """
     if plan.experiment is not None:
-        return plan.experiment == "absolute"
+        return plan.experiment
     kinds = {run.experiment for run in campaign.manifest.runs}
-    if kinds and not kinds & {"load", "absolute"}:
-        reason = f"plan chooses load runs and absolute places, and all runs here are {' or '.join(sorted(kinds))} runs"
-        mend = 'write experiment = "load" in plan.toml to plan load runs of this robot'
-        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, "campaign.toml", "runs", reason, mend)
-    return kinds == {"absolute"}
+    if "load" in kinds or not kinds:
+        return "load"
+    if "absolute" in kinds:
+        return "absolute"
+    if "clamped" in kinds and campaign.chain.n_joints > 1:
+        return "clamped"
+    here = " or ".join(sorted(kinds))
+    reason = f"plan is for load runs, absolute places and clamped arms, and all runs here are {here} runs"
+    mend = 'write experiment = "load" in plan.toml to plan load runs of this robot'
+    raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, "campaign.toml", "runs", reason, mend)
 
 
 def as_planned(campaign: Campaign, plan: PlanFile) -> Campaign:
     """Return the campaign with a run of the planned kind, where it has none: frames to be found depend on it."""
     from stiffcal.campaign.manifest import Run
 
-    if not is_absolute(campaign, plan) or any(run.experiment == "absolute" for run in campaign.manifest.runs):
+    if kind_of(campaign, plan) != "absolute" or any(run.experiment == "absolute" for run in campaign.manifest.runs):
         return campaign
     runs = (*campaign.manifest.runs, Run(id="poses", experiment="absolute"))
     return replace(campaign, manifest=campaign.manifest.model_copy(update={"runs": runs}))
@@ -150,7 +161,7 @@ def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> Pl
     chain = campaign.chain
     frames = resolve_frames(campaign.manifest, chain)
     measured = measured_so_far(campaign, robot, context)
-    estimated: tuple[float | None, ...] = (None,) * 4
+    estimated: tuple[float | None, ...] = (None,) * 5
     covariance: dict[str, dict[str, float]] = {}
     if measured is not None:
         robot, setup, covariance = measured.robot, measured.setup, measured.covariance
@@ -162,6 +173,8 @@ def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> Pl
     if assumed:
         n_parameters = sum(len(placed_effect.effect.parameters) for placed_effect in robot.placed)
         source = "typical values" if len(assumed) == n_parameters else f"{source}, and typical values"
+    if kind_of(campaign, plan) == "clamped":
+        setup = replace(setup, targets=(setup.wrench_point,), target_names=(HELD,))
     if not setup.targets:
         mend = "add a source with a pose or a deflection"
         raise InputError.at(FaultCode.SIGNAL_MISSING, "campaign.toml", "sources", "no displacement is measured", mend)
@@ -173,8 +186,9 @@ def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> Pl
         setup = replace(setup, wrench_point=frames[plan.load.point])
     noise = _noise(campaign, plan, setup, estimated)
     setup = replace(at_load_point(setup), estimated=())
-    model = PlanModel(robot, setup, noise, covariance, source, assumed, with_rotation(campaign), fixed_names(campaign))
-    return _of_places(model) if is_absolute(campaign, plan) else model
+    turned, kind = with_rotation(campaign), kind_of(campaign, plan)
+    model = PlanModel(robot, setup, noise, covariance, source, assumed, turned, fixed_names(campaign), kind)
+    return _of_places(model) if model.absolute else model
 
 
 def _of_places(model: PlanModel) -> PlanModel:
@@ -183,9 +197,9 @@ def _of_places(model: PlanModel) -> PlanModel:
     from stiffcal.planning.information import observations_of_runs
 
     joints = np.zeros((1, len(model.robot.chain.joint_names)))
-    data = observations_of_runs(model.robot, joints, np.zeros((1, 1, 6)), model.setup, model.with_rotation, True)
+    data = observations_of_runs(model.robot, joints, np.zeros((1, 1, 6)), model.setup, model.with_rotation, "absolute")
     redundant = redundant_geometry(model.robot, data, model.fixed)
-    return replace(model, fixed=model.fixed | redundant, absolute=True)
+    return replace(model, fixed=model.fixed | redundant)
 
 
 def _with_typical_values(
@@ -224,14 +238,21 @@ def _noise(campaign: Campaign, plan: PlanFile, setup: MeasurementSetup, found: t
     rotation = first_known(stated.rotation_rad, found[1], sigma.rotation)
     force = first_known(stated.force_N, found[2], sigma.force)
     moment = first_known(stated.moment_Nm, found[3], sigma.moment)
-    if translation is None:
+    clamped = kind_of(campaign, plan) == "clamped"
+    motor_angle = first_known(stated.motor_angle_rad, found[4])
+    if clamped and motor_angle is None:
+        reason = "neither plan.toml nor a fit has the noise of the driven motors' angles"
+        mend = "add [noise] with motor_angle_rad = 5e-6, the standard uncertainty of one load state at the joint's side"
+        raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "noise.motor_angle_rad", reason, mend)
+    if translation is None and not clamped:
         reason = "neither plan.toml nor campaign.toml nor a fit has the noise of the measured position"
         mend = "add [noise] with translation_m = 2e-5, the standard uncertainty of one load state"
         raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "noise.translation_m", reason, mend)
-    if rotation is None and with_rotation(campaign):
+    if rotation is None and with_rotation(campaign) and not clamped:
         reason = "orientation is measured, and neither plan.toml nor campaign.toml nor a fit has its noise"
         raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "noise.rotation_rad", reason, "add it under [noise]")
-    return Noise(translation, rotation or 0.0, force or 0.0, moment or 0.0, "manifest", np.inf)
+    sizes = (translation or 0.0, rotation or 0.0, force or 0.0, moment or 0.0)
+    return Noise(*sizes, "manifest", np.inf, motor_angle=motor_angle or 0.0)
 
 
 def with_rotation(campaign: Campaign) -> bool:

@@ -29,15 +29,19 @@ def _languages() -> dict[str, Language]:
     return {module.LANGUAGE.ending: module.LANGUAGE for module in (krl, rapid, urscript, fanuc)}
 
 
-def check_program(file: Path, campaign: Campaign) -> Language:
+def check_program(file: Path, campaign: Campaign, kind: str = "load") -> Language:
     """Return the language of a robot program.
 
     Raises
     ------
-    InputError : the ending is of no language, the name is none in it, or the robot has other than six joints.
+    InputError : the ending is of no language, the name is none in it, the robot has other than six joints, or it is
+        clamped.
     """
     from stiffcal.planning.robot_programs.language import AXES
 
+    if kind == "clamped":
+        reason = "a clamped robot is driven by hand, one joint at a time, with an eye on the force"
+        raise InputError.at(FaultCode.OPTION_INVALID, str(file), "", reason, "leave --program out")
     languages = _languages()
     language = languages.get(file.suffix.lower())
     if language is None:

@@ -53,8 +53,17 @@ def _other_means(
     campaign: Campaign, plan: PlanFile, model: PlanModel, n_runs: int
 ) -> Iterator[tuple[str, PlanFile, PlanModel, int]]:
     """Yield other means in words, with the plan file and model that have them, and the number of runs."""
-    yield from _other_places(plan, model, n_runs) if model.absolute else _other_loads(campaign, plan, model, n_runs)
-    if not model.with_rotation:
+    force, moment = plan.load.force_N, plan.load.moment_Nm
+    if model.kind == "clamped":
+        yield "a fixture at any possible pose", plan.model_copy(update={"fixtures": ()}), model, n_runs
+        limits = {name: size and FACTOR * size for name, size in (("force_N", force), ("moment_Nm", moment))}
+        larger = plan.model_copy(update={"load": plan.load.model_copy(update=limits)})
+        yield f"{FACTOR:g} times the largest force and moment", larger, model, n_runs
+    elif model.absolute:
+        yield from _other_places(plan, model, n_runs)
+    else:
+        yield from _other_loads(campaign, plan, model, n_runs)
+    if not model.with_rotation and model.kind != "clamped":
         noise = replace(model.noise, rotation=model.noise.rotation or model.noise.translation / TARGET_SIZE)
         yield "orientations of the target", plan, replace(model, with_rotation=True, noise=noise), n_runs
     if plan.limits_deg or plan.tracker is not None or plan.keep_out or plan.lowest_m is not None:
@@ -90,7 +99,7 @@ def _other_places(plan: PlanFile, model: PlanModel, n_runs: int) -> Iterator[tup
     pulled = plan.load.model_copy(update={"dead_weights_kg": (), "force_N": PULL})
     loaded = plan.model_copy(update={"experiment": "load", "load": pulled})
     means = f"load runs, {PULL:g} N along every base axis {LEVER:g} m beside the load point"
-    yield means, loaded, replace(_with_lever(model, 0), absolute=False), n_runs
+    yield means, loaded, replace(_with_lever(model, 0), kind="load"), n_runs
 
 
 def _with_lever(model: PlanModel, axis: int) -> PlanModel:
@@ -111,7 +120,7 @@ def _identified(campaign: Campaign, plan: PlanFile, model: PlanModel, n_runs: in
     few = plan.model_copy(update={"candidates": min(plan.candidates, POSES)})
     try:
         candidates = candidates_of(campaign, few, model, two_sided)
-        information = model.information(candidates.joints, candidates.wrench)
+        information = model.information(candidates)
     except InputError:
         return set()
     choice = choose_runs(

@@ -55,8 +55,8 @@ def write_sheet(file: Path, campaign: Campaign, plan: PlanResult) -> None:
 def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> None:
     """Write the run sheet as CSV: run, rank, row in the run, state, joint angles (degrees), forces (N, base axes).
 
-    Then follow the minutes that the state takes, and what to log. The first and the last row of every load run are
-    unloaded. Rows with number 0 are poses on the way to the run.
+    Forces of clamped robots are those to be expected at the fixture. Then follow the minutes that the state takes, and
+    what to log. The first and the last row of every load run are unloaded. Rows with number 0 are poses on the way.
 
     Parameters
     ----------
@@ -68,6 +68,8 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
     ------
     InputError : the file cannot be written.
     """
+    from stiffcal.planning.information import UNLOADED_READINGS
+
     head = ["run", "rank", "row", "state", *(f"{csv_cell.escaped(name)} [deg]" for name in plan.joint_names)]
     head += [f"{axis} [N]" for axis in ("Fx", "Fy", "Fz")] + ["minutes", "log"]
     log = csv_cell.escaped(" ".join(sources))
@@ -75,10 +77,11 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
     for run in plan.runs:
         for joints in run.approach:
             rows.append([run.id, run.rank, 0, "on the way", *_degrees(joints), "", "", "", "", ""])
-        unloaded = [] if plan.experiment == "absolute" else [np.zeros(3)]
-        loads = [*unloaded, *run.wrench[:, :3], *unloaded]
+        first, last = UNLOADED_READINGS[plan.experiment]
+        loads = [*[np.zeros(3)] * first, *run.wrench[:, :3], *[np.zeros(3)] * last]
         for number, force in enumerate(loads, start=1):
             state = "loaded" if force.any() else "unloaded"
+            state = state if run.moved_joint is None else f"{state}, joint {run.moved_joint} driven"
             forces = [f"{component:.1f}" for component in force + 0.0]
             rows.append(
                 [run.id, run.rank, number, state, *_degrees(run.joints), *forces, f"{run.minutes_per_state:g}", log]

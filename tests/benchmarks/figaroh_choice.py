@@ -42,8 +42,7 @@ def factors_of(n_candidates: int) -> Floats:
     plan = PlanFile.model_validate({"load": load, "candidates": -(-n_candidates // 6)})
     model = planned_model(campaign, plan, RunContext())
     candidates = candidates_of(campaign, plan, model)
-    joints, wrench = candidates.joints[:n_candidates], candidates.wrench[:n_candidates]
-    factors = model.information(joints, wrench).factors
+    factors = model.information(candidates.subset(np.arange(n_candidates))).factors
     free, identified = identifiable(factors, None)
     return np.ascontiguousarray(factors[:, :, free & identified])
 

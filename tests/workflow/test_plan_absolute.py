@@ -14,6 +14,7 @@ from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.planning.choice import identifiable
 from stiffcal.workflow.identify import fit_now
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
+from stiffcal.workflow.plan_candidates import Candidates
 from stiffcal.workflow.plan_model import planned_model
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 
@@ -38,7 +39,7 @@ def test_the_expected_uncertainties_are_those_of_the_fit(tmp_path: Path) -> None
     campaign = load_campaign(CAMPAIGN)
     model = planned_model(campaign, PlanFile.model_validate({}), context)
     used = data.states.select(data.states.used)
-    runs = model.information(used.joints, np.zeros((len(used), 1, 6)))
+    runs = model.information(Candidates(used.joints, np.zeros((len(used), 1, 6))))
     free, _ = identifiable(runs.factors, None, runs.nonlinear)
     rows = runs.factors[:, :, free].reshape(-1, int(free.sum()))
     promised = np.sqrt(np.diagonal(np.linalg.inv(rows.T @ rows))) * runs.scale[free]
