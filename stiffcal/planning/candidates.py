@@ -171,6 +171,8 @@ def is_free(chain: Chain, cell: Cell, tips: tuple[Attachment, ...], joints: Floa
     turns on the base, is not checked against the lowest height, and no link against its neighbours
     (`planning.capsules`).
     """
+    if not len(joints):
+        return np.zeros(0, dtype=np.bool_)
     angles = chain.model_angles(joints)
     positions, _ = body_poses(chain, angles)
     ends = [(positions[:, k], positions[:, k + 1], k) for k in range(1, positions.shape[1] - 1)]

@@ -38,7 +38,7 @@ def test_an_effect_of_the_set_up_has_no_place() -> None:
 
 
 def test_runs_for_two_effects_load_in_both_senses(irb4400: Path) -> None:
-    plan = plan_campaign(with_plan(irb4400, "runs = 4\n" + LOAD), request=PlanRequest(rivals=TWO))
+    plan = plan_campaign(with_plan(irb4400, "runs = 6\n" + LOAD), request=PlanRequest(rivals=TWO))
     assert plan.criterion == "rivals"
     assert [(entry.truth, entry.rival) for entry in plan.separations or []] == [TWO[::-1], TWO]
     for run in plan.runs:
