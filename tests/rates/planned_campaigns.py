@@ -1,4 +1,5 @@
-"""Do planned campaigns keep what the plan promised? ``python -P -m tests.rates.planned_campaigns [N] [ROBOT]``.
+"""Do planned campaigns keep what the plan promised?
+``python -P -m tests.rates.planned_campaigns [N] [ROBOT] [FIRST_SEED]``.
 
 The plan of campaigns/irb4400 (kr240, sda5f/right) is measured N times with the truth drawn: every stiffness times or
 over up to two, lengths off by 0.5 mm and angles by 0.02 degrees (stated in robot.toml), poses set to 0.3 degrees (and
@@ -49,7 +50,7 @@ def perturbed(chain: Chain, rng: np.random.Generator) -> Chain:
     return replace(chain, fixed=fixed)
 
 
-def main(n_campaigns: int, name: str) -> None:
+def main(n_campaigns: int, name: str, first_seed: int = 0) -> None:
     """Print coverage and widths."""
     n_runs, load = ROBOTS[name]
     campaign = load_campaign(CAMPAIGNS / name, check_files=False)
@@ -71,7 +72,7 @@ def main(n_campaigns: int, name: str) -> None:
     promised = np.array([parameter.relative or np.nan for parameter in plan.parameters])
     names = [parameter.name for parameter in plan.parameters]
     covered, widths = [], []
-    for seed in range(n_campaigns):
+    for seed in range(first_seed, first_seed + n_campaigns):
         rng = np.random.default_rng(seed)
         truth = {name: value * 2.0 ** rng.uniform(-1.0, 1.0) for name, value in nominal.items()}
         built = CompliantRobot(perturbed(robot.chain, rng), robot.placed, robot.deformed).with_values(truth)
@@ -108,4 +109,6 @@ def main(n_campaigns: int, name: str) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200, sys.argv[2] if len(sys.argv) > 2 else "irb4400")
+    given = sys.argv[1:]
+    campaigns, robot, first = (*given, *("200", "irb4400", "0")[len(given) :])
+    main(int(campaigns), robot, int(first))
