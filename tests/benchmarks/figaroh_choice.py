@@ -44,7 +44,10 @@ def factors_of(n_candidates: int) -> Floats:
     candidates = candidates_of(campaign, plan, model)
     factors = model.information(candidates.subset(np.arange(n_candidates))).factors
     free, identified = identifiable(factors, None)
-    return np.ascontiguousarray(factors[:, :, free & identified])
+    factors = factors[:, :, free & identified]
+    # ratios of determinants stay, and FIGAROH's cone program needs well-scaled columns
+    scaled = np.linalg.inv(np.linalg.cholesky(information(factors).mean(axis=0)))
+    return np.ascontiguousarray(factors @ scaled.T)
 
 
 def criterion_of(factors: Floats, chosen: Integers) -> float:
@@ -53,16 +56,16 @@ def criterion_of(factors: Floats, chosen: Integers) -> float:
     return float(np.exp(np.linalg.slogdet(matrix)[1] / len(matrix)))
 
 
-def theirs(python: str, factors: Floats, method: str) -> tuple[Integers, float] | None:
-    """Return FIGAROH's choice and its seconds; None where it takes longer than `LONGEST_S`."""
+def theirs(python: str, factors: Floats, method: str) -> tuple[Integers, float] | str:
+    """Return FIGAROH's choice and its seconds; the kind of error where it fails, or takes longer than `LONGEST_S`."""
     with tempfile.TemporaryDirectory() as folder:
         given, out = Path(folder) / "factors.npz", Path(folder) / "chosen.json"
         np.savez(given, factors=factors)
         command = [python, str(CHOOSE), str(given), str(out), method, str(RUNS)]
         try:
-            subprocess.run(command, check=True, timeout=LONGEST_S, stdout=subprocess.DEVNULL)
-        except subprocess.TimeoutExpired:
-            return None
+            subprocess.run(command, check=True, timeout=LONGEST_S, capture_output=True)
+        except (subprocess.TimeoutExpired, subprocess.CalledProcessError) as error:
+            return type(error).__name__
         answer = json.loads(out.read_text(encoding="utf-8"))
     return np.array(answer["chosen"], dtype=np.int64), float(answer["seconds"])
 
@@ -78,8 +81,8 @@ def main(python: str, sizes: list[int]) -> bool:
             seconds = time.process_time() - began
             answer = theirs(python, factors, method)
             head = f"{size} candidates, {factors.shape[2]} columns, {RUNS} runs, {method}"
-            if answer is None:
-                print(f"{head}: {seconds:.2f} s; FIGAROH not ended after {LONGEST_S:.0f} s", flush=True)
+            if isinstance(answer, str):
+                print(f"{head}: {seconds:.2f} s; FIGAROH has no answer: {answer}", flush=True)
                 continue
             ratio = criterion_of(factors, own) / criterion_of(factors, answer[0])
             good = ratio >= LEAST_RATIO and seconds <= answer[1]

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from figaroh.optimal.base_optimal_calibration import Detmax, SOCPOptimizer
+from figaroh.optimal.base_optimal_calibration import Detmax, SOCPOptimizer  # type: ignore[import-not-found]
 
 THRESHOLD = 1e-5
 
@@ -36,7 +36,7 @@ def main(factors_file: Path, out: Path, method: str, n_runs: int) -> None:
 
         def noted(chosen: list[int]) -> float:
             evaluated.append(list(chosen))
-            return criterion(chosen)
+            return float(criterion(chosen))
 
         algorithm.get_critD = noted
         algorithm.main_algo()
