@@ -86,7 +86,8 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     model = planned_model(campaign, plan, context)
     result, candidates = _planned(campaign, plan, model, goals, request, context)
     context.progress("moves between the runs", 0.9)
-    cell, blocked = cell_of(campaign, plan), []
+    cell = cell_of(campaign, plan)
+    blocked: list[list[str]] = []
     if model.kind != "clamped":  # the way into a fixture is a person's
         runs, blocked = with_ways(campaign, cell, model, np.unique(candidates.joints, axis=0), result.runs)
         result = replace(result, runs=runs, blocked_moves=blocked)

@@ -65,7 +65,7 @@ def _fixtures(campaign: Campaign, plan: PlanFile) -> Floats:
             reason = f"{len(fixture.joints_deg)} angles, and {len(names)} joints are logged"
             mend = f"write the angles of {', '.join(names)} with which the flange is clamped there"
             raise InputError.at(FaultCode.JOINT_COUNT, PLAN_FILE, f"fixtures {number}", reason, mend)
-    return np.radians(np.array([fixture.joints_deg for fixture in plan.fixtures]))
+    return np.asarray(np.radians(np.array([fixture.joints_deg for fixture in plan.fixtures])), dtype=np.float64)
 
 
 def _wrench_per_radian(model: PlanModel, joints: Floats) -> tuple[Floats, Floats]:

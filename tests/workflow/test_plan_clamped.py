@@ -56,7 +56,7 @@ def folder(tmp_path: Path) -> Path:
 def test_the_expected_uncertainties_are_those_of_the_fit() -> None:
     """Of clamped runs that a bench of its own plays."""
     chain, noise = six_axes(), Noise(0.0, 0.0, 0.0, 0.0, "manifest", np.inf, motor_angle=2e-6)
-    poses = np.radians([[0, -90, 30, 20, 40, 10], [30, -60, 60, -50, -50, 80.0]])
+    poses = np.radians([[0.0, -90.0, 30.0, 20.0, 40.0, 10.0], [30.0, -60.0, 60.0, -50.0, -50.0, 80.0]])
     states = clamped_bench(chain, poses, range(1, 7), np.zeros((6, 6)))
     drive = find_effects()["joint-compliance"]
     placed = [PlacedEffect(drive, Place("joints", (k,)), {"c": 1.0 / SIX_STIFFNESS[k - 1]}) for k in range(1, 7)]
