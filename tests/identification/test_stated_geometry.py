@@ -80,7 +80,7 @@ def test_of_few_places_no_number_is_claimed() -> None:
     """Five poses determine some combination, and no zero or length by itself."""
     chain = six_axes()
     states = absolute_states(chain, 5, 1)
-    model = CompliantRobot(chain, on_all_joints(LinkGeometry(), 6))
+    model = CompliantRobot(chain, tuple(on_all_joints(LinkGeometry(), 6)))
     fit = identify_parameters(states, model)
     found = geometry_found(fit, rows_as_planned(chain, "modified-dh"))
     assert found is not None
