@@ -13,6 +13,8 @@ HEADER = ("joint", "θ, °", "d, mm", "a, mm", "α, °", "β, °", "zero to ente
 """Of `table_rows`."""
 CONVENTIONS = {"dh": "Denavit-Hartenberg", "modified-dh": "modified Denavit-Hartenberg (Craig)"}
 """In words."""
+MOST_CAUSES = 4
+"""A number that hangs together with more others is one of a set that these poses do not determine."""
 _MILLIMETRES, _DEGREES = 1e3, math.degrees(1.0)
 
 
@@ -27,7 +29,7 @@ def table_rows(found: GeometryFound) -> list[tuple[str, ...]]:
             _cell(link.a, _MILLIMETRES),
             _cell(link.alpha, _DEGREES),
             _cell(beta.get(zero.joint), _DEGREES),
-            significant(_DEGREES * zero.logged) if zero.theta.std is not None else "–",
+            significant(_DEGREES * zero.logged).replace("-", "−") if zero.theta.std is not None else "–",
         )
         for zero, link in zip(found.zeros, found.links, strict=True)
     ]
@@ -39,9 +41,7 @@ def sentences(found: GeometryFound) -> Iterator[str]:
         f"geometry as rows of {CONVENTIONS[found.convention]}, ± 95 %, with β where axes are nearly parallel; a value "
         "without ± is a choice, which other numbers complete"
     )
-    for name, number in _numbers(found):
-        if number.cannot_be_separated_from:
-            yield f"{name} cannot be separated from {listing(number.cannot_be_separated_from)}"
+    yield from _choices(found)
     left = found.offsets_alone
     zeros = ", ".join(f"{_DEGREES * zero:.4f}" for zero in left.zeros).replace("-", "−")
     mean, rms, worst = (f"{_MILLIMETRES * distance:.3g} mm" for distance in (left.mean, left.rms, left.max))
@@ -49,6 +49,22 @@ def sentences(found: GeometryFound) -> Iterator[str]:
         f"a controller that takes only offsets: add {zeros}° to the logged angles; this leaves {mean} mean, {rms} rms, "
         f"{worst} at worst over the measured poses"
     )
+
+
+def _choices(found: GeometryFound) -> Iterator[str]:
+    """Yield which numbers are a choice, and what they cannot be separated from."""
+    by_cause: dict[str, list[str]] = {}
+    together = []
+    for name, number in _numbers(found):
+        causes = number.cannot_be_separated_from
+        if causes and len(causes) <= MOST_CAUSES:
+            by_cause.setdefault(listing(causes), []).append(name)
+        elif causes:
+            together.append(name)
+    for cause, names in by_cause.items():
+        yield f"these poses do not separate {listing(names)} from {cause}"
+    if together:
+        yield f"these poses do not separate {listing(together)} from each other: measure more of them"
 
 
 def _numbers(found: GeometryFound) -> Iterator[tuple[str, StatedNumber]]:

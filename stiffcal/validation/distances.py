@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.documents import Number, OrAbsent
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.readings import Observations
@@ -48,6 +49,22 @@ class DistanceSummary:
 
 
 @dataclass(frozen=True, slots=True)
+class RegionDistance:
+    """Distances in one region of the joints' ranges, predicted by a fit without it, m."""
+
+    region: int
+    """From 1, as the regions are left out."""
+    mean: float
+    median: float
+    p95: float
+    """95 % of the places are nearer."""
+    max: float
+    rms: float
+    n: int
+    """Places."""
+
+
+@dataclass(frozen=True, slots=True)
 class Distances:
     """Distances in the rows that were fitted, and in rows that were left out of the fit."""
 
@@ -57,6 +74,8 @@ class Distances:
     """A sixth of the poses at a time left out, drawn at random; None of a single pose."""
     heldout_region: DistanceSummary | None
     """One of six regions of the joints' ranges at a time left out; None of a single pose."""
+    by_region: list[RegionDistance] = field(default_factory=list)
+    """Of each region that was left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +94,8 @@ class LadderStep:
     """rms distance, one of six regions at a time left out, m."""
     mean_region: OrAbsent[Number] = None
     """Mean distance, one of six regions at a time left out, m."""
+    mean_random: OrAbsent[Number] = None
+    """Mean distance, a sixth of the poses at a time left out, m."""
 
 
 def distances_of(fit: Fit) -> Distances | None:
@@ -82,12 +103,26 @@ def distances_of(fit: Fit) -> Distances | None:
     if not fit.data.absolute.any() or summary_of(fit.residual, fit.data) is None:
         return None
     heldout: list[DistanceSummary | None] = []
+    regions: list[RegionDistance] = []
     for folds_of_places in (random_folds, region_folds):
         fold = with_load_folds(fit.data, folds_of_places)
         single = int(fold[fit.data.absolute].max(initial=0)) == 0
-        heldout.append(None if single else summary_of(left_out_residuals(fit, fold).residual, fit.data))
+        residual = np.zeros(0) if single else left_out_residuals(fit, fold).residual
+        heldout.append(None if single else summary_of(residual, fit.data))
+        if folds_of_places is region_folds and not single:
+            regions = list(_by_region(residual, fit.data, fold))
     of_fit = summary_of(fit.residual, fit.data)
-    return None if of_fit is None else Distances(of_fit, *heldout)
+    return None if of_fit is None else Distances(of_fit, *heldout, regions)
+
+
+def _by_region(residual: Floats, data: Observations, fold: Integers) -> Iterator[RegionDistance]:
+    for number in np.unique(fold[data.absolute]):
+        members = np.flatnonzero((fold == number) & data.absolute)
+        summary = summary_of(residual[:, members], data.subset(members))
+        if summary is not None:
+            yield RegionDistance(
+                int(number) + 1, summary.mean, summary.median, summary.p95, summary.max, summary.rms, summary.n
+            )
 
 
 def summary_of(residual: Floats, data: Observations) -> DistanceSummary | None:

@@ -304,6 +304,9 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
             return Rms.of(rms), "no displacement was measured: no error can be estimated"
         text = f"in positions or cycles that were not measured expect an error of {angle(motor, significant)} rms"
         return Rms.of(rms), f"{text} of the motor's angle"
+    if fit.data.absolute.any() and fit.dof <= 0:
+        text = "as many numbers follow from as many coordinates: no error can be estimated; measure more poses"
+        return None, text
     if fit.data.absolute.any():
         noise = fit.noise_length["translation"]
         against = "" if noise is None else f"; the instruments scatter by {1e3 * noise:.3g} mm"

@@ -35,7 +35,8 @@ def ladder_of(states: LoadStates, fit: Fit, own: Distances) -> list[LadderStep]:
 
     nominal = summary_of(fit.data.measured, fit.data)
     rms = None if nominal is None else nominal.rms
-    steps = [LadderStep("nominal", 0, rms, rms, rms, None if nominal is None else nominal.mean)]
+    mean = None if nominal is None else nominal.mean
+    steps = [LadderStep("nominal", 0, rms, rms, rms, mean, mean)]
     present = _effects(fit.robot)
     for name, effects in RUNGS:
         robot = _rung(fit.robot, effects)
@@ -60,6 +61,7 @@ def _step(name: str, fit: Fit, distances: Distances) -> LadderStep:
         None if random is None else random.rms,
         None if region is None else region.rms,
         None if region is None else region.mean,
+        None if random is None else random.mean,
     )
 
 

@@ -1,0 +1,107 @@
+"""The robot's own geometry from absolute places: distances before and after, regions, targets, axes and zeros."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from stiffcal.identification.geometry_results import GeometryFound
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, Items, PictureBlock, ReportSection, TableBlock, TableColumn
+from stiffcal.report.content import ReportContent
+from stiffcal.report.figures.calibration import draw_calibration
+from stiffcal.results.geometry_words import HEADER, sentences, table_rows
+from stiffcal.validation.distances import Distances, LadderStep
+
+ORDER = 17
+_TITLE = "The robot's own geometry"
+
+
+def section(content: ReportContent) -> ReportSection | None:
+    """Lay out what absolute places show; nothing where none were measured."""
+    found = None if content.identify is None else content.identify.geometry
+    distance = None if content.validate is None else content.validate.distance
+    ladder = None if content.validate is None else content.validate.ladder
+    blocks: list[Block] = []
+    if distance is not None:
+        blocks += [*_over_the_workspace(content), _distances(distance)]
+        if distance.by_region:
+            blocks.append(_regions(distance))
+    if ladder:
+        blocks.append(_ladder(ladder))
+    if isinstance(found, GeometryFound):
+        columns = tuple(TableColumn(title.partition(", ")[0], title.partition(", ")[2]) for title in HEADER)
+        first, *others = sentences(found)
+        blocks.append(TableBlock(columns, tuple(table_rows(found)), f"{first[0].upper()}{first[1:]}."))
+        blocks.append(Items(tuple(f"{sentence[0].upper()}{sentence[1:]}." for sentence in others)))
+    return ReportSection(_TITLE, tuple(blocks)) if blocks else None
+
+
+def _over_the_workspace(content: ReportContent) -> Iterator[Block]:
+    """Yield the picture of distances before and after, where targets' places are known."""
+    states = content.states
+    if states is None or states.predicted_heldout is None:
+        return
+    places = [content.runs[run].target for run in states.run]
+    known = np.array([place is not None for place in places]) & states.used
+    before = np.linalg.norm(states.measured[:, :3], axis=1)
+    after = np.linalg.norm(states.residual[:, :3], axis=1)
+    known &= np.isfinite(before) & np.isfinite(after)
+    if not known.any():
+        return
+    place = np.array([target for target, drawn in zip(places, known, strict=True) if drawn])
+    caption = "Distance between predicted and measured place, before and after, each on a scale of its own."
+    yield PictureBlock(partial(draw_calibration, place, before[known], after[known]), caption)
+
+
+def _distances(distance: Distances) -> TableBlock:
+    """Return the table of distances: the fit and what was left out, and the targets of the latter."""
+    summaries = [("fit", distance.fit), ("poses left out at random", distance.heldout_random)]
+    summaries.append(("regions left out", distance.heldout_region))
+    rows = [(name, *_cells(of), str(of.n)) for name, of in summaries if of is not None]
+    judged = distance.heldout_region or distance.fit
+    if len(judged.by_target) > 1:
+        rows += [(f"of which {target.target}", *_cells(target), str(target.n)) for target in judged.by_target]
+    caption = "Distances between predicted and measured places; regions left out are the honest figure."
+    return TableBlock(_columns("data", "places"), tuple(rows), caption)
+
+
+def _regions(distance: Distances) -> TableBlock:
+    rows = tuple((str(region.region), *_cells(region), str(region.n)) for region in distance.by_region)
+    return TableBlock(_columns("region", "places"), rows, "Distances in each region, by a fit without it.")
+
+
+def _columns(first: str, last: str) -> tuple[TableColumn, ...]:
+    names = ("mean", "median", "95 %", "worst", "rms")
+    return (TableColumn(first, align="left"), *(TableColumn(name, "mm") for name in names), TableColumn(last))
+
+
+def _cells(of: object) -> tuple[str, ...]:
+    return tuple(wording.digits(1e3 * float(getattr(of, name))) for name in ("mean", "median", "p95", "max", "rms"))
+
+
+def _ladder(ladder: list[LadderStep]) -> TableBlock:
+    """Return the ladder from the nominal robot to the present model."""
+    columns = (
+        TableColumn("model", align="left"), TableColumn("parameters"), TableColumn("fit, rms", "mm"),
+        TableColumn("random, rms", "mm"), TableColumn("region, rms", "mm"), TableColumn("region, mean", "mm"),
+    )  # fmt: skip
+    rows = tuple(
+        (
+            step.step,
+            str(step.n_parameters),
+            *map(_length, (step.fit, step.heldout_random, step.heldout_region, step.mean_region)),
+        )
+        for step in ladder
+    )
+    return TableBlock(columns, rows, "The ladder from the nominal robot: each line adds parameters to the one above.")
+
+
+def _errors(step: LadderStep) -> tuple[float | None, ...]:
+    return step.fit, step.heldout_random, step.heldout_region, step.mean_region
+
+
+def _length(metres: float | None) -> str:
+    return wording.DASH if metres is None else wording.digits(1e3 * metres)
