@@ -112,7 +112,7 @@ def distances_of(fit: Fit) -> Distances | None:
         if folds_of_places is region_folds and not single:
             regions = list(_by_region(residual, fit.data, fold))
     of_fit = summary_of(fit.residual, fit.data)
-    return None if of_fit is None else Distances(of_fit, *heldout, regions)
+    return None if of_fit is None else Distances(of_fit, heldout[0], heldout[1], regions)
 
 
 def _by_region(residual: Floats, data: Observations, fold: Integers) -> Iterator[RegionDistance]:

@@ -5,11 +5,18 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from stiffcal.identification.geometry_results import GeometryFound
+from stiffcal.report.blocks import PictureBlock, TableBlock
+from stiffcal.report.sections import calibration, stiffness
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.steps import RunContext
+from stiffcal.workflow.history import read_history
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.report_content import report_content
+from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
 
 FOLDER = Path(__file__).resolve().parents[2] / "campaigns" / "ipa-ur10"
@@ -42,6 +49,34 @@ def test_the_spring_of_joint_2_is_identified_and_that_of_joint_3_is_not(validate
     assert verdicts[2] == "identified"
     assert verdicts[3] != "identified"
     assert verdicts[1] == verdicts[6] == "no-torque"
+
+
+def test_the_rows_are_nearly_the_makers_and_the_report_shows_them(folder: Path, validated: ValidateResult) -> None:
+    """Lengths within 1.5 mm and angles within 0.15°; what the place of the target leaves open is a choice."""
+    data = up_to_date_states(folder, RunContext())
+    identified = up_to_date_fit(data, RunContext())
+    found = identified.geometry
+    assert isinstance(found, GeometryFound)
+    assert found.convention == "dh"
+    assert [entry.joint for entry in found.beta] == [2, 3]
+    lengths = [number for link in found.links for number in (link.a, link.d) if number is not None]
+    angles = [zero.theta for zero in found.zeros] + [entry.beta for entry in found.beta]
+    assert max(abs(number.change) for number in lengths) < 1.5e-3
+    assert max(abs(number.change) for number in angles) < np.radians(0.15)
+    # the target sits on axis 6: where that axis is tilted about it does not show
+    assert found.links[4].alpha is not None
+    assert found.links[4].alpha.std is None
+    assert found.links[4].alpha.cannot_be_separated_from == ["d of joint 5"]
+    assert 0.4e-3 < found.offsets_alone.mean < 1.0e-3
+    content = report_content(data, identified, validated, read_history(folder, RunContext()))
+    page = calibration.section(content)
+    assert page is not None
+    tables = [block for block in page.blocks if isinstance(block, TableBlock)]
+    assert [len(table.rows) for table in tables] == [3, 6, 5, 6]
+    assert any(isinstance(block, PictureBlock) for block in page.blocks)
+    assert validated.distance is not None
+    assert sum(region.n for region in validated.distance.by_region) == 299
+    assert stiffness.not_claimed(content) >= {1, 3, 6}
 
 
 @pytest.mark.long

@@ -34,24 +34,35 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     for unit, (printed, scale) in STIFFNESS_UNITS.items():
         members = [spring for spring in springs if wording.unit_words(spring.unit) == unit]
         if members:
-            blocks.append(_stiffness_table(members, printed, scale, content.joint_names))
+            blocks.append(_stiffness_table(members, printed, scale, content.joint_names, not_claimed(content)))
     if other_parameters:
         blocks.append(SubheadingBlock("Other parameters"))
         blocks.append(_other_table(other_parameters, content))
     return ReportSection(_TITLE, tuple(blocks))
 
 
+def not_claimed(content: ReportContent) -> frozenset[int]:
+    """Return the joints whose compliance absolute places give a value, but do not identify."""
+    elasticity = None if content.validate is None else content.validate.elasticity
+    joints = [] if elasticity is None else elasticity.joints
+    return frozenset(joint.joint for joint in joints if joint.verdict != "identified")
+
+
 def short_stiffness_table(
-    parameters: Sequence[IdentifiedParameter], elsewhere: frozenset[str], joint_names: tuple[str, ...]
+    parameters: Sequence[IdentifiedParameter],
+    elsewhere: frozenset[str],
+    joint_names: tuple[str, ...],
+    unclaimed: frozenset[int] = frozenset(),
 ) -> TableBlock | None:
     """Return the stiffness of each place in one column, for the first page; None where there is none.
 
     Parameters
     ----------
     parameters : of the fit. elsewhere : names of those that are shown on other pages.
+    unclaimed : joints whose values are not identified, as `not_claimed` returns them.
     """
     springs = [parameter for parameter in parameters if parameter.name not in elsewhere and _is_spring(parameter)]
-    rows = tuple(_short_row(spring, joint_names) for spring in springs[:MOST_ON_FIRST_PAGE])
+    rows = tuple(_short_row(spring, joint_names, unclaimed) for spring in springs[:MOST_ON_FIRST_PAGE])
     if not rows:
         return None
     columns = (
@@ -66,9 +77,10 @@ def short_stiffness_table(
     return _without_empty_remarks(columns, list(rows), caption)
 
 
-def _short_row(spring: IdentifiedParameter, joint_names: tuple[str, ...]) -> tuple[str, ...]:
+def _short_row(spring: IdentifiedParameter, joint_names: tuple[str, ...], unclaimed: frozenset[int]) -> tuple[str, ...]:
     unit, scale = STIFFNESS_UNITS[wording.unit_words(spring.unit)]
-    return _place(spring, joint_names), _effect(spring), stiffness_text(spring, scale), unit, _verdict(spring)
+    remark = _spring_verdict(spring, unclaimed)
+    return _place(spring, joint_names), _effect(spring), stiffness_text(spring, scale), unit, remark
 
 
 def _place(spring: IdentifiedParameter, joint_names: tuple[str, ...]) -> str:
@@ -114,6 +126,13 @@ def where_words(where: Where, joint_names: tuple[str, ...]) -> str:
     return wording.place(where)
 
 
+def _spring_verdict(spring: IdentifiedParameter, unclaimed: frozenset[int]) -> str:
+    """Return the remark on a spring; a value that the places do not support is no claim."""
+    own = _verdict(spring)
+    joints = spring.where.joints or []
+    return own or ("not supported by these places" if unclaimed.intersection(joints) else "")
+
+
 def _verdict(parameter: IdentifiedParameter) -> str:
     if _is_poorly_known(parameter):
         return "poorly determined" + (", no upper bound" if _is_open_ended(parameter) else "")
@@ -142,7 +161,11 @@ def _is_open_ended(parameter: IdentifiedParameter) -> bool:
 
 
 def _stiffness_table(
-    members: list[IdentifiedParameter], unit: str, scale: float, joint_names: tuple[str, ...]
+    members: list[IdentifiedParameter],
+    unit: str,
+    scale: float,
+    joint_names: tuple[str, ...],
+    unclaimed: frozenset[int],
 ) -> TableBlock:
     # The column on geometry only where a share is known.
     shared = any(spring.from_geometry is not None for spring in members)
@@ -161,7 +184,7 @@ def _stiffness_table(
             (_place(spring, joint_names), _effect(spring), stiffness_text(spring, scale),
              wording.digits(100 * std / value, 2) if std and value else wording.DASH,
              *(wording.DASH if spring.from_geometry is None else f"{100.0 * spring.from_geometry:.0f}",) * shared,
-             _verdict(spring))
+             _spring_verdict(spring, unclaimed))
         )  # fmt: skip
     poorly = list(dict.fromkeys(_place(spring, joint_names) for spring in members if _is_poorly_known(spring)))
     caption = f"Stiffness in {unit}."

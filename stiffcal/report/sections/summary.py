@@ -12,7 +12,7 @@ from stiffcal.report.figures.ladder import Rung, leading_component
 from stiffcal.report.figures.overview import draw_overview
 from stiffcal.report.sections.campaign import MOST_WARNINGS, warnings_of
 from stiffcal.report.sections.experiments import table_of
-from stiffcal.report.sections.stiffness import short_stiffness_table
+from stiffcal.report.sections.stiffness import not_claimed, short_stiffness_table
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 
@@ -84,7 +84,9 @@ def _overview(content: ReportContent) -> list[Block]:
     """Return the table of stiffness, and the ladder next to the robot."""
     blocks: list[Block] = []
     if content.identify is not None:
-        table = short_stiffness_table(content.identify.parameters, content.parameters_on_pages, content.joint_names)
+        table = short_stiffness_table(
+            content.identify.parameters, content.parameters_on_pages, content.joint_names, not_claimed(content)
+        )
         blocks += [table] if table is not None else []
         if content.readings_alone:
             blocks += [table_of(table, "What these runs determine, ± 95 %.") for table in content.main_tables]
