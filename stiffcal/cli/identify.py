@@ -117,16 +117,17 @@ def _show_agreement(console: Console, agreement: Agreement) -> None:
 def _show_geometry(console: Console, geometry: GeometryTaken | GeometryFound, *, in_uncertainty: bool) -> None:
     """Draw the geometry that was found, or how well it was taken to be known."""
     from stiffcal.identification.fit_results import GeometryTaken
-    from stiffcal.results.geometry_words import HEADER, sentences, table_rows
+    from stiffcal.results.geometry_words import HEADER, convention_in_words, sentences, table_rows
 
     if isinstance(geometry, GeometryTaken):
         if in_uncertainty:
             console.print(geometry_in_words(geometry))
         return
-    table = plain_table(*(f"{name}>" if number else name for number, name in enumerate(HEADER)))
+    table = plain_table(*(f"{title}, {unit}>" if unit else title for title, unit in HEADER))
     for row in table_rows(geometry):
         table.add_row(*row)
     console.print(table)
+    console.print(convention_in_words(geometry))
     for sentence in sentences(geometry):
         console.print(sentence)
 

@@ -9,8 +9,10 @@ from stiffcal.identification.geometry_results import GeometryFound, StatedNumber
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import listing, plus_minus, significant
 
-HEADER = ("joint", "θ, °", "d, mm", "a, mm", "α, °", "β, °", "zero to enter, °")
-"""Of `table_rows`."""
+HEADER = (
+    ("joint", ""), ("θ", "°"), ("d", "mm"), ("a", "mm"), ("α", "°"), ("β", "°"), ("zero to enter", "°")
+)  # fmt: skip
+"""Titles and units of `table_rows`."""
 CONVENTIONS = {"dh": "Denavit-Hartenberg", "modified-dh": "modified Denavit-Hartenberg (Craig)"}
 """In words."""
 MOST_CAUSES = 4
@@ -35,12 +37,16 @@ def table_rows(found: GeometryFound) -> list[tuple[str, ...]]:
     ]
 
 
-def sentences(found: GeometryFound) -> Iterator[str]:
-    """Yield the convention, what is a choice and why, and what offsets alone would leave."""
-    yield (
+def convention_in_words(found: GeometryFound) -> str:
+    """Return how the rows are to be read."""
+    return (
         f"geometry as rows of {CONVENTIONS[found.convention]}, ± 95 %, with β where axes are nearly parallel; a value "
         "without ± is a choice, which other numbers complete"
     )
+
+
+def sentences(found: GeometryFound) -> Iterator[str]:
+    """Yield what is a choice and why, and what offsets alone would leave."""
     yield from _choices(found)
     left = found.offsets_alone
     zeros = ", ".join(f"{_DEGREES * zero:.4f}" for zero in left.zeros).replace("-", "−")

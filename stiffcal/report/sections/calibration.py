@@ -12,7 +12,7 @@ from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.calibration import draw_calibration
-from stiffcal.results.geometry_words import HEADER, sentences, table_rows
+from stiffcal.results.geometry_words import HEADER, convention_in_words, sentences, table_rows
 from stiffcal.validation.distances import Distances, LadderStep
 
 ORDER = 17
@@ -32,10 +32,9 @@ def section(content: ReportContent) -> ReportSection | None:
     if ladder:
         blocks.append(_ladder(ladder))
     if isinstance(found, GeometryFound):
-        columns = tuple(TableColumn(title.partition(", ")[0], title.partition(", ")[2]) for title in HEADER)
-        first, *others = sentences(found)
-        blocks.append(TableBlock(columns, tuple(table_rows(found)), f"{first[0].upper()}{first[1:]}."))
-        blocks.append(Items(tuple(f"{sentence[0].upper()}{sentence[1:]}." for sentence in others)))
+        columns = tuple(TableColumn(title, unit) for title, unit in HEADER)
+        blocks.append(TableBlock(columns, tuple(table_rows(found)), f"{wording.capital(convention_in_words(found))}."))
+        blocks.append(Items(tuple(f"{wording.capital(sentence)}." for sentence in sentences(found))))
     return ReportSection(_TITLE, tuple(blocks)) if blocks else None
 
 
