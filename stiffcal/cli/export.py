@@ -25,8 +25,8 @@ def export(
             "-o",
             "--output",
             metavar="FILE",
-            help="*.csv, *.parquet: states; *.json: the model; *.urdf, *.toml: the calibrated robot; *.c: code for a "
-            "controller.",
+            help="*.csv, *.parquet: states; *.json: the model; *.urdf, *.toml: the calibrated robot; *.xml: the robot for "
+            "MuJoCo; *.c, *.st: code for a controller.",
         ),
     ] = Path("states.csv"),
     raw_text: Annotated[
@@ -86,9 +86,9 @@ def export(
     """Write the states or the model for other programs, or as code for a controller.
 
     States with measured, predicted and residual as CSV or Parquet; the model as JSON; the robot with the geometry that
-    absolute places gave as URDF or robot file; its compensation, from a sample to joint offsets, as C99 with a header.
-    In CSV a text that a spreadsheet would take for a formula (= + - @ first) gets a ' before it, which stiffcal takes
-    off again.
+    absolute places gave as URDF or robot file, with its springs as XML for MuJoCo; its compensation, from a sample to
+    joint offsets, as C99 with a header or as Structured Text. In CSV a text that a spreadsheet would take for a formula
+    (= + - @ first) gets a ' before it, which stiffcal takes off again.
 
     Example: stiffcal export demo -o states.parquet
 

@@ -77,7 +77,7 @@ def c_source(model: ControllerModel, head: Sequence[str], stem: str) -> tuple[st
         "WEIGHT": _rows([f"{{{index}, {_number(factor)}}}" for index, factor in tables.weights] or ["{0, 0.0}"]),
         "BALANCER": _rows(_balancers(model) or ["{0, 0, {0.0}, {0.0}, 0.0, 0.0}"]),
     }  # fmt: skip
-    return _filled("step.c", words), _filled("step.h", words)
+    return filled("step.c", words), filled("step.h", words)
 
 
 def identifier(stem: str) -> str:
@@ -111,10 +111,11 @@ def header_name(stem: str) -> str:
     return f"{re.sub(r'[^A-Za-z0-9_.-]', '_', stem)}.h"
 
 
-def _filled(template: str, words: dict[str, str]) -> str:
+def filled(template: str, words: dict[str, str]) -> str:
+    """Return a template of `code_templates` with words for what stands between two @."""
     text = resources.files("stiffcal.compensation").joinpath("code_templates", template).read_text(encoding="utf-8")
     # one pass: what a name holds is not looked at again
-    return re.sub(r"@([A-Z_]+)@", lambda match: words[match[1]], text)
+    return re.sub(r"@([A-Z_0-9]+)@", lambda match: words[match[1]], text)
 
 
 def _laws(tables: LawTables) -> list[str]:

@@ -95,8 +95,8 @@ def linear_nodes(
     for placed_effect in robot.placed:
         if placed_effect.effect.kind is Kind.OBSERVATION:
             continue  # a change of the readings alone: the robot does not bend by it
-        matrix = _matrix_of(robot, placed_effect)
-        acts_next_to = _acts_next_to(robot, placed_effect)
+        matrix = matrix_of(robot, placed_effect)
+        acts_next_to = acts_next_to_drive(robot, placed_effect)
         if with_laws and placed_effect.effect.name not in leave_out:
             spring = _spring_of(robot, placed_effect)
             if spring is not None:
@@ -180,7 +180,7 @@ def _masses(
     return mass, moment
 
 
-def _matrix_of(robot: CompliantRobot, placed_effect: PlacedEffect) -> Floats | None:
+def matrix_of(robot: CompliantRobot, placed_effect: PlacedEffect) -> Floats | None:
     """Return (6 N, 6 N) of all nodes for one effect, or None where it is not linear."""
     alone = CompliantRobot(robot.chain, (placed_effect,), robot.deformed)
     count = tool_node(robot.chain) + 1
@@ -224,7 +224,7 @@ def _spring_of(robot: CompliantRobot, placed_effect: PlacedEffect) -> BalancingS
     return placed_effect.effect.balancing_spring(placed_effect.place, robot.chain, placed_effect.values)
 
 
-def _acts_next_to(robot: CompliantRobot, placed_effect: PlacedEffect) -> bool:
+def acts_next_to_drive(robot: CompliantRobot, placed_effect: PlacedEffect) -> bool:
     """Return whether an effect puts a torque in parallel with its drive (a balancing spring)."""
     angles = np.zeros((robot.chain.n_joints, 1))
     return placed_effect.effect.joint_torque(placed_effect.place, robot.chain, angles, placed_effect.values) is not None

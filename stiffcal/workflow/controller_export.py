@@ -60,12 +60,12 @@ class WrittenCode:
 def write_controller_code(
     folder: Path, context: RunContext, output: Path, options: ControllerOptions | None = None
 ) -> WrittenCode:
-    """Write a campaign's compensation as code; the file's ending is ``.c``.
+    """Write a campaign's compensation as code; the file's ending is ``.c`` or ``.st``.
 
     Parameters
     ----------
     folder : the campaign folder.
-    output : ``*.c``, with its header next to it.
+    output : ``*.c``, with its header next to it, or ``*.st``.
 
     Raises
     ------
@@ -73,6 +73,7 @@ def write_controller_code(
         option is wrong; the model has no values.
     """
     from stiffcal.compensation.c_code import c_source, header_name
+    from stiffcal.compensation.st_code import st_source
 
     options = options or ControllerOptions()
     fitted = fitted_robot(load_campaign(folder, check_files=False), context)
@@ -80,11 +81,16 @@ def write_controller_code(
     model = _model(fitted, setup, _settings(fitted, options), options)
     verdict = model_verdict(folder, context, fitted)
     head = list(head_lines(fitted, setup, target, model, verdict))
-    source, header = c_source(model, head, output.stem)
-    write_whole(output, source)
-    write_whole(output.with_name(header_name(output.stem)), header)
+    if output.suffix.lower() == ".st":
+        write_whole(output, st_source(model, head, output.stem))
+        what = "Structured Text"
+    else:
+        source, header = c_source(model, head, output.stem)
+        write_whole(output, source)
+        write_whole(output.with_name(header_name(output.stem)), header)
+        what = f"C99, with {header_name(output.stem)}"
     holds = (
-        f"the compensation of {fitted.source} as C99, with {header_name(output.stem)} "
+        f"the compensation of {fitted.source} as {what} "
         f"({len(model.joint_names)} joints, cycle {options.cycle_ms:g} ms, model hash {model.hash[:16]}…)"
     )
     return WrittenCode(holds, [*fitted.warnings, *([] if verdict.complete else [verdict.text])])

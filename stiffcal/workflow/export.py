@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stiffcal.mechanics.joint_rows import Convention
     from stiffcal.workflow.controller_export import ControllerOptions
 
-TABLES, MODELS, CODE = (".csv", ".parquet"), (".json", ".urdf", ".toml"), (".c",)
+TABLES, MODELS, CODE = (".csv", ".parquet"), (".json", ".urdf", ".toml", ".xml"), (".c", ".st")
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,8 @@ def export_campaign(
     context : store, progress and so on.
     output : ``*.csv`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit with its
         model; ``*.urdf``: the robot, with the stiffness of its joints in an element of its own; ``*.toml``: the
-        calibrated robot as a robot file; ``*.c``: the compensation of a controller's loop as C99, with its header.
+        calibrated robot as a robot file; ``*.xml``: the robot for MuJoCo, with its springs; ``*.c``: the compensation
+        of a controller's loop as C99, with its header; ``*.st``: the same as Structured Text (IEC 61131-3).
     raw_text : leave texts in a CSV file as they are, also those that a spreadsheet takes for formulas.
     loop : how the loop runs, for code; None: as `ControllerOptions` is.
     rows : of a robot file; None: in the convention of the campaign's own.
@@ -104,6 +105,11 @@ def export_campaign(
 
         written = write_controller_code(folder, context, output, loop)
         return ExportResult(warnings=written.warnings, file=str(output), holds=written.holds)
+    if ending == ".xml":
+        from stiffcal.workflow.mujoco_export import write_mujoco
+
+        robot = write_mujoco(folder, context, output)
+        return ExportResult(warnings=robot.warnings, file=str(output), holds=robot.holds)
     data = up_to_date_states(folder, context)
     identified = up_to_date_fit(data, context)
     warnings: list[str] = []

@@ -1,0 +1,69 @@
+"""The fitted robot with its springs as a model of MuJoCo."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from stiffcal import __version__
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.files import write_whole
+from stiffcal.workflow.controller_export import ModelVerdict, model_verdict
+from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
+from stiffcal.workflow.steps import RunContext
+
+
+@dataclass(frozen=True)
+class WrittenRobot:
+    """What was written."""
+
+    holds: str
+    """In words."""
+    warnings: list[str]
+    """What a user of the file must know."""
+
+
+def write_mujoco(folder: Path, context: RunContext, output: Path) -> WrittenRobot:
+    """Write a campaign's fitted robot for MuJoCo.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    output : ``*.xml``.
+
+    Raises
+    ------
+    InputError : the input is wrong, or the model has no values.
+    """
+    from stiffcal.compensation.mujoco_model import mujoco_model
+
+    fitted = fitted_robot(load_campaign(folder, check_files=False), context)
+    verdict = model_verdict(folder, context, fitted)
+    name = fitted.campaign.chain.name or fitted.campaign.name
+    model = mujoco_model(fitted.robot, fitted.setup, list(_head(fitted, verdict)), name)
+    write_whole(output, model.text)
+    warnings = [*fitted.warnings, *([] if verdict.complete else [verdict.text])]
+    warnings += [f"without counterpart in MuJoCo, left out: {entry}" for entry in model.without_counterpart]
+    return WrittenRobot(f"the robot of {fitted.source} for MuJoCo, with its springs", warnings)
+
+
+def _head(fitted: FittedRobot, verdict: ModelVerdict) -> Iterator[str]:
+    chain = fitted.campaign.chain
+    yield f"{chain.name or 'a robot'} with its springs, campaign {fitted.campaign.name}, {fitted.source}"
+    yield f"written by stiffcal {__version__}"
+    yield verdict.text
+    for warning in fitted.warnings:
+        yield f"caution: {warning}"
+    yield "Units: m, rad, N, N m, kg. World: frame 0 of the robot file."
+    yield "Controls: one a drive, rad; the gain of each servo is the stiffness of the drive."
+    constants = np.linalg.solve(chain.coupling, chain.offset)
+    for name, constant in zip(chain.joint_names, constants, strict=True):
+        yield f"  {name}: the commanded logged angle {'-' if constant < 0.0 else '+'} {abs(constant):.15g}"
+    yield "Load: force and moment on the robot at the site load_point. Targets: the sites target_NAME."
+    yield "Rotor inertia, damping and rotational inertia are no measured values; they play no part at rest."
+    if not fitted.robot.deformed:
+        yield "The model is of first order; MuJoCo balances the deformed robot, whose levers have changed."
+    yield "Effects: " + ", ".join(f"{placed.effect.name} {placed.place.label}" for placed in fitted.robot.acting)
