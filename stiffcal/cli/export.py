@@ -25,8 +25,8 @@ def export(
             "-o",
             "--output",
             metavar="FILE",
-            help="*.csv, *.parquet: states; *.json: the model; *.urdf, *.toml: the calibrated robot; *.xml: the robot for "
-            "MuJoCo; *.c, *.st: code for a controller.",
+            help="*.csv, *.parquet: states; *.json: the model; *.urdf, *.toml: the calibrated robot; *.xml: the robot "
+            "for MuJoCo; *.c, *.st: code for a controller.",
         ),
     ] = Path("states.csv"),
     raw_text: Annotated[

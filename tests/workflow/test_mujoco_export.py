@@ -72,7 +72,7 @@ def lengths(text: str, angles: Floats) -> Floats:
 
 
 def loads(rng: np.random.Generator, n: int) -> Floats:
-    return rng.normal(size=(n, 6)) * np.repeat([400.0, 60.0], 3)
+    return np.asarray(rng.normal(size=(n, 6)) * np.repeat([400.0, 60.0], 3))
 
 
 def predicted(robot: CompliantRobot, setup: MeasurementSetup, joints: Floats, wrench: Floats) -> Floats:
