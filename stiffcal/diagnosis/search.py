@@ -312,7 +312,7 @@ def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[Missin
     before = None if own is None else bench.in_units_of(fit, present, own)
     explained = explained_share(first, scan, before, after)
     # What is left without structure is noise, more of it than stated: it is not avoidable, and no part of the share.
-    noise_understated = after is not None and not after.adequate and _mere_noise(bench, scan, after)
+    noise_understated = after is not None and not after.adequate and _mere_noise(bench, scan, after, bool(tried))
     partly_explained = bool(tried) and after is not None and not noise_understated and not explained.whole
     # Where no noise is known, only a structure of what is left shows that something is.
     structured = after is None and bool(bench.follows(scan))
@@ -379,9 +379,13 @@ def decide(supported: Sequence[MissingEffect]) -> Decision:
     return Decision(named, (), open_effects[0].rivals if open_effects else ())
 
 
-def _mere_noise(bench: SearchContext[S, F], scan: S, after: LackOfFit) -> bool:
-    """Return whether what is left above a noise that was only stated is no structure, but more noise than stated."""
+def _mere_noise(bench: SearchContext[S, F], scan: S, after: LackOfFit, has_found: bool) -> bool:
+    """Return whether what is left above a noise that was only stated is no structure, but more noise than stated.
+
+    Of readings without repeats (`SearchContext.most_understated` is finite) it is not where effects were found: what a
+    wrong effect leaves of an error looks like noise to the others.
+    """
     noise = scan.fit.noise
-    if noise is None or noise.source != "manifest":
+    if noise is None or noise.source != "manifest" or (has_found and np.isfinite(bench.most_understated)):
         return False
     return after.ratio <= bench.most_understated and not after.drifts and not bench.follows(scan)

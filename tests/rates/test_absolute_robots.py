@@ -7,6 +7,10 @@ import pytest
 
 from tests.rates.absolute_robots import NOISE, draw_absolute, oracle_of
 from tests.rates.scoring import judge_campaign
+from tests.rates.workers import Job, one_campaign
+
+WANDERING = Job(20261133, "absolute outside", 42, "balance", "", ())
+"""A campaign of `make rates SEED=20261133` in which the target wanders."""
 
 
 def test_draws_differ_by_seed_and_repeat() -> None:
@@ -30,3 +34,12 @@ def test_without_the_hidden_effect_more_than_noise_is_left() -> None:
     # three times the noise, and the noise
     assert verdict.before == pytest.approx(np.sqrt(10.0), rel=0.5)
     assert verdict.outcome == "right"
+
+
+@pytest.mark.long
+def test_what_is_left_next_to_a_wrong_effect_is_no_noise() -> None:
+    """A target that wanders looks like a drift in part; the rest, twice the noise, follows nothing."""
+    verdict = one_campaign(WANDERING)
+    assert "wander" in verdict.hidden
+    assert verdict.unexplained
+    assert not verdict.firm_wrong
