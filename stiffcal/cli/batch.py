@@ -12,12 +12,12 @@ from stiffcal.cli.answers import Answer, answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import AsJson, StoreAt, Thresholds
 from stiffcal.cli.tables import plain_table
+from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import deviation, share
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from stiffcal.batch.results import BatchResult, CampaignOutcome
+    from stiffcal.cli.console import AnswerConsole
 
 
 def batch(
@@ -102,8 +102,8 @@ class _BatchPrinter:
         return f"{done} done; the same call goes on with the rest"
 
 
-def show_batch(console: Console, result: BatchResult) -> None:
-    """Draw the summary: a row per campaign, then what does not hold, then the totals."""
+def show_batch(console: AnswerConsole, result: BatchResult) -> None:
+    """Draw the summary: the totals, what does not hold or cannot be judged, then a row per campaign."""
     from stiffcal.batch.summary import (
         choice_text,
         complaints_of,
@@ -113,6 +113,13 @@ def show_batch(console: Console, result: BatchResult) -> None:
         verdict_of,
     )
 
+    show_verdict(console, _level(result), totals_of(result))
+    for outcome in result.campaigns:
+        for line in complaints_of(outcome):
+            console.print(f"  {outcome.campaign}: {verdict_of(outcome)}: {line}", soft_wrap=True)
+        for line in outcome.not_judged:
+            console.print(f"  {outcome.campaign}: not judged: {line}", soft_wrap=True)
+    console.show_warnings(result.warnings)
     headings = ("rms in held-out poses>", "of the deflection>", "noise>", "suspects>")
     table = plain_table("campaign", "verdict", *headings, "computed")
     for number, column in enumerate(table.columns):
@@ -134,17 +141,18 @@ def show_batch(console: Console, result: BatchResult) -> None:
         )
     console.print(table)
     for outcome in result.campaigns:
-        for line in complaints_of(outcome):
-            console.print(f"{outcome.campaign}: {verdict_of(outcome)}: {line}", soft_wrap=True)
-        for line in outcome.not_judged:
-            console.print(f"{outcome.campaign}: not judged: {line}", soft_wrap=True)
-    for outcome in result.campaigns:
         for suspect in outcome.suspects or ():
             console.print(f"{outcome.campaign}: {suspect_text(suspect)}", soft_wrap=True, markup=False)
     for outcome in result.campaigns:
         for choice in outcome.choices:
             console.print(f"{outcome.campaign}: chosen: {choice_text(choice)}", soft_wrap=True)
-    console.print(totals_of(result), soft_wrap=True)
+
+
+def _level(result: BatchResult) -> Level:
+    """Return how a batch stands: fail as its exit code is, warn where a campaign has suspects or was not judged."""
+    if not result.passed:
+        return "fail"
+    return "warn" if any(entry.not_judged or entry.suspects for entry in result.campaigns) else "pass"
 
 
 def _next(result: BatchResult, store: str | None) -> str:

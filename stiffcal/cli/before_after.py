@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.tables import plain_table
+from stiffcal.cli.tables import plain_table, printed_unit
 from stiffcal.cli.wording import NOT_KNOWN, interval, places, share, significant
 
 if TYPE_CHECKING:
@@ -38,8 +38,9 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
     for value in moved:
         symbol = value.name.rpartition(".")[2]
         place = places(value.where) + ("" if symbol == "c" else f", {symbol}")
-        cells = estimate_words(value.before), estimate_words(value.after)
-        table.add_row(value.effect, place, *cells, value.unit, change_words(value.relative))
+        unit, factor = printed_unit(value.unit, value.drift_follows)
+        cells = estimate_words(value.before, factor), estimate_words(value.after, factor)
+        table.add_row(value.effect, place, *cells, unit, change_words(value.relative))
     console.print(table)
     if n_within:
         console.print(
@@ -48,8 +49,8 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
         )
 
 
-def estimate_words(estimate: EstimatedValue | None) -> str:
-    """Return a value with its 95 % interval.
+def estimate_words(estimate: EstimatedValue | None, factor: float = 1.0) -> str:
+    """Return a value with its 95 % interval, all times `factor`.
 
     Examples
     --------
@@ -61,12 +62,12 @@ def estimate_words(estimate: EstimatedValue | None) -> str:
     """
     if estimate is None:
         return "not in the model"
-    low, high = estimate.interval or (None, None)
+    low, high = (None if end is None else end * factor for end in estimate.interval or (None, None))
     if estimate.value is None:
         return f"above {significant(low)}" if low is not None else NOT_KNOWN
     if estimate.interval is None:
-        return significant(estimate.value)
-    return interval(estimate.value, low, high)
+        return significant(estimate.value * factor)
+    return interval(estimate.value * factor, low, high)
 
 
 def change_words(relative: float | None) -> str:

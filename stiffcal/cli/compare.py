@@ -11,12 +11,13 @@ from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.before_after import change_words, estimate_words
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, NoUpdate
-from stiffcal.cli.tables import plain_table
+from stiffcal.cli.tables import plain_table, printed_unit
+from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import places, significant
+from stiffcal.wording import listing
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from stiffcal.cli.console import AnswerConsole
     from stiffcal.validation.compare_result import CompareResult
 
 
@@ -42,25 +43,37 @@ def compare(
     return OK
 
 
-def show_comparison(console: Console, result: CompareResult) -> None:
-    """Draw both values of each parameter, the change and its probability."""
+def show_comparison(console: AnswerConsole, result: CompareResult) -> None:
+    """Draw whether anything has changed, then both values of each parameter, the change and its probability."""
+    show_verdict(console, *_verdict(result))
+    console.show_warnings(result.warnings)
     table = plain_table("effect", "place", "parameter", "before, ± 95 %>", "after, ± 95 %>", "", "change>", "p>", "")
     chances = {change.name: change.p_value for change in result.parameters}
     for row in result.before_after:
         symbol = row.name.rsplit(".", 1)[1]
+        unit, factor = printed_unit(row.unit, row.drift_follows)
         table.add_row(
             row.effect,
             places(row.where),
             "stiffness" if symbol == "c" and row.unit == "N·m/rad" else symbol,
-            estimate_words(row.before),
-            estimate_words(row.after),
-            row.unit,
+            estimate_words(row.before, factor),
+            estimate_words(row.after, factor),
+            unit,
             change_words(row.relative),
             significant(chances.get(row.name), 2),
             "changed" if row.name in result.changed else "",
         )
     console.print(table)
-    if result.p_value_all is not None:
-        console.print(f"all together: p = {significant(result.p_value_all, 2)} for so much change by chance")
-    if not result.changed:
-        console.print("no parameter has changed beyond what chance makes")
+
+
+def _verdict(result: CompareResult) -> tuple[Level, str]:
+    """Return whether the robot has changed by more than chance makes."""
+    together = f"all together: p = {significant(result.p_value_all, 2)} for so much change by chance"
+    judged = "" if result.p_value_all is None else f"; {together}"
+    n_known = sum(change.p_value is not None for change in result.parameters)
+    if not n_known:
+        return "warn", "no parameter is known in both campaigns, so no change can be judged"
+    if result.changed:
+        moved = [f"{row.effect} ({places(row.where)})" for row in result.before_after if row.name in result.changed]
+        return "warn", f"changed beyond chance: {listing(dict.fromkeys(moved))}{judged}"
+    return "pass", f"no parameter has changed beyond what chance makes{judged}"

@@ -12,10 +12,12 @@ from stiffcal.cli.bodies import show_cartesian, show_joints
 from stiffcal.cli.endings import OK
 from stiffcal.cli.experiments import overviews, show_overviews
 from stiffcal.cli.links import show_coupling, show_links
+from stiffcal.cli.next_step import is_within_noise
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table, show_parameters
+from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import deviation, significant
 
 if TYPE_CHECKING:
@@ -62,7 +64,38 @@ def identify(
 
 
 def show_fit(console: AnswerConsole, result: IdentifyResult) -> None:
-    """Draw a fit: the table, how well it fits, what these data do not identify."""
+    """Draw a fit: how well it fits, then the table and what these data do not identify."""
+    show_verdict(console, *fit_verdict(result))
+    show_fitted(console, result)
+
+
+def fit_verdict(result: IdentifyResult) -> tuple[Level, str]:
+    """Return how a fit stands: against the noise, and whether these data identify the model."""
+    names = {name for group in result.not_identifiable for name in group.parameters}
+    known = [parameter for parameter in result.parameters if parameter.value is not None]
+    if result.parameters and not known:
+        return "fail", "no parameter is identifiable from these data"
+    is_good = is_within_noise(result.rms, result.noise) and not names
+    count = f"{len(names)} parameter{'s are' if len(names) > 1 else ' is'} not identifiable from these data"
+    identifiable = count if names else "all parameters are identifiable from these data"
+    return "pass" if is_good else "warn", f"{_fit_in_words(result)}; {identifiable}"
+
+
+def _fit_in_words(result: IdentifyResult) -> str:
+    known = result.noise is not None
+    against = f", noise {deviation(result.noise)} (from {result.noise_source})" if known else ", noise not known"
+    return f"fit {deviation(result.rms)} rms{against}"
+
+
+def show_fitted(console: AnswerConsole, result: IdentifyResult, is_part: bool = False) -> None:
+    """Draw a fit without its verdict.
+
+    Parameters
+    ----------
+    is_part : whether it is a part of another answer, whose verdict stands before it: then the fit is compared with the
+        noise in a line of its own.
+    """
+    console.show_warnings(result.warnings)
     show_registration(console, result.registration)
     count_text = f"{result.n_readings} readings" if result.n_readings else f"{result.n_states} load states"
     console.print(f"{count_text} in {result.n_runs} runs")
@@ -74,11 +107,9 @@ def show_fit(console: AnswerConsole, result: IdentifyResult) -> None:
         _show_geometry(console, result.geometry, in_uncertainty=result.covariance_from_geometry is not None)
     for agreement in result.agreement or ():
         _show_agreement(console, agreement)
-    known = result.noise is not None
-    against = f", noise {deviation(result.noise)} (from {result.noise_source})" if known else ", noise not known"
-    console.print(f"fit {deviation(result.rms)} rms{against}")
+    if is_part:
+        console.print(_fit_in_words(result))
     console.print(f"reduced χ² {significant(result.reduced_chi2)}, condition number {significant(result.condition)}")
-    console.show_warnings(result.warnings)
     if result.joints_by_themselves:
         show_joints(console, result.joints_by_themselves)
     if result.cartesian_stiffness:

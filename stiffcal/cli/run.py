@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.identify import show_fit
+from stiffcal.cli.identify import show_fitted
 from stiffcal.cli.next_step import after_diagnosis
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
@@ -50,7 +50,7 @@ def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
     for line in validation.failed:
         show_verdict(console, "fail", f"thresholds NOT held: {line}")
     console.show_warnings(result.check.warnings)
-    show_fit(console, result.identify)
+    show_fitted(console, result.identify, is_part=True)
     relative = dict(validation.relative.items())
     error_share, of = relative["translation"], "the deflection"
     if error_share is None:

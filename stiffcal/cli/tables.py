@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.wording import interval, places, significant
+from stiffcal.wording import drift_unit
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
 
 
 def plain_table(*columns: str) -> Table:
@@ -52,15 +53,33 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
         table = plain_table("parameter", "place", "value, ± 95 %>", *from_geometry, "")
         for parameter in not_compliances:
             low, high = _ends(parameter.interval)
-            text = interval(parameter.value, low, high) if parameter.value is not None else "not identifiable"
+            unit, factor = printed_unit(parameter.unit, parameter.drift_follows)
+            low, high = (None if end is None else end * factor for end in (low, high))
+            text = interval(parameter.value * factor, low, high) if parameter.value is not None else "not identifiable"
             table.add_row(
                 parameter.name,
                 places(parameter.where),
                 f"{text} (fixed)" if parameter.fixed else text,
                 *(share_from_geometry(parameter),) * shared,
-                parameter.unit + _in_noise(parameter),
+                unit + _in_noise(parameter),
             )
         console.print(table)
+
+
+def printed_unit(unit: str, drift_follows: DriftFollows | None) -> tuple[str, float]:
+    """Return the unit that the terminal prints, and the factor to it: of a rate of drift per hour or kelvin.
+
+    Parameters
+    ----------
+    unit : of the JSON document. drift_follows : of a rate of drift what it is counted by; None of others.
+
+    Examples
+    --------
+    >>> printed_unit("m/s or m/K", "time"), printed_unit("rad", None)
+    (('µm/h', 3600000000.0), ('rad', 1.0))
+    """
+    drift = None if drift_follows is None else drift_unit(unit, drift_follows == "temperature")
+    return drift or (unit, 1.0)
 
 
 def share_from_geometry(parameter: IdentifiedParameter) -> str:

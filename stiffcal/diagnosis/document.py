@@ -149,7 +149,9 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
 
 def _identified(states: LoadStates, fit: Fit) -> list[IdentifiedParameter]:
     """Return the parameters as ``identify`` answers them, the geometry's tolerance in their uncertainties."""
-    return [identified_parameter(parameter) for parameter in with_geometry(fit, states).parameters]
+    by_temperature = fit.data.order.logs_temperature
+    parameters = with_geometry(fit, states).parameters
+    return [identified_parameter(parameter, by_temperature=by_temperature) for parameter in parameters]
 
 
 def _before_after(states: LoadStates, search: Search, parameters: list[IdentifiedParameter]) -> list[BeforeAfter]:

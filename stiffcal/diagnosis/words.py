@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import errors_by_experiment, poses_helped, size_at_tool
 from stiffcal.diagnosis.judge import fitted_values
@@ -137,7 +135,7 @@ def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequen
 
 
 def _logs_temperature(scan: LoadScan) -> bool:
-    return bool(np.isfinite(scan.fit.data.order.temperature).any())
+    return scan.fit.data.order.logs_temperature
 
 
 def _in_experiment(error: ErrorInExperiment) -> str:

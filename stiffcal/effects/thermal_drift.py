@@ -81,8 +81,7 @@ class ThermalDrift(DocumentedEffect):
         """Time or temperature since the reference."""
         if loads.order is None:
             return None
-        by_temperature = bool(np.isfinite(loads.order.temperature).any())
-        label, unit = ("temperature", "K") if by_temperature else ("time", "s")
+        label, unit = ("temperature", "K") if loads.order.logs_temperature else ("time", "s")
         return Covariate(f"{label} since the reference", unit, _since_reference(loads.order))
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stiffcal.documents import Number
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.documents import Number, OrAbsent
+from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
 from stiffcal.model.summary import Where
 
 
@@ -26,6 +26,8 @@ class EstimatedParameter:
     """Null where it is not identified, or a stiffness without upper limit."""
     interval: list[Number] | None
     """Both ends of the 95 % interval, null where one is open; null where there is none."""
+    drift_follows: OrAbsent[DriftFollows] = None
+    """Of a rate of drift: what the data count it by; None of others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,6 +60,8 @@ class BeforeAfter:
     """The change over the value before; null where one of the two is not known."""
     outside_interval: bool
     """Whether the value after lies outside the 95 % interval before (of a value without one: the other way round)."""
+    drift_follows: OrAbsent[DriftFollows] = None
+    """Of a rate of drift: what the data count it by; None of others."""
 
 
 def stiffness_unit(compliance_unit: str) -> str:
@@ -81,6 +85,7 @@ def estimated_parameters(parameters: Sequence[IdentifiedParameter]) -> list[Esti
             unit=stiffness_unit(parameter.unit) if parameter.is_compliance else parameter.unit,
             value=parameter.known_stiffness if parameter.is_compliance else parameter.value,
             interval=parameter.stiffness_interval if parameter.is_compliance else parameter.interval,
+            drift_follows=parameter.drift_follows,
         )
         for parameter in parameters
     ]
@@ -118,6 +123,7 @@ def _before_after(
         after=_value_of(second),
         relative=relative,
         outside_interval=both_known and _outside(first, second),
+        drift_follows=either.drift_follows,
     )
 
 

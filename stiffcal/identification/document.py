@@ -20,6 +20,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import drift_unit
 
 # So many springs of one effect in the noise are named in one line.
 JOINTLY_UNIDENTIFIABLE = 4
@@ -30,8 +31,16 @@ def finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-def identified_parameter(parameter: Parameter, in_fit: float | None = None) -> IdentifiedParameter:
-    """Return one parameter as ``identify`` answers it; ``in_fit`` as there."""
+def identified_parameter(
+    parameter: Parameter, in_fit: float | None = None, by_temperature: bool = False
+) -> IdentifiedParameter:
+    """Return one parameter as ``identify`` answers it; ``in_fit`` as there.
+
+    Parameters
+    ----------
+    by_temperature : whether a drift in these data follows a temperature; else it follows the time.
+    """
+    is_drift = drift_unit(parameter.spec.unit, by_temperature) is not None
     interval, stiffness = parameter.interval, parameter.stiffness()
     return IdentifiedParameter(
         name=parameter.name,
@@ -51,6 +60,7 @@ def identified_parameter(parameter: Parameter, in_fit: float | None = None) -> I
         above_noise=parameter.above_noise,
         from_geometry=parameter.from_geometry,
         in_fit=in_fit,
+        drift_follows=("temperature" if by_temperature else "time") if is_drift else None,
     )
 
 

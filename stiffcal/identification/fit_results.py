@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal, TypeAlias
 
 from stiffcal.documents import NOT_PROMISED, KeyIf, Number, OrAbsent
 from stiffcal.identification.geometry_prior import GeometrySource
 from stiffcal.measurements.rms import Applicable
 from stiffcal.model.summary import Where
+
+DriftFollows: TypeAlias = Literal["time", "temperature"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +54,8 @@ class IdentifiedParameter:
     in_fit: OrAbsent[float] = None
     """Of geometry and frames that these data do not identify alone: what stands in the fit for the combination that is
     known, in `unit`; None of others."""
+    drift_follows: OrAbsent[DriftFollows] = None
+    """Of a rate of drift: what these data count it by; None of others."""
 
     @property
     def is_compliance(self) -> bool:

@@ -33,6 +33,11 @@ class StateOrder:
     motor_torque: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     """(n,) True where the load is the torque of a clamped robot's motor; empty where a sensor measures all loads."""
 
+    @property
+    def logs_temperature(self) -> bool:
+        """Whether a temperature is known of any state; drift then follows it, else the time."""
+        return bool(np.isfinite(self.temperature).any())
+
     def block(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> StateOrder:
         """Return some of the states."""
         return StateOrder(

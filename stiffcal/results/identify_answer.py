@@ -36,6 +36,7 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
     """
     links, fit = measured_links(fit), with_geometry(fit, states)
     in_fit = geometry_in_fit(fit)
+    by_temperature = fit.data.order.logs_temperature
     by_geometry, prior = fit.covariance_from_geometry, fit.geometry
     return IdentifyResult(
         warnings=[
@@ -44,7 +45,9 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
             *(fault.sentence for link in links for fault in link.faults),
         ],
         model=model_summary(fit.robot),
-        parameters=[identified_parameter(parameter, in_fit.get(parameter.name)) for parameter in fit.parameters],
+        parameters=[
+            identified_parameter(parameter, in_fit.get(parameter.name), by_temperature) for parameter in fit.parameters
+        ],
         n_states=fit.data.n_measured,
         n_runs=len(set(fit.data.run.tolist())),
         rms=Rms.of(fit_rms(fit)),

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 from scipy.spatial.transform import Rotation
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.compare import show_comparison
+from stiffcal.cli.console import AnswerConsole
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.before_after import EstimatedParameter, values_before_and_after
@@ -39,7 +39,7 @@ def test_a_stiffness_is_not_called_a_compliance() -> None:
         origin="own",
     )  # fmt: skip
     shown = StringIO()
-    show_comparison(Console(file=shown, width=200), result)
+    show_comparison(AnswerConsole(file=shown, width=200), result)
     first, second = (line for line in shown.getvalue().splitlines() if "joint 2" in line)
     assert "stiffness" in first.split()
     assert "c" not in first.split()

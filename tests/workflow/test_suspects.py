@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from stiffcal.batch.results import BatchCounts, BatchResult, BatchTask, BatchWorkers
 from stiffcal.batch.summary import junit_text, markdown_text
@@ -92,7 +91,7 @@ def test_batch_lists_the_run(folder: Path) -> None:
     assert [row.split(" | ")[column] for row in rows] == ["1", "0", "–"]
     assert suspect.likely in (junit_text(result).split("<system-out>")[1])
     with StringIO() as text:
-        show_batch(Console(file=text, width=120), result)
+        show_batch(AnswerConsole(file=text, width=120), result)
         assert "suspect run pose3 (unit)" in text.getvalue()
 
 

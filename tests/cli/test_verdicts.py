@@ -1,0 +1,56 @@
+"""A fit and a batch begin with how they stand; rates of drift are printed by what they follow."""
+
+from __future__ import annotations
+
+from io import StringIO
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from stiffcal.cli.console import AnswerConsole
+from stiffcal.cli.identify import fit_verdict
+from stiffcal.cli.tables import show_parameters
+from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import Where
+
+GROUP = [SimpleNamespace(parameters=["a", "b"])]
+
+
+def fit(noise: Rms | None, not_identifiable: list[Any], values: tuple[float | None, ...] = (1.0, None)) -> Any:
+    """Return a fit of 10 µm rms."""
+    parameters = [SimpleNamespace(value=value) for value in values]
+    return SimpleNamespace(
+        rms=Rms(1e-5, None), noise=noise, noise_source="repeats", not_identifiable=not_identifiable,
+        parameters=parameters,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("fitted", "level", "words"),
+    [
+        (fit(Rms(1e-5, None), []), "pass", "all parameters are identifiable from these data"),
+        (fit(Rms(2e-6, None), []), "warn", "noise 2.00 µm (from repeats)"),
+        (fit(None, []), "warn", "noise not known"),
+        (fit(Rms(1e-5, None), GROUP), "warn", "2 parameters are not identifiable from these data"),
+        (fit(Rms(1e-5, None), GROUP, values=(None, None)), "fail", "no parameter is identifiable"),
+    ],
+)
+def test_a_fit_passes_within_the_noise_where_all_is_identifiable(fitted: Any, level: str, words: str) -> None:
+    found, text = fit_verdict(fitted)
+    assert found == level
+    assert words in text
+
+
+@pytest.mark.parametrize(("follows", "printed"), [("time", "180.0 ± 7.2   µm/h"), ("temperature", "0.0500 ± 0.0020")])
+def test_a_drift_is_printed_per_hour_or_per_kelvin(follows: DriftFollows, printed: str) -> None:
+    drift = IdentifiedParameter(
+        name="thermal-drift.x", effect="thermal-drift", where=Where(), value=5e-8, std=1e-9, interval=[4.8e-8, 5.2e-8],
+        unit="m/s or m/K", fixed=False, identifiable=True, drift_follows=follows,
+    )  # fmt: skip
+    with StringIO() as text:
+        show_parameters(AnswerConsole(file=text, width=120), [drift])
+        assert printed in text.getvalue()
+        assert ("µm/h" in text.getvalue()) == (follows == "time")
+        assert ("µm/K" in text.getvalue()) == (follows == "temperature")
