@@ -1,12 +1,14 @@
 """Whether absolute places show that the joints give: what weight turns looks much like an error of the joint's angle.
 
 Under its own weight an upright arm turns a joint by c τ(q), and τ contains cos(q + φ): an encoder that runs out by one
-wave a turn gives the same places wherever the other joints stand alike. A compliance is claimed only where the error in
-regions left out falls with it, next to that wave too.
+wave a turn gives the same places wherever the other joints stand alike. Waves of several joints together do so over a
+wider range of poses. A compliance is claimed only where the error in regions left out falls with it, next to that wave
+of its joint too, and next to those of all joints.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -22,6 +24,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
 from stiffcal.validation.heldout import left_out_residuals, pose_folds
 from stiffcal.validation.region_folds import region_folds
 from stiffcal.wording import significant
@@ -39,12 +42,12 @@ JointVerdict: TypeAlias = Literal[
 ]
 ElasticityVerdict: TypeAlias = Literal["identified", "partly-identified", "not-identified"]
 _REASONS: dict[JointVerdict, str] = {
-    "identified": "the error in regions left out falls with it, next to an eccentricity of the joint too",
+    "identified": "the error in regions left out falls with it, next to eccentricities of all joints too",
     "unknown-scale": "nothing but weight turns it, and one common scale of the links' moments is unknown",
     "no-torque": "weight does not turn it in these poses",
     "not-above-zero": "its compliance is not above zero by two standard deviations",
     "error-not-lower": "the error in regions left out does not fall with it",
-    "like-eccentricity": "an eccentricity of the joint explains the same places",
+    "like-eccentricity": "eccentricities of joints explain the same places",
 }
 
 
@@ -150,6 +153,7 @@ class _Judge:
         fixed = frozenset(parameter.name for parameter in fit.parameters if parameter.fixed)
         self.settings = Settings(noise=fit.noise, fixed=fixed)
         self.present = self._squares(fit)
+        self.waves: dict[tuple[int, ...], tuple[Fit, Floats]] = {}
         self.of_unknown_scale = frozenset(common_scale(fit.robot, fit.data, fixed))
 
     def verdict(self, parameter: Parameter) -> JointVerdict:
@@ -160,18 +164,27 @@ class _Judge:
             return "no-torque"
         if not _above_zero(parameter, self.fit):
             return "not-above-zero"
-        robot = self.fit.robot
-        if not _falls(self._squares(self._refit(_without(robot, parameter))), self.present, self.poses):
+        if not _falls(self._squares(self._refit(_without(self.fit.robot, parameter))), self.present, self.poses):
             return "error-not-lower"
-        effect = built_in_effects()["joint-eccentricity"]
-        wave = PlacedEffect(effect, parameter.place, {"order": 1.0})
-        if any(placed.effect.name == effect.name and placed.place == parameter.place for placed in robot.placed):
-            return "identified"
-        both = self._refit(replace(robot, placed=(*robot.placed, wave)))
-        alone = self._refit(replace(_without(robot, parameter), placed=(*_without(robot, parameter).placed, wave)))
-        (again,) = [p for p in both.parameters if p.name == parameter.name]
-        survives = _above_zero(again, both) and _falls(self._squares(alone), self._squares(both), self.poses)
+        own, everywhere = parameter.place.joints, range(1, self.fit.robot.chain.n_joints + 1)
+        survives = self._survives(parameter, own) and self._survives(parameter, everywhere)
         return "identified" if survives else "like-eccentricity"
+
+    def _survives(self, parameter: Parameter, joints: Sequence[int]) -> bool:
+        """Return whether a compliance is above zero, and the error falls with it, next to waves of these joints."""
+        both, squares = self._next_to_waves(tuple(joints))
+        (again,) = [p for p in both.parameters if p.name == parameter.name]
+        if not _above_zero(again, both):
+            return False
+        return _falls(self._squares(self._refit(_without(both.robot, parameter))), squares, self.poses)
+
+    def _next_to_waves(self, joints: tuple[int, ...]) -> tuple[Fit, Floats]:
+        """Return the fit with eccentricities of order 1 at these joints, and its squared distances."""
+        if joints not in self.waves:
+            robot = _with_waves(self.fit.robot, joints)
+            fit = self.fit if robot is self.fit.robot else self._refit(robot)
+            self.waves[joints] = fit, self._squares(fit)
+        return self.waves[joints]
 
     def payload(self, joint: int, compliance: float) -> float | None:
         """Return the mass at the flange, in half of the poses, that shows a compliance to 20 %; None where none does.
@@ -209,6 +222,20 @@ class _Judge:
 def _without(robot: CompliantRobot, parameter: Parameter) -> CompliantRobot:
     kept = (p for p in robot.placed if (p.effect.name, p.place) != (parameter.effect, parameter.place))
     return replace(robot, placed=tuple(kept))
+
+
+def _with_waves(robot: CompliantRobot, joints: Sequence[int]) -> CompliantRobot:
+    """Return the robot with an eccentricity of order 1 at each of these joints, in place of any of another order."""
+    effect = built_in_effects()["joint-eccentricity"]
+    places = {Place("joints", (joint,)) for joint in joints}
+    own = [p for p in robot.placed if p.effect.name == effect.name and p.place in places]
+    others = [p for p in own if p.values.get("order", 1.0) != 1.0]
+    missing = places - {p.place for p in own} | {p.place for p in others}
+    if not missing:
+        return robot
+    kept = tuple(p for p in robot.placed if p not in others)
+    waves = (PlacedEffect(effect, p, {"order": 1.0}) for p in sorted(missing, key=lambda place: place.joints))
+    return replace(robot, placed=(*kept, *waves))
 
 
 def _above_zero(parameter: Parameter, fit: Fit) -> bool:

@@ -103,7 +103,11 @@ def check_campaign(
                 if states.absolute.any():
                     places = joints_from_places(campaign, states)
                     joints, unidentifiable = places.joints, places.missing
-                    result = replace(result, observability=places.observability)
+                    result = replace(
+                        result,
+                        observability=places.observability,
+                        warnings=[*result.warnings, *places.remarks],
+                    )
                 else:
                     joints, unidentifiable = _joints(campaign, states)
                 result, missing = replace(result, joints=joints), missing + unidentifiable

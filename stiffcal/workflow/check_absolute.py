@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.check_results import CheckedJoint
@@ -12,10 +14,12 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.identification.fit import Fit
     from stiffcal.identification.observability import ObservabilityIndices
-    from stiffcal.measurements.load_states import LoadStates
+    from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 
 MOST_NAMED = 6
 """Parameters that a sentence lists."""
+ON_THE_AXIS = 5e-3
+"""m, distance below which a target counts as on an axis: what a direction known no better than assembly moves it by."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +32,8 @@ class CheckedPlaces:
     """What the poses leave open, in words."""
     observability: ObservabilityIndices | None = None
     """Indices of the poses; None where nothing could be fitted."""
+    remarks: tuple[str, ...] = ()
+    """What no poses would determine, in words."""
 
 
 def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
@@ -52,7 +58,8 @@ def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
     joints = [
         _joint(name, float(torque[number]), fit, number + 1) for number, name in enumerate(campaign.chain.joint_names)
     ]
-    return CheckedPlaces(joints, _open_geometry(fit), observability_of(fit))
+    missing, remarks = _open_geometry(fit)
+    return CheckedPlaces(joints, missing, observability_of(fit), remarks)
 
 
 def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
@@ -75,19 +82,51 @@ def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
     return CheckedJoint(joint=name, largest_torque_Nm=torque, expected_relative_std=relative, says=text)
 
 
-def _open_geometry(fit: Fit) -> list[str]:
-    """Return one line where poses leave geometry or frames open that other poses would determine."""
+def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:
+    """Return what poses leave open that other poses would determine, and what the target's place on the axis does.
+
+    Each is one line, or none. What a target on the last axis leaves open belongs to the frames, as the last zero does:
+    a turn of the axis and a shift are one motion of such a target, in whatever pose.
+    """
     from stiffcal.identification.gauge import redundant_geometry
 
     redundant = redundant_geometry(fit.robot, fit.data, frozenset())
-    unknown = [
-        parameter.name
-        for parameter in fit.parameters
-        if parameter.value is None and not parameter.spec.compliance and parameter.name not in redundant
-    ]
-    if not unknown:
-        return []
-    names = ", ".join(unknown[:MOST_NAMED]) + (
-        f" and {len(unknown) - MOST_NAMED} more" if len(unknown) > MOST_NAMED else ""
+    of_frames = redundant_geometry(fit.robot, replace(fit.data, setup=_on_the_axis(fit)), frozenset())
+    compliances = {parameter.name for parameter in fit.parameters if parameter.spec.compliance}
+    open_names: list[str] = []
+    on_the_axis: list[str] = []
+    for ambiguity in fit.ambiguities:
+        names = [name for name in ambiguity.names if name not in compliances]
+        left = [name for name in names if name not in of_frames]
+        if not names or (len(names) == 1 and names[0] in redundant):
+            continue
+        if len(left) > 1 or left == names:
+            open_names += names
+        elif not redundant.issuperset(names):
+            on_the_axis.append(" and ".join(names))
+    missing = []
+    if open_names:
+        more = f" and {len(open_names) - MOST_NAMED} more" if len(open_names) > MOST_NAMED else ""
+        names_text = f"{', '.join(open_names[:MOST_NAMED])}{more}"
+        missing = [f"these poses do not determine {names_text}: measure poses in which every joint turns farther"]
+    last = fit.robot.chain.n_joints
+    remark = (
+        f"the target is on the axis of joint {last}: no poses separate {', '.join(on_the_axis)}. They belong to the "
+        "frames, as the last zero does: only a target away from that axis separates them"
     )
-    return [f"these poses do not determine {names}: measure poses in which every joint turns farther"]
+    return missing, (remark,) if on_the_axis else ()
+
+
+def _on_the_axis(fit: Fit) -> MeasurementSetup:
+    """Return the set-up with targets that are within assembly tolerance of the last joint's axis put on it."""
+    chain, setup = fit.robot.chain, fit.data.setup
+    moved = []
+    for target in setup.targets:
+        from_joint = {chain.n_joints: np.eye(4), chain.n_joints + 1: chain.flange}.get(target.body)
+        place = None if from_joint is None else from_joint @ target.transform
+        if from_joint is None or place is None or np.hypot(*place[:2, 3]) > ON_THE_AXIS:
+            moved.append(target)
+            continue
+        place[:2, 3] = 0.0
+        moved.append(replace(target, transform=np.linalg.solve(from_joint, place)))
+    return replace(setup, targets=tuple(moved))

@@ -9,9 +9,10 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.identify import identify_parameters
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.validation.elasticity import Elasticity, elasticity_of
+from stiffcal.validation.elasticity import Elasticity, _Judge, _with_waves, elasticity_of
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 
@@ -53,8 +54,6 @@ def test_an_eccentricity_is_no_elasticity(wave: float) -> None:
 
 def test_a_softer_joint_needs_less_payload() -> None:
     """The mass goes with one over the compliance that it is to show: by definition of c τ."""
-    from stiffcal.validation.elasticity import _Judge
-
     chain = six_axes()
     robot = CompliantRobot(chain, tuple(on_all_joints(JointCompliance(), 6, [{"c": 1e-6}] * 6)))
     states = measured_by(robot, absolute_states(chain, N_POSES, 7), 8)
@@ -64,3 +63,37 @@ def test_a_softer_joint_needs_less_payload() -> None:
     assert soft == pytest.approx(stiff / 10.0)
     assert judge.payload(1, 1e-5) is None
     assert np.isfinite(stiff)
+
+
+def robot_with_wave(joint: int, wave: float, softness: list[float], seed: int) -> tuple[CompliantRobot, LoadStates]:
+    """Return the six-axis model, and places of a robot in which one joint has an eccentricity of so many rad."""
+    chain = six_axes()
+    true = (
+        *on_all_joints(JointCompliance(), 6, [{"c": c} for c in softness]),
+        PlacedEffect(JointEccentricity(), Place("joints", (joint,)), {"a": 0.0, "b": wave, "order": 1.0}),
+    )
+    states = measured_by(CompliantRobot(chain, true), absolute_states(chain, N_POSES, seed), seed + 1)
+    return CompliantRobot(chain, (*on_all_joints(LinkGeometry(), 6), *on_all_joints(JointCompliance(), 6))), states
+
+
+def test_an_eccentricity_of_another_joint_is_no_elasticity_either() -> None:
+    """Joint 5's wave looks like a spring of joint 4, next to a wave of joint 4 too; joint 2's true spring stays."""
+    model, states = robot_with_wave(5, 2e-3, [0.0, 1.0 / float(SIX_STIFFNESS[1]), 0.0, 0.0, 0.0, 0.0], seed=5)
+    fit = identify_parameters(states, model)
+    (fourth,) = [p for p in fit.parameters if p.name == "joint-compliance.j4.c"]
+    assert fourth.value is not None
+    assert fourth.value > 2e-5  # rad/(N·m), of a joint that is rigid
+    found = elasticity_of(states, fit)
+    assert found is not None
+    verdicts = {joint.joint: joint.verdict for joint in found.joints}
+    assert verdicts[2] == "identified"
+    assert verdicts[4] == verdicts[5] == "like-eccentricity"
+    assert all(verdict != "identified" for joint, verdict in verdicts.items() if joint != 2)
+
+
+def test_an_eccentricity_of_another_order_in_the_model_does_not_stand_for_order_1() -> None:
+    places = [PlacedEffect(JointEccentricity(), Place("joints", (k,)), {"order": float(k)}) for k in (1, 2)]
+    robot = CompliantRobot(six_axes(), (*on_all_joints(JointCompliance(), 6), *places))
+    waves = _with_waves(robot, (1, 2, 3)).placed[6:]
+    assert [(wave.place.joints, wave.values["order"]) for wave in waves] == [((k,), 1.0) for k in (1, 2, 3)]
+    assert _with_waves(robot, (1,)) is robot

@@ -12,6 +12,7 @@ from stiffcal.identification.geometry_results import GeometryFound
 from stiffcal.report.blocks import PictureBlock, TableBlock
 from stiffcal.report.sections import calibration, stiffness
 from stiffcal.results.validate_result import ValidateResult
+from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import up_to_date_fit
@@ -43,12 +44,23 @@ def test_ladder_is_that_of_other_hands(step: str, validated: ValidateResult) -> 
     assert mean == pytest.approx(REFERENCE[step], rel=0.15)
 
 
-def test_the_spring_of_joint_2_is_identified_and_that_of_joint_3_is_not(validated: ValidateResult) -> None:
+def test_no_spring_is_claimed_that_eccentricities_explain(validated: ValidateResult) -> None:
+    """Next to eccentricities of all joints joint 2's spring is shown by all 1495 rows, not by this fifth of them."""
     assert validated.elasticity is not None
     verdicts = {joint.joint: joint.verdict for joint in validated.elasticity.joints}
-    assert verdicts[2] == "identified"
+    assert verdicts[2] in ("identified", "like-eccentricity")
     assert verdicts[3] != "identified"
+    assert verdicts[4] != "identified"
     assert verdicts[1] == verdicts[6] == "no-torque"
+
+
+def test_a_target_on_the_last_axis_is_ready(folder: Path) -> None:
+    """What cannot be separated of such a target is the frames' in all poses, and no more of them would help."""
+    checked = check_campaign(folder)
+    assert checked.ready
+    assert checked.missing == []
+    (remark,) = [warning for warning in checked.warnings if "axis of joint 6" in warning]
+    assert "link-geometry.j6.x and link-geometry.j6.ry" in remark
 
 
 def test_the_rows_are_nearly_the_makers_and_the_report_shows_them(folder: Path, validated: ValidateResult) -> None:
