@@ -60,8 +60,8 @@ def plot_campaign(
     check_picture(file)
     data = up_to_date_states(folder, context)
     names = [info.name for info in data.states.runs]
-    if len(data.states) == 0 and against is None:
-        names += _runs_drawn(data)
+    if against is None:
+        names += [name for name in _runs_by_themselves(data) if name not in names]
     if run is not None and run not in names:
         raise InputError.at(
             FaultCode.RUN_UNKNOWN, "command line", "--run", f"no run is called {run}", f"runs: {', '.join(names)}"
@@ -69,7 +69,7 @@ def plot_campaign(
     identified = up_to_date_fit(data, context)
     from stiffcal.report.figures.canvas import save_figure
 
-    kind = _kind_to_draw(data, against)
+    kind = _kind_to_draw(data, against, run)
     picture = None if kind is None else _kind_plot(kind, data, identified, run, against)
     if picture is not None:
         save_figure(picture[0], file)
@@ -91,6 +91,11 @@ def plot_campaign(
         covariate = _covariate(against, data, identified, states)
         if run is not None:
             states, covariate = _only(states, covariate, names.index(run))
+        if not np.isfinite(states.residual[states.used, :3]).any():
+            mend = "leave --against out; stiffcal view DIR draws the residual of clamped runs"
+            raise InputError.at(
+                FaultCode.DATA_MISSING, "command line", "--against", "no displacement of a target is measured", mend
+            )
         noise = None if validation.noise is None else validation.noise.translation
         figure = draw_residual_against(states, [covariate], noise)
         drawn = f"residual against {covariate.name}" + (f" in run {run}" if run else "")
@@ -112,19 +117,25 @@ def check_picture(file: Path) -> None:
         raise InputError.at(FaultCode.FILE_MISSING, str(file), "", "its folder does not exist", "make the folder first")
 
 
-def _runs_drawn(data: Ingested) -> list[str]:
-    """Return the names of runs without load states that can be drawn by themselves."""
-    kinds = {kind.name for kind in all_kinds() if kind.plots_runs}
-    return [run.id for run in data.campaign.manifest.runs if run.experiment in kinds]
+def _runs_by_themselves(data: Ingested) -> dict[str, ExperimentKind]:
+    """Return the runs that their kind of experiment draws one by one, by name."""
+    kinds = {kind.name: kind for kind in all_kinds() if kind.plots_runs}
+    return {run.id: kinds[run.experiment] for run in data.campaign.manifest.runs if run.experiment in kinds}
 
 
-def _kind_to_draw(data: Ingested, against: str | None) -> ExperimentKind | None:
-    """Return the kind of experiment whose picture is requested; None where it is one of load states."""
+def _kind_to_draw(data: Ingested, against: str | None, run: str | None) -> ExperimentKind | None:
+    """Return the kind of experiment whose picture is requested; None where it is one of loads at a tool."""
     axis = (against or "").partition(":")[0]
     requested = next((kind for kind in all_kinds() if axis and kind.plot_axis == axis), None)
-    if requested is not None or against is not None or len(data.states):
+    by_themselves = _runs_by_themselves(data)
+    if requested is not None or against is not None:
         return requested
-    measured = {run.experiment for run in data.campaign.manifest.runs}
+    if run is not None:
+        return by_themselves.get(run)
+    # Clamped runs have states too, and no displacement of a target over a force.
+    if any(info.name not in by_themselves for info in data.states.runs):
+        return None
+    measured = {manifest_run.experiment for manifest_run in data.campaign.manifest.runs}
     return next((kind for kind in all_kinds() if kind.fit_tables and kind.name in measured), None)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import duckdb
@@ -105,6 +106,20 @@ def test_plots(campaign: Path, run: str | None, against: str | None, drawn: str)
 def test_plots_that_cannot_be(campaign: Path, run: str | None, against: str | None, message: str) -> None:
     with pytest.raises(InputError, match=message):
         plot_campaign(campaign, output=campaign / "plot.svg", run=run, against=against)
+
+
+def test_a_clamped_run_is_torque_over_angle(tmp_path: Path) -> None:
+    """Clamped runs have states, and no displacement of a target: axes of force and displacement would be empty."""
+    folder = tmp_path / "bench"
+    shutil.copytree(Path(__file__).parents[2] / "campaigns" / "joints" / "02", folder)
+    manifest = folder / "campaign.toml"
+    text = manifest.read_text("utf-8")
+    manifest.write_text(text[: text.index('[[runs]]\nid = "p3"')], encoding="utf-8")
+    file = folder / "plot.svg"
+    assert plot_campaign(folder, output=file, run="p1").drawn == "torque over angle of axis (p1)"
+    assert plot_campaign(folder, output=file).drawn.startswith("torque over angle of axis")
+    with pytest.raises(InputError, match="no displacement of a target is measured"):
+        plot_campaign(folder, output=file, against="torque:1")
 
 
 @pytest.mark.long
