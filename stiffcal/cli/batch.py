@@ -10,6 +10,7 @@ import typer
 
 from stiffcal.cli.answers import Answer, answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.next_step import is_within_noise
 from stiffcal.cli.options import AsJson, StoreAt, Thresholds
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
@@ -162,6 +163,8 @@ def _next(result: BatchResult, store: str | None) -> str:
     for outcome in result.campaigns:
         if outcome.error is not None:
             return command_line("check", Path(outcome.folder))
-    first = next((entry for entry in result.campaigns if entry.failed), result.campaigns[0])
+    above = [entry for entry in result.campaigns if entry.rms is None or not is_within_noise(entry.rms, entry.noise)]
+    failed = [entry for entry in result.campaigns if entry.failed]
+    first = (failed or above or result.campaigns)[0]
     own = store_below(store, first.campaign) if store else None
-    return command_line("diagnose", Path(first.folder), store=own)
+    return command_line("diagnose" if failed or above else "view", Path(first.folder), store=own)

@@ -42,7 +42,7 @@ def demo(
         result = run_demo(folder, context, None if as_json else partial(print_step, answer))
         ladder = read_history(folder, context)
         show = partial(show_demo, ladder=ladder, page=command_line("view", folder))
-        answer.give(result, show, after_diagnosis(folder, result.diagnose, None, finished="view"))
+        answer.give(result, show, after_diagnosis(folder, result.diagnose, None, finished=("view",)))
     return OK if result.passed else NOT_HELD
 
 

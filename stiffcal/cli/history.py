@@ -9,7 +9,7 @@ import typer
 
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import after_history
+from stiffcal.cli.next_step import after_pictures
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, places
@@ -41,16 +41,14 @@ def history(
     Example: stiffcal history demo --restore 1
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.history import diagnosis_of_fit, read_history, restore_model
+        from stiffcal.workflow.history import read_history, restore_model
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, update=False, progress=answer.progress, notify=answer.notify)
         if restore is not None:
             answer.notify(restore_model(folder, context, restore, lambda fit: agrees(answer, fit, yes)))
         result = read_history(folder, context)
-        is_fitted = bool(result.fits) and result.not_fitted_yet is None
-        diagnosis = diagnosis_of_fit(folder, context, result.fits[-1].id) if is_fitted else None
-        answer.give(result, show_history, after_history(folder, result, diagnosis, store))
+        answer.give(result, show_history, after_pictures(folder, context, store, ("report",)))
     return OK
 
 

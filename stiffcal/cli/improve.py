@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Answer, answering, command_line
+from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK
 from stiffcal.cli.improve_dialog import ImproveDialog
+from stiffcal.cli.next_step import after_improvement
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
@@ -50,8 +51,7 @@ def improve(
         result = improve_campaign(
             folder, context, ImproveDialog(answer.notify) if asks else always, dry_run, notify_step
         )
-        following = "improve" if result.missing else "report"
-        answer.give(result, show_ladder, command_line(following, folder, store=store))
+        answer.give(result, show_ladder, after_improvement(folder, result, dry_run, store))
     return OK
 
 

@@ -13,15 +13,18 @@ if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
     from stiffcal.results.history_results import HistoryResult
     from stiffcal.results.validate_result import ValidateResult
+    from stiffcal.workflow.improve_results import ImproveResult
+    from stiffcal.workflow.steps import RunContext
 
 
 def after_validation(folder: Path, result: ValidateResult, store: str | None) -> str:
     """Return `diagnose` where the error in held-out poses exceeds the noise, or no noise is known; else `report`."""
-    return _after_error(folder, result.rms, result.noise, store)
+    return _after_error(folder, result.rms, result.noise, store, ("report",))
 
 
-def _after_error(folder: Path, rms: Rms, known_noise: Rms | None, store: str | None) -> str:
-    return command_line("report" if is_within_noise(rms, known_noise) else "diagnose", folder, store=store)
+def _after_error(folder: Path, rms: Rms, known_noise: Rms | None, store: str | None, finished: tuple[str, ...]) -> str:
+    words = finished if is_within_noise(rms, known_noise) else ("diagnose",)
+    return command_line(words[0], folder, *words[1:], store=store)
 
 
 def is_within_noise(rms: Rms, known_noise: Rms | None) -> bool:
@@ -34,13 +37,54 @@ def is_within_noise(rms: Rms, known_noise: Rms | None) -> bool:
     return bool(adequate) and all(adequate)
 
 
-def after_history(folder: Path, result: HistoryResult, diagnosis: DiagnoseResult | None, store: str | None) -> str:
+def after_pictures(folder: Path, context: RunContext, store: str | None, finished: tuple[str, ...]) -> str:
+    """Return the step that the present model calls for, as the store knows it.
+
+    Parameters
+    ----------
+    folder : the campaign folder. context : with its store. store : where results are kept; None: in the folder.
+    finished : the command, and its options, where the model needs no change.
+
+    Raises
+    ------
+    InputError : the folder holds no campaign.
+    """
+    from stiffcal.workflow.history import diagnosis_of_fit, read_history
+
+    result = read_history(folder, context)
+    is_fitted = bool(result.fits) and result.not_fitted_yet is None
+    diagnosis = diagnosis_of_fit(folder, context, result.fits[-1].id) if is_fitted else None
+    return after_history(folder, result, diagnosis, store, finished)
+
+
+def after_improvement(folder: Path, result: ImproveResult, is_dry_run: bool, store: str | None) -> str:
+    """Return `improve` where an effect was not added, `diagnose` where adding left something, else `report`.
+
+    Parameters
+    ----------
+    folder : the campaign folder. result : of `improve`. is_dry_run : whether nothing was to be added.
+    store : where results are kept; None: in the folder.
+    """
+    has_changed = any(step.action in ("add", "remove") for step in result.steps)
+    if result.missing and (is_dry_run or not has_changed):
+        return command_line("improve", folder, store=store)
+    return command_line("diagnose" if result.missing or result.unexplained else "report", folder, store=store)
+
+
+def after_history(
+    folder: Path,
+    result: HistoryResult,
+    diagnosis: DiagnoseResult | None,
+    store: str | None,
+    finished: tuple[str, ...] = ("report",),
+) -> str:
     """Return the step that follows the last fit.
 
     Parameters
     ----------
     folder : the campaign folder. result : its fits. diagnosis : of the last fit; None where there is none.
     store : where results are kept; None: in the folder.
+    finished : the command, and its options, where the model needs no change.
     """
     if not result.fits or result.not_fitted_yet is not None:
         return command_line("identify", folder, store=store)
@@ -48,17 +92,19 @@ def after_history(folder: Path, result: HistoryResult, diagnosis: DiagnoseResult
     if last.heldout_rms is None:
         return command_line("validate", folder, store=store)
     if diagnosis is not None:
-        return after_diagnosis(folder, diagnosis, store)
-    return _after_error(folder, last.heldout_rms, last.noise, store)
+        return after_diagnosis(folder, diagnosis, store, finished)
+    return _after_error(folder, last.heldout_rms, last.noise, store, finished)
 
 
-def after_diagnosis(folder: Path, result: DiagnoseResult, store: str | None, finished: str = "report") -> str:
+def after_diagnosis(
+    folder: Path, result: DiagnoseResult, store: str | None, finished: tuple[str, ...] = ("report",)
+) -> str:
     """Return what the answer of `diagnose` calls for.
 
     Parameters
     ----------
     folder : the campaign folder. result : of its present model. store : where results are kept; None: in the folder.
-    finished : the command where the model needs no change.
+    finished : the command, and its options, where the model needs no change.
     """
     # What is missing comes first: with it, other effects may turn out to be needed, or not.
     if result.missing or result.superfluous:
@@ -68,4 +114,4 @@ def after_diagnosis(folder: Path, result: DiagnoseResult, store: str | None, fin
         from stiffcal.escapes import shell
 
         return f"stiffcal effects new {suggested_name(result.pattern)} --from {shell.escaped_path(str(folder))}"
-    return command_line(finished, folder, store=store)
+    return command_line(finished[0], folder, *finished[1:], store=store)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
+from stiffcal.cli.next_step import after_pictures
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def plot(
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = plot_campaign(folder, context, output=output, run=run, against=against)
-        answer.give(result, show_plot, command_line("report", folder, store=store))
+        answer.give(result, show_plot, after_pictures(folder, context, store, ("report",)))
     return OK
 
 

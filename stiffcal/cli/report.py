@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
+from stiffcal.cli.next_step import after_pictures
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def report(
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = report_campaign(folder, context, output=output)
-        answer.give(result, show_report, command_line("view", folder, store=store))
+        answer.give(result, show_report, after_pictures(folder, context, store, ("view",)))
     return OK
 
 

@@ -31,7 +31,7 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
         result = run_campaign(folder, context)
         page = command_line("view", folder, store=store)
         answer.give(
-            result, partial(show_run, page=page), after_diagnosis(folder, result.diagnose, store, finished="view")
+            result, partial(show_run, page=page), after_diagnosis(folder, result.diagnose, store, finished=("view",))
         )
     return OK if result.passed else NOT_HELD
 

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
+from stiffcal.cli.next_step import after_pictures
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def view(
             from pathlib import Path
 
             webbrowser.open(Path(result.file).resolve().as_uri())
-        answer.give(result, show_view, command_line("report", folder, store=store))
+        answer.give(result, show_view, after_pictures(folder, context, store, ("export", "-o", "model.json")))
     return OK
 
 

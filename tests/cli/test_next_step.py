@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from stiffcal.cli.next_step import after_diagnosis, after_history, after_validation
+from stiffcal.cli.next_step import after_diagnosis, after_history, after_improvement, after_validation
 from stiffcal.measurements.rms import Rms
 
 FOLDER = Path("campaign")
@@ -42,7 +42,7 @@ def test_a_missing_effect_leads_to_improve_and_a_complete_model_to_the_report() 
     assert after_diagnosis(FOLDER, diagnosis(missing=["an effect"]), "kept") == "stiffcal improve campaign --store kept"
     assert after_diagnosis(FOLDER, diagnosis(superfluous=["an effect"]), None) == "stiffcal improve campaign"
     assert after_diagnosis(FOLDER, diagnosis(), None) == "stiffcal report campaign"
-    assert after_diagnosis(FOLDER, diagnosis(), None, finished="view") == "stiffcal view campaign"
+    assert after_diagnosis(FOLDER, diagnosis(), None, finished=("view",)) == "stiffcal view campaign"
 
 
 def history(heldout: Rms | None, is_fitted: bool = True) -> Any:
@@ -60,3 +60,28 @@ def test_the_history_leads_on_from_its_last_fit() -> None:
     assert after_history(FOLDER, history(large), missing, None) == "stiffcal improve campaign"
     assert after_history(FOLDER, history(large), diagnosis(), None) == "stiffcal report campaign"
     assert after_history(FOLDER, history(small), None, "kept") == "stiffcal report campaign --store kept"
+
+
+def test_improve_leads_on_only_while_it_can() -> None:
+    """After effects were added and something is left, the same command once more would add nothing."""
+    added, start = SimpleNamespace(action="add"), SimpleNamespace(action="start")
+
+    def after(is_dry_run: bool = False, **found: Any) -> str:
+        result: Any = SimpleNamespace(**({"steps": [start], "missing": [], "unexplained": False} | found))
+        return after_improvement(FOLDER, result, is_dry_run, None).split()[1]
+
+    assert after(missing=["an effect"], is_dry_run=True) == "improve"
+    assert after(missing=["an effect"]) == "improve"
+    assert after(missing=["an effect"], steps=[start, added]) == "diagnose"
+    assert after(unexplained=True) == "diagnose"
+    assert after(steps=[start, added]) == "report"
+
+
+def test_after_the_pages_a_finished_model_is_exported() -> None:
+    finished = ("export", "-o", "model.json")
+    small, missing = Rms(1e-5, None), diagnosis(missing=["an effect"])
+    expected = "stiffcal export campaign -o model.json"
+    assert after_history(FOLDER, history(small), diagnosis(), None, finished) == expected
+    assert after_history(FOLDER, history(small), None, None, finished) == expected
+    assert after_history(FOLDER, history(Rms(1e-4, None)), None, None, finished) == "stiffcal diagnose campaign"
+    assert after_history(FOLDER, history(small), missing, None, finished) == "stiffcal improve campaign"
