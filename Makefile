@@ -94,7 +94,7 @@ lint: $(VENV)/test.stamp
 
 # the JSON Schemas of answers, tables and TOML files, after a change of fields
 schemas: $(VENV)/run.stamp
-	for part in schemas.documents schemas.tables campaign.schemas; do $(BIN)/python -P -m stiffcal.$$part schemas || exit 1; done
+	for part in schemas.documents schemas.tables campaign.schemas simulation.schema; do $(BIN)/python -P -m stiffcal.$$part schemas || exit 1; done
 
 # wheel and sdist of the last commit's date: the same commit gives the same bytes. Checked where twine is installed.
 dist: $(VENV)/run.stamp

@@ -25,6 +25,8 @@ NUMERICAL = (
     "links", "measurements", "mechanics", "planning", "reduction", "simulation", "test_bounded_least_squares.py",
     "validation",
 )  # fmt: skip
+# These run in an environment of their own, which holds the peer.
+collect_ignore = ["benchmarks/figaroh"]
 # Folders of `make test-long`; of other folders the tests and files that are marked themselves.
 LONG = ("benchmarks", "faults", "rates", "whole_campaigns")
 

@@ -125,7 +125,7 @@ def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult) -> No
         load = ", ".join(significant(value) for value in measurement.load[:3])
         between = " and ".join(effect_words(effect) for effect in measurement.separates)
         console.print(
-            f"\nto distinguish {between}: pose ({pose})°, force ({load}) N in the sensor's axes; "
+            f"\nto distinguish {between}: pose ({pose})°, force ({load}) N in the axes in which forces are logged; "
             f"there they differ by {length(measurement.difference_m)}",
             soft_wrap=True,
         )

@@ -98,7 +98,7 @@ def effects(
         # Split before the answer is made fit for a terminal: that puts every text on one line.
         sections = [(title, escaped(text)) for title, text in sections_of(result.effects[0].physics)]
         page = partial(show_effect, sections=sections)
-        answer.give(result, page, command_line("add", HERE, ".", name, "--all"))
+        answer.give(result, page, command_line("diagnose", HERE))
     return OK
 
 

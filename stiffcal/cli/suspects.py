@@ -25,7 +25,7 @@ def show_suspects(
             effects = " and ".join(f"{effect.effect} ({places(effect.where)})" for effect in suspect.explained_by)
             console.print(f"  as well explained by an effect: {effects}", soft_wrap=True, markup=False)
     if suspects:
-        console.print("nothing was left out; to leave them out, lines to copy into campaign.toml:")
+        console.print("suspects are still in the fit; to leave them out, lines to copy into campaign.toml:")
         for suspect in suspects:
             for line in suspect.exclude:
                 console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)

@@ -282,8 +282,10 @@ def share_in_words(search: Search) -> str:
     explained = search.explained
     avoidable = "avoidable error" if search.after is not None else "squared error"
     low, share, high = (f"{100.0 * value:.0f}" for value in (explained.low, explained.share, explained.high))
-    # An interval whose ends are printed alike would only look exact.
-    interval = "95 %: within 1 %" if low == share == high else f"95 %: {low} to {high} %"
+    if low == high:
+        # Ends that are printed alike would look exact.
+        low, high = (f"{100.0 * value:.1f}".removesuffix(".0") for value in (explained.low, explained.high))
+    interval = f"95 %: {low} to {high} %"
     verb = "explain" if len(search.found or search.tried) > 1 else "explains"
     return f"{verb} {share} % ({interval}) of the {avoidable}"
 

@@ -21,6 +21,7 @@ from stiffcal.experiments.presentation import Page, Table
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
+from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt
 from stiffcal.report.compensation_content import WithAndWithout
 from stiffcal.report.joint_curves import JointPicture
@@ -332,7 +333,8 @@ class ReportContent:
     place_shares: tuple[PlaceShare, ...] = ()
     """What the places of the model contribute to the deflection, largest first; empty where none is predicted."""
     fit_changes: tuple[FitChange, ...] = ()
-    """Fits of the history that follow each other with another model of the same load states, oldest first."""
+    """Fits of the history that follow each other with another model of the same load states, oldest first; where there
+    are several, what all of them together changed comes before them."""
     ingest: IngestResult | None = None
     """How the load states came about; None where that is not known."""
     instruments: tuple[Instrument, ...] = ()
@@ -371,6 +373,13 @@ class ReportContent:
     """Optional sections that the campaign asks for."""
     with_and_without: WithAndWithout | None = None
     """The same poses with the controller correcting and without; None where nothing was measured so."""
+
+    @property
+    def known_noise(self) -> Rms | None:
+        """The noise of held-out errors; with missing effects in the model, as these swell the scatter of repeats."""
+        if self.diagnose is not None and self.diagnose.missing and self.diagnose.noise is not None:
+            return self.diagnose.noise
+        return None if self.validate is None else self.validate.noise
 
     @property
     def parameters_on_pages(self) -> frozenset[str]:

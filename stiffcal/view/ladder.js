@@ -1,11 +1,12 @@
 (function (S) {
   const ROW = 26;
 
-  /** The fit to compare with: the one before the chosen one; of a refit the present fit. */
+  /** The fit to compare with: the first one of these states, so that all steps count; of a refit the present fit. */
   function before(model) {
     const fits = S.data.models.filter((entry) => entry.kind === "fit");
     if (model.kind !== "fit") return fits.find((entry) => entry.present);
-    return fits[fits.indexOf(model) - 1];
+    const first = fits.findIndex(S.isDrawable), chosen = fits.indexOf(model);
+    return fits[first >= 0 && chosen > first ? first : chosen - 1];
   }
 
   S.ladderPanel = function () {

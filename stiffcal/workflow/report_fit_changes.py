@@ -16,7 +16,8 @@ from stiffcal.workflow.steps import HISTORY, Ingested, key_of_table, stored_docu
 def fit_changes(data: Ingested) -> tuple[FitChange, ...]:
     """Return the fits of the present load states that follow each other with another model, oldest first.
 
-    Fits of other load states are left out: what differs then need not come from the model.
+    Where there are several, what all of them together changed comes before them. Fits of other load states are left
+    out: what differs then need not come from the model.
 
     Parameters
     ----------
@@ -25,8 +26,10 @@ def fit_changes(data: Ingested) -> tuple[FitChange, ...]:
     stored, states = stored_document(data.store, HISTORY) or {"fits": []}, key_of_table(data.table)
     fits = [result_from(StoredFit, fit, data.store.display_name, HISTORY) for fit in stored["fits"]]
     comparable = [fit for fit in fits if fit.states_key == states and fit.parameters is not None]
-    changes = (_change(before, after) for before, after in itertools.pairwise(comparable))
-    return tuple(change for change in changes if change is not None)
+    pairs = itertools.pairwise(comparable)
+    changes = [change for before, after in pairs if (change := _change(before, after)) is not None]
+    whole = _change(comparable[0], comparable[-1]) if len(changes) > 1 else None
+    return (*([] if whole is None else [whole]), *changes)
 
 
 def _change(before: StoredFit, after: StoredFit) -> FitChange | None:

@@ -154,7 +154,7 @@ def test_effects_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("effects", "joint-compliance") == 0
     text = capsys.readouterr().out
     assert "rad/(N·m)" in text
-    assert "next: stiffcal add . joint-compliance --all" in text
+    assert "next: stiffcal diagnose" in text
 
 
 @pytest.mark.parametrize(

@@ -39,8 +39,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if not fits:
         return LeftOut(_TITLE, "the history holds no fit yet")
     zero = None if content.validate is None else content.validate.zero_model
-    noise = None if content.validate is None else content.validate.noise
-    noise = noise or next((fit.noise for fit in reversed(fits) if fit.noise is not None), None)
+    noise = content.known_noise or next((fit.noise for fit in reversed(fits) if fit.noise is not None), None)
     # The present fit is the last rung, also where an earlier model has been restored.
     present = None if content.identify is None else content.identify.fit_id
     drawn_fits = sorted(fits, key=lambda fit: fit.id == present)[-_MOST_STEPS:]

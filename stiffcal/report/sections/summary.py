@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
+from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.reduction.registration import RegistrationSummary
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
+from stiffcal.report.estimates import estimate_text
 from stiffcal.report.figures.ladder import Rung, leading_component
 from stiffcal.report.figures.overview import draw_overview
 from stiffcal.report.sections.campaign import MOST_WARNINGS, warnings_of
 from stiffcal.report.sections.experiments import table_of
-from stiffcal.report.sections.stiffness import not_claimed, short_stiffness_table
+from stiffcal.report.sections.stiffness import not_claimed, short_stiffness_table, where_words
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 
@@ -35,7 +38,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.readings_alone and content.validate is not None:
         sentences += _heldout_readings(content.validate)
     else:
-        sentences += _heldout_sentences(content.validate)
+        sentences += _heldout_sentences(content)
     blocks.append(Paragraph(" ".join(sentences)))
     elasticity = None if content.validate is None else content.validate.elasticity
     if elasticity is not None and elasticity.verdict != "identified":
@@ -61,7 +64,26 @@ def _verdict(content: ReportContent) -> str:
         before, after = wording.measure_text(diagnosis.rms), wording.measure_text(diagnosis.heldout_rms_with_missing)
         noise = f"; the noise is {wording.measure_text(diagnosis.noise)}" if diagnosis.noise else ""
         text += f" Added to the model, it takes the error in held-out poses from {before} to {after} rms{noise}."
+        text += _changed(diagnosis.before_after, content, "It")
+    elif not diagnosis.unexplained and content.fit_changes:
+        text += _changed(content.fit_changes[0].values, content, f"What was added ({content.fit_changes[0].change})")
     return text
+
+
+def _changed(values: Sequence[BeforeAfter], content: ReportContent, cause: str) -> str:
+    """Return the stiffness that moved most beyond its 95 % interval; "" where none did."""
+    moved = [
+        value for value in values
+        if value.outside_interval and value.relative is not None and value.where.joints and value.unit == "N·m/rad"
+    ]  # fmt: skip
+    if not moved:
+        return ""
+    most = max(moved, key=lambda value: abs(value.relative or 0.0))
+    before, after = (
+        estimate_text(value.value, value.interval) for value in (most.before, most.after) if value is not None
+    )
+    place = where_words(most.where, content.joint_names)
+    return f" {cause} changes the stiffness of {place} most: from {before} to {after} {most.unit}."
 
 
 def _next_step(content: ReportContent) -> str:
@@ -92,10 +114,6 @@ def _overview(content: ReportContent) -> list[Block]:
             blocks += [table_of(table, "What these runs determine, ± 95 %.") for table in content.main_tables]
     fits = [] if content.history is None else content.history.fits
     zero = None if content.validate is None else content.validate.zero_model
-    noise = None if content.validate is None else content.validate.noise
-    if content.diagnose is not None and content.diagnose.missing and content.diagnose.noise:
-        # A missing effect may swell the scatter of repeats: the noise is that with the effect in the model.
-        noise = content.diagnose.noise
     present = None if content.identify is None else content.identify.fit_id
     drawn_fits = sorted(fits, key=lambda fit: fit.id == present)
     component = leading_component(drawn_fits)
@@ -113,7 +131,7 @@ def _overview(content: ReportContent) -> list[Block]:
                     draw_overview,
                     drawn_fits,
                     zero,
-                    noise,
+                    content.known_noise,
                     run,
                     content.place_shares,
                     _expected(content, component),
@@ -197,8 +215,9 @@ def _heldout_readings(validation: ValidateResult) -> list[str]:
     return sentences
 
 
-def _heldout_sentences(validation: ValidateResult | None) -> list[str]:
+def _heldout_sentences(content: ReportContent) -> list[str]:
     """Give the error to expect in new poses, with the deflection itself and the noise."""
+    validation = content.validate
     if validation is None:
         return ["What error to expect in new poses has not been tested yet (no validation)."]
     error = (
@@ -208,7 +227,9 @@ def _heldout_sentences(validation: ValidateResult | None) -> list[str]:
     left = validation.relative.translation
     if left is not None:
         error += f": {wording.percent(1.0 - left)} of the deflection is predicted"
-    sentences = [f"{error}.", noise_sentence(validation)]
+    sentences = [f"{error}."]
+    if content.known_noise == validation.noise:  # else the answer above states the noise
+        sentences.append(noise_sentence(validation))
     if not validation.passed:
         sentences.append("The campaign's own thresholds are exceeded.")
     return sentences

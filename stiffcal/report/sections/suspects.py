@@ -20,11 +20,7 @@ def section(content: ReportContent) -> ReportSection | None:
     blocks: list[Block] = []
     if suspects:
         runs = wording.listing([_place(suspect) for suspect in suspects], 12)
-        blocks.append(
-            Paragraph(
-                f"Look at these first: {runs}. All numbers of the fit are with them; nothing was left out.", "key"
-            )
-        )
+        blocks.append(Paragraph(f"Look at these first: {runs}. All numbers of the fit are with them.", "key"))
     for suspect in suspects:
         blocks += [SubheadingBlock(_place(suspect)), Facts(tuple(_facts(suspect)))]
     if suspects:
