@@ -51,13 +51,15 @@ class PlannedTracker(TomlTable):
 
     Attributes
     ----------
-    position_m : base axes. axis : base axes, the middle of its field of view; absent: any direction.
+    position_m : base axes; absent: the origin of `[frames.tracker]` in campaign.toml. Links and keep-out boxes hide
+        what is behind them.
+    axis : base axes, the middle of its field of view; absent: any direction.
     cone_deg : half the opening angle of its field of view about `axis`.
     reflector_axis : outward from the reflector, in the measured frame; absent: it can be measured from all sides.
     acceptance_deg : the largest angle between the beam and `reflector_axis`.
     """
 
-    position_m: Vector3
+    position_m: Vector3 | None = None
     axis: Vector3 | None = None
     cone_deg: Annotated[Degrees, Field(gt=0, le=180)] = 180.0
     reflector_axis: Vector3 | None = None

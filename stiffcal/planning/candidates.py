@@ -11,6 +11,7 @@ from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.planning.capsules import keep_apart
+from stiffcal.planning.sight import beam_is_free
 
 # Poses that are drawn for each one wanted, at most: where fewer than one in so many is possible, few remain.
 DRAWN_PER_POSE = 200
@@ -64,6 +65,8 @@ class Rejected:
     """The measured frame is outside of the tracker's field of view."""
     reflector: int
     """The reflector is turned away from the tracker."""
+    obstructed: int
+    """A link or a keep-out box is in the beam."""
 
 
 def possible_poses(
@@ -87,7 +90,7 @@ def possible_poses(
     """
     rng = np.random.default_rng(seed)
     taken: list[Floats] = []
-    n_taken = drawn = collision = out_of_view = reflector = 0
+    n_taken = drawn = collision = out_of_view = reflector = obstructed = 0
     low, high = cell.limits.T
     while n_taken < wanted and drawn < DRAWN_PER_POSE * wanted:
         joints = low + (high - low) * rng.random((min(DRAWN_AT_ONCE, DRAWN_PER_POSE * wanted), len(low)))
@@ -100,9 +103,12 @@ def possible_poses(
             out_of_view += int(np.count_nonzero(~viewed))
             reflector += int(np.count_nonzero(viewed & ~accepted))
             joints = joints[viewed & accepted]
+            clear = has_line_of_sight(chain, cell, cell.tracker, target, tips, joints)
+            obstructed += int(np.count_nonzero(~clear))
+            joints = joints[clear]
         taken.append(joints)
         n_taken += len(joints)
-    return np.concatenate(taken)[:wanted], Rejected(drawn, collision, out_of_view, reflector)
+    return np.concatenate(taken)[:wanted], Rejected(drawn, collision, out_of_view, reflector, obstructed)
 
 
 @dataclass(frozen=True)
@@ -160,7 +166,7 @@ def near_poses(
     possible = is_free(chain, cell, tips, near)
     if cell.tracker is not None:
         viewed, accepted = can_measure(chain, cell.tracker, target, near)
-        possible &= viewed & accepted
+        possible &= viewed & accepted & has_line_of_sight(chain, cell, cell.tracker, target, tips, near)
     return near[possible], source[possible]
 
 
@@ -173,13 +179,11 @@ def is_free(chain: Chain, cell: Cell, tips: tuple[Attachment, ...], joints: Floa
     """
     if not len(joints):
         return np.zeros(0, dtype=np.bool_)
-    angles = chain.model_angles(joints)
-    positions, _ = body_poses(chain, angles)
-    ends = [(positions[:, k], positions[:, k + 1], k) for k in range(1, positions.shape[1] - 1)]
-    ends += [(positions[:, -1], attached_poses(chain, angles, tip)[0], chain.n_joints + 1) for tip in tips]
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions[:1], axis=1), axis=2)[0])])
-    base = (positions[:, 0], positions[:, 1], 0)
-    starts, stops, bodies = zip(base, *ends, strict=True)
+    lines = link_lines(chain, tips, joints)
+    starts, stops, bodies = zip(*lines, strict=True)
+    ends = lines[1:]
+    positions = body_poses(chain, chain.model_angles(joints[:1]))[0]
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=1), axis=2)[0])])
     # tips all begin at the flange
     lengths = [float(along[min(body, len(along) - 1)]) for body in bodies]
     free = keep_apart(starts, stops, lengths, cell.radius)
@@ -194,6 +198,23 @@ def is_free(chain: Chain, cell: Cell, tips: tuple[Attachment, ...], joints: Floa
             inside = (points > lower - cell.radius) & (points < upper + cell.radius)
             free &= ~inside.all(axis=2).any(axis=1)
     return free
+
+
+def link_lines(chain: Chain, tips: tuple[Attachment, ...], joints: Floats) -> list[tuple[Floats, Floats, int]]:
+    """Return start and end (n, 3) of each capsule's line, m, base axes, and its body; that of the base comes first."""
+    angles = chain.model_angles(joints)
+    positions, _ = body_poses(chain, angles)
+    lines = [(positions[:, k], positions[:, k + 1], k) for k in range(positions.shape[1] - 1)]
+    return lines + [(positions[:, -1], attached_poses(chain, angles, tip)[0], chain.n_joints + 1) for tip in tips]
+
+
+def has_line_of_sight(
+    chain: Chain, cell: Cell, tracker: Tracker, target: Attachment, tips: tuple[Attachment, ...], joints: Floats
+) -> Booleans:
+    """Return (n,) True where neither a link nor a keep-out box is in the beam (`planning.sight`)."""
+    place, _ = attached_poses(chain, chain.model_angles(joints), target)
+    lines = [(start, end) for start, end, _ in link_lines(chain, tips, joints)]
+    return beam_is_free(tracker.position, place, lines, cell.radius, cell.boxes)
 
 
 def can_measure(chain: Chain, tracker: Tracker, target: Attachment, joints: Floats) -> tuple[Booleans, Booleans]:

@@ -16,6 +16,7 @@ from stiffcal.workflow.plan_candidates import Candidates
 from stiffcal.workflow.plan_choice import ChosenRuns, Purpose
 from stiffcal.workflow.plan_goals import LOOK_ALIKES
 from stiffcal.workflow.plan_model import PlanModel
+from stiffcal.workflow.plan_tracker import tracker_warnings
 
 # χ² by which a model must fit better for a test of two to decide: five standard deviations.
 ENOUGH = 25.0
@@ -49,7 +50,7 @@ def answer_of(
     expected = _expected(campaign, model, chosen, choice.design.chosen)
     parameters = expected_parameters(model, information, choice, expected)
     runs = runs_to_measure(chosen.candidates, choice, minutes_per_run, plan.minutes_per_step)
-    warnings = _warnings(model)
+    warnings = [*_warnings(model), *tracker_warnings(campaign, plan)]
     losses = losses_of_runs(choice, expected, information.names, runs)
     if losses:
         resting = "; ".join(f"{loss.parameter} on {loss.run}" for loss in losses)

@@ -86,6 +86,7 @@ def candidates_of(campaign: Campaign, plan: PlanFile, model: PlanModel, two_side
             "keep_out": (rejected.collision, "a link enters a keep-out box, goes below lowest_m or meets another"),
             "tracker.cone_deg": (rejected.out_of_view, "the measured frame is outside of the tracker's field of view"),
             "tracker.acceptance_deg": (rejected.reflector, "the reflector is turned away from the tracker"),
+            "tracker.position_m": (rejected.obstructed, "a link or a keep-out box is in the tracker's beam"),
         }
         place, (count, why) = max(counts.items(), key=lambda entry: entry[1][0])
         reason = f"none of {rejected.drawn} poses within the joint limits is possible: in {count} of them {why}"

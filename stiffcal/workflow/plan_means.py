@@ -11,6 +11,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.workflow.plan_tracker import tracker_of
 
 if TYPE_CHECKING:
     from stiffcal.planning.candidates import Cell
@@ -30,7 +31,7 @@ def cell_of(campaign: Campaign, plan: PlanFile) -> Cell:
     ------
     InputError : a joint is not known, no angle of a joint is left, a box is empty, or a direction is zero.
     """
-    from stiffcal.planning.candidates import Cell, Tracker
+    from stiffcal.planning.candidates import Cell
 
     chain = campaign.chain
     limits = chain.limits.copy()
@@ -54,21 +55,7 @@ def cell_of(campaign: Campaign, plan: PlanFile) -> Cell:
             mend = "write the lower corner as min_m, the upper one as max_m"
             raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, f"keep_out {number}", "the box is empty", mend)
     boxes = np.array([[box.min_m, box.max_m] for box in plan.keep_out]).reshape(-1, 2, 3)
-    tracker = None
-    if plan.tracker is not None:
-        table = plan.tracker
-        for key, vector in (("axis", table.axis), ("reflector_axis", table.reflector_axis)):
-            if vector is not None and not any(vector):
-                mend = "write a direction, of any length"
-                raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, f"tracker.{key}", "all zero", mend)
-        tracker = Tracker(
-            np.array(table.position_m),
-            None if table.axis is None else np.array(table.axis),
-            float(np.radians(table.cone_deg)),
-            None if table.reflector_axis is None else np.array(table.reflector_axis),
-            float(np.radians(table.acceptance_deg)),
-        )
-    return Cell(limits, boxes, plan.link_radius_m, plan.lowest_m, tracker)
+    return Cell(limits, boxes, plan.link_radius_m, plan.lowest_m, tracker_of(campaign, plan))
 
 
 def loads_of_places(campaign: Campaign, plan: PlanFile) -> Floats:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
-from stiffcal.planning.candidates import Cell, Tracker, is_free, possible_poses
+from stiffcal.planning.candidates import Cell, Tracker, has_line_of_sight, is_free, possible_poses
 from stiffcal.planning.capsules import distance_of_lines
 from tests.laboratory.robots import force_sensor_setup, six_axes
 
@@ -14,6 +14,7 @@ CHAIN = six_axes()
 TARGET = force_sensor_setup(CHAIN).targets[0]
 LIMITS = np.radians([[-170, 170], [-140, 0], [-110, 150], [-200, 200], [-120, 120], [-300, 300]])
 NO_BOXES = np.zeros((0, 2, 3))
+WALL = np.array([[[6.0, -9.0, -9.0], [7.0, 9.0, 9.0]]])
 
 
 def cell(**changes: object) -> Cell:
@@ -64,12 +65,31 @@ def test_the_tracker_measures_every_pose() -> None:
         ({"boxes": np.array([[[-9.0, -9.0, -9.0], [9.0, 9.0, 9.0]]])}, "collision"),
         ({"tracker": Tracker(np.array([9.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]), 0.5, None, 0.5)}, "out_of_view"),
         ({"tracker": Tracker(np.array([9.0, 0.0, 0.0]), None, 0.5, np.array([0.0, 0.0, 1.0]), 1e-9)}, "reflector"),
+        ({"tracker": Tracker(np.array([9.0, 0.0, 1.0]), None, 0.5, None, 0.5), "boxes": WALL}, "obstructed"),
     ],
 )
 def test_where_nothing_is_possible_the_reason_is_counted(changes: dict[str, object], counted: str) -> None:
     joints, rejected = possible_poses(CHAIN, cell(**changes), TARGET, (TARGET,), 5, 0)
     assert joints.shape == (0, 6)
     assert getattr(rejected, counted) == rejected.drawn
+
+
+def test_the_robot_in_the_beam_hides_the_target() -> None:
+    """A stretched arm, the target at its tip: beams from in front and from the side are free, one through it is not."""
+    stretched = np.radians([[0, -60, 0, 0, 20, 0]])
+    place = attached_poses(CHAIN, CHAIN.model_angles(stretched), TARGET)[0][0]
+    elbow = body_poses(CHAIN, CHAIN.model_angles(stretched))[0][0, 3]
+    across = np.array([0.0, 2.5, 0.0])
+    for position, free in ((place + (place - elbow), True), (place + across, True), (elbow - (place - elbow), False)):
+        tracker = Tracker(position, None, 0.5, None, 0.5)
+        assert has_line_of_sight(CHAIN, cell(), tracker, TARGET, (TARGET,), stretched).tolist() == [free]
+    # a box between hides, one around the tracker does not
+    between, around = (
+        np.stack([centre - 0.2, centre + 0.2])[None] for centre in (place + 0.5 * across, place + across)
+    )
+    tracker = Tracker(place + across, None, 0.5, None, 0.5)
+    for boxes, free in ((between, False), (around, True)):
+        assert has_line_of_sight(CHAIN, cell(boxes=boxes), tracker, TARGET, (TARGET,), stretched).tolist() == [free]
 
 
 def test_links_that_meet_are_no_pose() -> None:

@@ -181,6 +181,7 @@ BEHIND = "[tracker]\nposition_m = [9.0, 0.0, 1.0]\naxis = [1.0, 0.0, 0.0]\ncone_
         ("minutes = 3.0\n" + LOAD, FaultCode.VALUE_INVALID, "minutes"),
         (LOAD + EMPTY_BOX, FaultCode.VALUE_INVALID, "keep_out 1"),
         (LOAD + NO_AXIS, FaultCode.VALUE_INVALID, "tracker.axis"),
+        (LOAD + "[tracker]\n", FaultCode.KEY_MISSING, "tracker.position_m"),
         (LOAD + REGION.format(7.0, 8.0), FaultCode.POSE_UNREACHABLE, "region"),
         (LOAD + REGION.format(2.0, 1.0), FaultCode.VALUE_INVALID, "region"),
         ('parameters = ["backlash.j1.width"]\n' + LOAD, FaultCode.PARAMETER_UNKNOWN, "parameters"),
