@@ -17,6 +17,7 @@ from typing import Any, cast
 import typer
 
 from docs.effect_page import effect_page
+from docs.effects_api_page import effects_api_page
 from docs.markdown import cell, code, table
 from stiffcal.campaign.file_formats import format_names, log_format
 from stiffcal.cli import endings
@@ -317,6 +318,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "commands": command_page,
     **dict(toml_pages()),
     "effects": effect_page,
+    "effects-api": effects_api_page,
     "formats": format_page,
     "exit-codes": exit_code_page,
     "columns": column_page,

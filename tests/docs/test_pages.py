@@ -14,6 +14,7 @@ from docs import generated_pages
 from docs.effect_page import effect_page
 from docs.formulas import BLANK, FormulaError, mathml
 from docs.page_blocks import page_text
+from stiffcal import effects_api
 from stiffcal.campaign.file_formats import format_names
 from stiffcal.cli import endings
 from stiffcal.cli.app import COMMANDS
@@ -39,6 +40,12 @@ def test_the_page_of_commands_has_each_with_its_options() -> None:
 
 def test_the_page_of_effects_has_each() -> None:
     assert headings(effect_page()) == [effect.name for effect in describe_effects().effects]
+
+
+def test_the_page_of_the_effects_api_has_each_name_with_a_line() -> None:
+    rows = re.findall(r"^\| `(\w+)` \| (.+) \|$", generated_pages.effects_api_page(), flags=re.MULTILINE)
+    assert [name for name, _ in rows] == effects_api.__all__
+    assert all(line.endswith(".") for _, line in rows)
 
 
 def test_the_law_of_each_effect_begins_with_a_formula() -> None:

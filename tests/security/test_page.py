@@ -1,4 +1,4 @@
-"""The page "Folders from others" names what there is."""
+"""The page "Campaign folders you do not trust" names what there is."""
 
 from __future__ import annotations
 

@@ -1,0 +1,51 @@
+"""The reference page of `stiffcal.effects_api`: every name that an effect of one's own may import, one line each."""
+
+from __future__ import annotations
+
+import inspect
+
+from docs.markdown import cell, code, table
+from stiffcal import effects_api
+
+WITHOUT_DOCSTRING = {
+    "BASE_NODE": "Node number of the base, 0.",
+    **{f"T{axis}": f"Component: translation along {axis.lower()} of the node's axes, m; of a wrench force, N."
+       for axis in "XYZ"},
+    **{f"R{axis}": f"Component: rotation about {axis.lower()} of the node's axes, rad; of a wrench moment, N·m."
+       for axis in "XYZ"},
+    "Floats": "Type: numpy array of float64.",
+    "PlaceKind": 'Type: "joints", "links", "pairs", "frames" or "setup".',
+    "Values": "Type: mapping from symbol to value, SI.",
+}  # fmt: skip
+"""Constants and types, which carry no docstring of their own."""
+
+
+def effects_api_page() -> str:
+    """Every public name of `stiffcal.effects_api`, then the members of an effect."""
+    rows = [(code(name), cell(line_of(name))) for name in effects_api.__all__]
+    return "\n".join(
+        [
+            "# Names for your own effects\n",
+            "What a plugin may import from `stiffcal.effects_api`; [Write your own effect](../../how-to/own-effect.md)",
+            "shows their use.\n",
+            table(("name", "what it is"), rows),
+            "## What an effect consists of\n",
+            "```{eval-rst}",
+            ".. autoclass:: stiffcal.effects_api.Effect",
+            "   :members:\n",
+            ".. autoclass:: stiffcal.effects_api.ParameterSpec",
+            "   :members:\n",
+            ".. autoclass:: stiffcal.effects_api.NodeLoads",
+            "   :members:",
+            "```",
+        ]
+    )
+
+
+def line_of(name: str) -> str:
+    """Return one line on a public name: the first of its docstring, without reStructuredText's marks."""
+    text = WITHOUT_DOCSTRING.get(name)
+    if text is None:
+        first = (inspect.getdoc(getattr(effects_api, name)) or "").partition("\n\n")[0]
+        text = first.replace("``", "")
+    return text
