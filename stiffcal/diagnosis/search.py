@@ -19,6 +19,7 @@ from stiffcal.diagnosis.deletions import Rival, rivals_without_a_pose, too_many_
 from stiffcal.diagnosis.explained import explained_share
 from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values, reduction_between
 from stiffcal.diagnosis.naming import near_best, ties_with_named
+from stiffcal.diagnosis.own_weights import with_alike_in_own_weights
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.diagnosis.search_context import LoadSearchContext, NoBalanceWithError, SearchContext, without
@@ -125,6 +126,8 @@ def _search(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progres
     )
     if simpler is not None:
         scan, tried = _reconsider(bench, first, *simpler, progress)
+    looks = [bench.look(_reduced(bench, first, scan.fit.robot, missing_effect.candidate)) for missing_effect in tried]
+    tried = tuple(with_alike_in_own_weights(bench, look, scan, one) for look, one in zip(looks, tried, strict=True))
     return _conclude(bench, first, scan, tried)
 
 
