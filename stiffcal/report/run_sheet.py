@@ -37,7 +37,7 @@ def build_run_sheet(
     ----------
     plan : what to measure.
     robot, campaign : their names.
-    sources : names of the logging devices, as campaign.toml has them.
+    sources : names of the logging devices, as campaign.toml has them, or of their files.
     date : ISO date that is printed.
     output : where to write.
     progress : receives each step.

@@ -101,7 +101,7 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     if request.campaign is not None:
         from stiffcal.workflow.plan_folder import write_planned_campaign
 
-        files = write_planned_campaign(request.campaign, campaign, result)
+        files = write_planned_campaign(request.campaign, campaign, result, request.force)
         result = replace(result, folder=str(request.campaign), files=files)
     if request.sheet is not None:
         write_sheet(request.sheet, campaign, result)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal
@@ -21,6 +23,7 @@ from stiffcal.workflow.plan_tracker import tracker_warnings
 # χ² by which a model must fit better for a test of two to decide: five standard deviations.
 ENOUGH = 25.0
 HOUR = 60.0
+NUMBERED = re.compile(r"run([0-9]{1,6})")
 
 if TYPE_CHECKING:
     from stiffcal.identification.observability import ObservabilityIndices
@@ -49,8 +52,9 @@ def answer_of(
     choice, information = chosen.choice, chosen.information
     expected = _expected(campaign, model, chosen, choice.design.chosen)
     parameters = expected_parameters(model, information, choice, expected)
-    runs = runs_to_measure(chosen.candidates, choice, minutes_per_run, plan.minutes_per_step)
-    warnings = [*_warnings(model), *tracker_warnings(campaign, plan)]
+    taken = {run.id for run in campaign.manifest.runs}
+    runs = runs_to_measure(chosen.candidates, choice, minutes_per_run, plan.minutes_per_step, taken)
+    warnings = [*_warnings(campaign, model), *tracker_warnings(campaign, plan)]
     losses = losses_of_runs(choice, expected, information.names, runs)
     if losses:
         resting = "; ".join(f"{loss.parameter} on {loss.run}" for loss in losses)
@@ -233,17 +237,20 @@ def expected_parameters(
     return expected
 
 
-def runs_to_measure(candidates: Candidates, choice: Choice, minutes: float, per_state: float) -> list[RunToMeasure]:
-    """Return the chosen runs in an order of short moves."""
+def runs_to_measure(
+    candidates: Candidates, choice: Choice, minutes: float, per_state: float, taken: Collection[str] = ()
+) -> list[RunToMeasure]:
+    """Return the chosen runs in an order of short moves, numbered after those whose names are taken."""
     from stiffcal.planning.choice import short_order
     from stiffcal.planning.results import RunToMeasure
 
     chosen = choice.design.chosen
     order = short_order(candidates.joints[chosen])
-    width = len(str(len(chosen)))
+    last = max((int(match[1]) for name in taken if (match := NUMBERED.fullmatch(name))), default=0)
+    width = max(2, len(str(last + len(chosen))))
     runs = [
         RunToMeasure(
-            id=f"run{number:0{max(2, width)}d}",
+            id=f"run{number:0{width}d}",
             joints=candidates.joints[chosen[rank]],
             wrench=candidates.wrench[chosen[rank]],
             minutes=minutes,
@@ -251,7 +258,7 @@ def runs_to_measure(candidates: Candidates, choice: Choice, minutes: float, per_
             approach=np.zeros((0, candidates.joints.shape[1])),
             rank=int(rank) + 1,
         )
-        for number, rank in enumerate(order, start=1)
+        for number, rank in enumerate(order, start=last + 1)
     ]
     if candidates.turn is None:
         return runs
@@ -278,11 +285,16 @@ def gain_of(choice: Choice, expected: ExpectedFit, warm_up: float, minutes: floa
     ]
 
 
-def _warnings(model: PlanModel) -> list[str]:
+def _warnings(campaign: Campaign, model: PlanModel) -> list[str]:
     """Return what a reader of the plan must know of its values."""
     warnings = []
     if model.assumed:
         warnings.append(f"{len(model.assumed)} parameters have typical values: expected uncertainties are as rough")
+    rods = [name for name, source in campaign.manifest.sources.items() if source.lengths is not None]
+    if rods:
+        warnings.append(
+            f"rods are not counted: the expected uncertainties are without the lengths of {', '.join(rods)}"
+        )
     return warnings
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.plan_file import PLAN_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.plan_sheet import write_sheet
@@ -22,9 +24,12 @@ if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
 
 RUN_SHEETS = ("runs.csv", "runs.pdf")
+HEAD = """# A planned campaign: put the logs into raw/, under the names that stand below, then:  stiffcal check
+# The run sheet is runs.pdf, as a table runs.csv; plan.toml is for further runs:  stiffcal plan
+"""
 
 
-def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -> list[str]:
+def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult, force: float | None = None) -> list[str]:
     """Write the folder, and return its files.
 
     The sources, frames and thresholds are those of the campaign that the plan was made from; logs go to ``raw/``, a
@@ -36,6 +41,7 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -
     folder : to make; it must not exist, or be empty.
     campaign : what was planned for.
     plan : its runs.
+    force : the largest force, N, where it is not that of plan.toml.
 
     Raises
     ------
@@ -46,7 +52,7 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         mend = "name a folder that does not exist yet"
         raise InputError.at(FaultCode.FILE_EXISTS, str(folder), "", "the folder is not empty", mend)
-    document = tomlkit.parse((campaign.folder / MANIFEST_FILE).read_text(encoding="utf-8"))
+    document = tomlkit.parse(_without_head((campaign.folder / MANIFEST_FILE).read_text(encoding="utf-8")))
     document.pop("exclude", None)
     if plan.experiment != "absolute":
         document.pop("runs", None)
@@ -55,7 +61,7 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -
         document["runs"] = tomlkit.aot()
         document["runs"].append(tomlkit.item({"id": "poses", "experiment": "absolute"}))
     (folder / "raw").mkdir(parents=True)
-    (folder / MANIFEST_FILE).write_text(tomlkit.dumps(document), encoding="utf-8", newline="\n")
+    (folder / MANIFEST_FILE).write_text(HEAD + tomlkit.dumps(document), encoding="utf-8", newline="\n")
     written = [MANIFEST_FILE]
     copied = [campaign.manifest.robot]
     copied += [MODEL_FILE] if campaign.model_written else []
@@ -65,9 +71,30 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult) -
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(campaign.folder / name, folder / name)
         written.append(name)
+    (folder / PLAN_FILE).write_text(_plan_text(campaign.folder, force), encoding="utf-8", newline="\n")
+    written.append(PLAN_FILE)
     for sheet in RUN_SHEETS:
         write_sheet(folder / sheet, campaign, plan)
     return [*written, *RUN_SHEETS]
+
+
+def _without_head(text: str) -> str:
+    """Return campaign.toml without the comment that it begins with, which is about the other campaign."""
+    lines = text.splitlines(keepends=True)
+    return "".join(itertools.dropwhile(lambda line: not line.strip() or line.lstrip().startswith("#"), lines))
+
+
+def _plan_text(source: Path, force: float | None) -> str:
+    """Return plan.toml for further runs: that of the plan's campaign, with the force that was given in its place."""
+    import tomlkit
+
+    file = source / PLAN_FILE
+    text = file.read_text(encoding="utf-8") if file.exists() else 'schema = "stiffcal/plan-input/1"\n'
+    if force is None:
+        return text
+    document = tomlkit.parse(text)
+    document.setdefault("load", tomlkit.table())["force_N"] = force
+    return tomlkit.dumps(document)
 
 
 def _runs(campaign: Campaign, plan: PlanResult) -> AoT:

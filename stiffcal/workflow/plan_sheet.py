@@ -43,13 +43,21 @@ def write_sheet(file: Path, campaign: Campaign, plan: PlanResult) -> None:
     """
     check_sheet(file)
     if file.suffix.lower() == CSV:
-        write_run_sheet(file, plan, tuple(campaign.manifest.sources))
+        write_run_sheet(file, plan, _logs(campaign))
         return
     from stiffcal.report.run_sheet import build_run_sheet
 
     today = datetime.now(UTC).date().isoformat()
     robot = campaign.robot.name or "a robot"
-    build_run_sheet(plan, robot, campaign.manifest.name or "", tuple(campaign.manifest.sources), today, file)
+    build_run_sheet(plan, robot, campaign.manifest.name or "", _logs(campaign), today, file)
+
+
+def _logs(campaign: Campaign) -> tuple[str, ...]:
+    """Return what to log to: the file of a source that has one for all runs, else the source's name."""
+    return tuple(
+        source.file if source.in_files and source.file is not None else name
+        for name, source in campaign.manifest.sources.items()
+    )
 
 
 def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> None:
@@ -62,7 +70,7 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
     ----------
     file : to write.
     plan : its runs.
-    sources : names of the logging devices.
+    sources : names of the logging devices, or of their files.
 
     Raises
     ------

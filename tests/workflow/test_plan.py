@@ -265,7 +265,7 @@ def test_the_campaign_folder_is_ready_for_the_logs(irb4400: Path, tmp_path: Path
     out = tmp_path / "next"
     request = PlanRequest(campaign=out)
     plan = plan_campaign(with_plan(irb4400, "runs = 3\n" + LOAD), request=request)
-    assert plan.files == ["campaign.toml", "robot.toml", "model.toml", "runs.csv", "runs.pdf"]
+    assert plan.files == ["campaign.toml", "robot.toml", "model.toml", "plan.toml", "runs.csv", "runs.pdf"]
     made = load_campaign(out, check_files=False)
     assert [run.id for run in made.manifest.runs] == [run.id for run in plan.runs]
     first = made.manifest.runs[0]
@@ -293,6 +293,7 @@ def test_check_reads_the_folder_before_and_while_one_measures(irb4400: Path, tmp
     # half-way: what the first run shows counts for the further ones
     further = with_plan(out, "runs = 3\n" + LOAD)
     counted = plan_campaign(further)
+    assert [run.id for run in counted.runs] == ["run04", "run05", "run06"]
     assert counted.values_from.startswith("1 of 3 runs")
     shutil.rmtree(out / "raw")
     alone = plan_campaign(further)
