@@ -143,9 +143,7 @@ def _expected(plan: PlanResult) -> ReportSection:
         )
         for parameter in plan.parameters
     )  # fmt: skip
-    blocks: list[Paragraph | TableBlock | PictureBlock] = [
-        TableBlock(columns, rows, "Expected half widths of the 95 % intervals after all runs.")
-    ]
+    blocks: list[Paragraph | TableBlock | PictureBlock] = [TableBlock(columns, rows, "Expected after all runs.")]
     if plan.not_identified:
         blocks.append(Paragraph(f"Not identified with these means: {', '.join(plan.not_identified)}."))
     blocks += [Paragraph(f"{remedy_text(remedy)}.") for remedy in plan.remedies or ()]

@@ -99,6 +99,21 @@ def test_every_panel_is_drawn(page: Any) -> None:
     assert page.locator("#reading-table tbody tr").count() > 6
 
 
+def test_nothing_moves_by_itself_where_motion_is_to_be_reduced(page: Any) -> None:
+    play = page.get_by_role("button", name="Play run")
+    play.click()
+    playing = page.get_by_role("button", name="Stop")
+    assert playing.get_attribute("aria-pressed") == "true"
+    page.emulate_media(reduced_motion="reduce")
+    # stopped at once and out of sight; one state after another is still gone to by hand
+    play = page.locator("button", has_text="Play run")
+    play.wait_for(state="hidden")
+    assert play.get_attribute("aria-pressed") == "false"
+    before = page.evaluate("stiffcal.state.at")
+    page.locator("#robot").get_by_role("button", name="Next state").click()
+    assert page.evaluate("stiffcal.state.at") != before
+
+
 def test_a_model_of_the_ladder_shows_the_numbers_of_history(page: Any, content: Any) -> None:
     fits = content[1].fits
     page.evaluate("(id) => stiffcal.set({ model: id })", f"fit{fits[0].id}")

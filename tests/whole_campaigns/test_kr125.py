@@ -115,7 +115,7 @@ def test_play_in_rad(campaign: Path, identified: dict[str, Any], capsys: pytest.
     assert ended.value.code == 0
     shown = capsys.readouterr().out
     assert "joint 2 (A2)" in shown
-    assert "0.00264 ±" in shown  # rad, as backlash's width: 0.151°
+    assert re.search(r"0\.0026\d* ±|\(2\.6\d* ± [\d.]+\)·10⁻³", shown)  # rad, as backlash's width: 0.151°
     assert "none found" in shown
 
 
@@ -130,7 +130,7 @@ def test_the_report_has_the_papers_pages(campaign: Path, identified: dict[str, A
     assert len(pictures) == 4
     for picture in pictures:
         figure = picture.draw()
-        assert all(panel.get_xlabel() for panel in figure.axes if panel.axison and panel.get_ylabel() != "play [rad]")
+        assert all(panel.get_xlabel() for panel in figure.axes if panel.axison and panel.get_ylabel() != "play [mrad]")
     words = " ".join(text for block in section.blocks if isinstance(block, Items) for text in block.texts)
     assert "c-joint2: left out" in words
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.clamped.results import ClampedSection
     from stiffcal.experiments.clamped.simulation_settings import Clamping
     from stiffcal.experiments.measured import MeasuredRuns
-    from stiffcal.experiments.presentation import Overview, Page, Plot
+    from stiffcal.experiments.presentation import Overview, Page, Plot, Table
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
     from stiffcal.model.composite import CompliantRobot
@@ -75,6 +75,13 @@ class ClampedKind(ExperimentKind):
 
         section = _section(identified)
         return None if section is None else clamped_overview(section, identified)
+
+    def main_table(self, identified: IdentifiedModel) -> Table | None:
+        """Return the leading table of the overview."""
+        from stiffcal.experiments.clamped.page import clamped_main_table
+
+        section = _section(identified)
+        return None if section is None else clamped_main_table(section, identified)
 
     def page(self, data: MeasuredRuns, identified: IdentifiedModel) -> Page | None:
         """Return definitions, tables and pictures."""

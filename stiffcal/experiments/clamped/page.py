@@ -41,20 +41,14 @@ def clamped_overview(section: ClampedSection, identified: IdentifiedModel) -> Ov
     identified : the answer; where the clamped runs make no load states, stiffness and play stand here and in no other
         table. Else these are descriptions next to the parameters of the model, in the same units.
     """
-    columns = (
-        Column("clamped, no model assumed" if identified.has_states else "clamped", numbers=_TEXT),
-        Column("chord stiffness, ± 95 %" if identified.has_states else "stiffness, ± 95 %", "N·m/rad"),
-        Column("play by definition, ± 95 %" if identified.has_states else "play, ± 95 %", "rad"),
-        Column("friction", "N·m"),
-    )
+    columns = _overview_columns(identified, ", ± 95 %")
     rows: list[tuple[Words, ...]] = []
     for joint in section.joints:
-        half = Digits(NORMAL_95 * joint.play_std, 2)
         rows.append(
             (
                 (f"joint {joint.joint} ({joint.name})",),
                 (Interval(joint.chord_stiffness, *joint.chord_interval),),
-                (Digits(joint.play), " ± ", half) if joint.play_found else ("none found, ± ", half),
+                _play(joint),
                 (Digits(joint.friction),) if joint.friction_found else ("none found",),
             )
         )
@@ -68,6 +62,23 @@ def clamped_overview(section: ClampedSection, identified: IdentifiedModel) -> Ov
     ]
     blocks: tuple[Table | Sentence, ...] = (Table(columns, tuple(rows)), _runs_table(section), *sentences)
     return Overview(blocks, shown_parameters(section, identified))
+
+
+def _overview_columns(identified: IdentifiedModel, with_interval: str) -> tuple[Column, ...]:
+    """Return the columns of the leading table; `with_interval` stands in the titles of values that have one."""
+    has_states = identified.has_states
+    return (
+        Column("clamped, no model assumed" if has_states else "clamped", numbers=_TEXT),
+        Column(("chord stiffness" if has_states else "stiffness") + with_interval, "N·m/rad"),
+        Column(("play by definition" if has_states else "play") + with_interval, "rad"),
+        Column("friction", "N·m"),
+    )
+
+
+def clamped_main_table(section: ClampedSection, identified: IdentifiedModel) -> Table | None:
+    """Return the leading table of the overview for the report, whose caption says ± 95 %; None without a joint."""
+    table = next((block for block in clamped_overview(section, identified).blocks if isinstance(block, Table)), None)
+    return None if table is None else replace(table, columns=_overview_columns(identified, ""))
 
 
 def _joint_sentence(joint: JointResult) -> Sentence:
@@ -204,12 +215,12 @@ def _definitions(definition: Definition) -> str:
 def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     columns = (
         Column("joint", numbers=_TEXT),
-        Column("play, ± 95 %", "rad"),
+        Column("play", "rad"),
         Column("law's width b", "rad"),
         Column("crossed within", "± N·m"),
         Column("between poses", "rad"),
         Column("resolution", "rad"),
-        Column("friction, ± 95 %", "N·m"),
+        Column("friction", "N·m"),
         Column("torque from", numbers=_TEXT),
     )
     rows: list[tuple[Words, ...]] = []
@@ -230,7 +241,7 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
                 (str(joint.torque_from),),
             )
         )
-    return Table(columns, tuple(rows), "Play and friction of each joint, from all poses that are used.")
+    return Table(columns, tuple(rows), "Play and friction of each joint, ± 95 %, from all poses that are used.")
 
 
 def _play(joint: JointResult) -> Words:

@@ -10,6 +10,8 @@ from stiffcal.experiments.presentation import Band, Digits, Line, Marks, Names, 
 from stiffcal.uncertainty import NORMAL_95
 
 _ROW_MM = 43.0
+_MRAD = 1e3
+"""Angles are drawn in mrad."""
 
 
 def branches_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
@@ -32,15 +34,15 @@ def _in_rows(panels: tuple[Panel, ...], caption: Words) -> Picture:
 def _branches(joint: str, pose: ClampedPose) -> Panel:
     series: list[Series] = []
     if pose.low is not None and pose.high is not None:
-        series.append(Span(float(pose.low), float(pose.high), label="play"))
+        series.append(Span(_MRAD * float(pose.low), _MRAD * float(pose.high), label="play"))
     for is_rising, marker, colour, label in ((True, "^", 0, "angle growing"), (False, "v", 1, "angle falling")):
         of_branch = np.flatnonzero(pose.up == is_rising)
         order = of_branch[np.argsort(pose.angle[of_branch])]
-        angle = pose.angle[order]
+        angle = _MRAD * pose.angle[order]
         series.append(Marks(angle, pose.torque[order], marker, colour, size=2.4, edge=0.6, label=label))
         series.append(Line(angle, pose.fitted[order], width=0.9, label="fit"))
     title = f"{joint}, run {pose.run}" + (" (left out)" if pose.left_out else "")
-    return Panel(title, "angle, arm against motor [rad]", "torque on the joint [N·m]", tuple(series))
+    return Panel(title, "angle, arm against motor [mrad]", "torque on the joint [N·m]", tuple(series))
 
 
 def curves_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
@@ -76,7 +78,7 @@ def _departures_in_words(curves: tuple[ClampedCurve, ...]) -> Words:
                 "; " if words else " On average the readings leave the band (grey bars): ",
                 f"{curve.joint} from ",
             ]
-            words += [Digits(departure.low), " rad to ", Digits(departure.high), " rad, "]
+            words += [Digits(_MRAD * departure.low), " to ", Digits(_MRAD * departure.high), " mrad, "]
             words += [Digits(abs(departure.mean), 2), f" N·m {side} the curve"]
     return (*words, ".") if words else (" The readings stay within the band.",)
 
@@ -85,12 +87,12 @@ def _curve(curve: ClampedCurve) -> Panel:
     used = [pose for pose in curve.poses if pose.run in curve.curve_runs]
     series: list[Series] = [
         Marks(
-            pose.spring_angle, pose.spring_torque, str(number), number, size=2.2, edge=0.5, label=pose.run,
+            _MRAD * pose.spring_angle, pose.spring_torque, str(number), number, size=2.2, edge=0.5, label=pose.run,
             layer=2.0,
         )
         for number, pose in enumerate(used)
     ]  # fmt: skip
-    angle = curve.angle
+    angle = _MRAD * curve.angle
     half = NORMAL_95 * curve.std
     series.append(Band(angle, curve.torque - half, curve.torque + half))
     series.append(Line(angle, curve.torque, is_dashed=True))
@@ -99,7 +101,7 @@ def _curve(curve: ClampedCurve) -> Panel:
         if inside.any():
             series.append(Line(angle[inside], curve.torque[inside] + departure.mean, width=2.6, colour="quiet"))
     return Panel(
-        curve.joint, "angle from the flank [rad]", "torque [N·m]", tuple(series), x_ticks=5, has_zero_lines=True,
+        curve.joint, "angle from the flank [mrad]", "torque [N·m]", tuple(series), x_ticks=5, has_zero_lines=True,
         has_own_legend=True,
     )  # fmt: skip
 
@@ -131,19 +133,20 @@ def play_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
         poses = [pose for pose in curve.poses if pose.play is not None]
         spots = place + (np.arange(len(poses)) - 0.5 * (len(poses) - 1)) * min(0.22, 0.7 / max(len(poses), 1))
         if curve.result is not None:
-            play = np.full(2, curve.result.play)
+            play = np.full(2, _MRAD * curve.result.play)
             series.append(Line(np.array([place - 0.42, place + 0.42]), play, width=1.0, label="joint", layer=1.0))
         for spot, pose in zip(spots, poses, strict=True):
             is_cross = bool(pose.left_out)
             series.append(
                 Marks(
-                    np.array([spot]), np.array([pose.play or 0.0]), "x" if is_cross else "o", 1 if is_cross else 0,
+                    np.array([spot]), np.array([_MRAD * (pose.play or 0.0)]),
+                    "x" if is_cross else "o", 1 if is_cross else 0,
                     size=4.5, label="pose, left out" if is_cross else "pose, used",
-                    spread=np.array([pose.doubt]), note=pose.run,
+                    spread=np.array([_MRAD * pose.doubt]), note=pose.run,
                 )
             )  # fmt: skip
     panel = Panel(
-        "", "", "play [rad]", tuple(series), x_limits=(-0.6, len(curves) - 0.4), head_room=0.3,
+        "", "", "play [mrad]", tuple(series), x_limits=(-0.6, len(curves) - 0.4), head_room=0.3,
         x_names=tuple(curve.joint for curve in curves),
     )  # fmt: skip
     caption = (

@@ -24,6 +24,8 @@ from stiffcal.report.estimates import estimate_text
 from stiffcal.report.figures.panels import draw_panels
 
 ORDER = 44
+_MRAD = 1e3
+"""From rad; the report has no other unit for small angles."""
 
 
 def section(content: ReportContent) -> tuple[ReportSection | LeftOut, ...]:
@@ -54,15 +56,20 @@ def _block(block: presentation.Block) -> Block:
 
 
 def table_of(table: presentation.Table, caption: str) -> TableBlock:
-    """Return a table of a kind of experiment as the report sets it."""
+    """Return a table of a kind of experiment as the report sets it: angles in mrad."""
+    scales = [_MRAD if column.unit == "rad" else 1.0 for column in table.columns]
     columns = tuple(
-        Column(column.title, column.unit, align="right" if column.numbers else "left") for column in table.columns
+        Column(
+            column.title, "mrad" if column.unit == "rad" else column.unit, align="right" if column.numbers else "left"
+        )
+        for column in table.columns
     )
-    return TableBlock(columns, tuple(tuple(text_of(cell) for cell in row) for row in table.rows), caption)
+    rows = tuple(tuple(text_of(cell, scale) for cell, scale in zip(row, scales, strict=True)) for row in table.rows)
+    return TableBlock(columns, rows, caption)
 
 
-def text_of(words: Words) -> str:
-    """Return a text with its numbers as the report writes them.
+def text_of(words: Words, scale: float = 1.0) -> str:
+    """Return a text with its numbers, times `scale`, as the report writes them.
 
     Examples
     --------
@@ -73,9 +80,9 @@ def text_of(words: Words) -> str:
     for piece in words:
         match piece:
             case Digits(value, significant):
-                text += wording.digits(value, significant)
+                text += wording.digits(None if value is None else value * scale, significant)
             case Interval(value, low, high):
-                text += estimate_text(value, (low, high))
+                text += estimate_text(value, (low, high), scale)
             case Names(names):
                 text += wording.listing(names)
             case Joints(joints):

@@ -74,9 +74,7 @@ def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
         TableColumn("joint", align="left"),
         TableColumn("displacement", align="left"),
         TableColumn("stiffness by itself"),
-        TableColumn("± 95 %"),
         TableColumn("stiffness, all together"),
-        TableColumn("± 95 %"),
         TableColumn("unit", align="left"),
         TableColumn("above the noise", align="left", width=1.0),
     )
@@ -86,10 +84,10 @@ def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
             scale, unit = (1.0, "N·m/rad") if curve.line.component[0] == "r" else (1e-6, "N/µm")
             measured = _stiffness(curve.line.compliance, curve.line.std, curve.line.above_noise, scale)
             whole = joint.together.get(curve.line.component)
-            together = (wording.DASH, wording.DASH) if whole is None else _stiffness(*whole, scale)
-            rows.append((joint.name, _NAMES[curve.line.component], *measured, *together, unit, _verdict(curve, whole)))
+            together = wording.DASH if whole is None else _stiffness(*whole, scale)
+            rows.append((joint.name, _NAMES[curve.line.component], measured, together, unit, _verdict(curve, whole)))
     caption = (
-        "All displacements, turns first. By itself: a straight line through the joint’s own displacements. All "
+        "All displacements, turns first; ± 95 %. By itself: a straight line through the joint’s own displacements. All "
         "together: the fit of this report, from all bodies at once; a dash where its model holds no such spring. Where "
         "a compliance is not significant the stiffness is at least the value that is given."
     )
@@ -117,14 +115,14 @@ def _couplings(joints: tuple[JointPicture, ...]) -> str:
     return text
 
 
-def _stiffness(compliance: Number, std: Number, above: bool, scale: float) -> tuple[str, str]:
-    """Return a stiffness and its half width; a lower bound where the compliance is lost in the noise."""
+def _stiffness(compliance: Number, std: Number, above: bool, scale: float) -> str:
+    """Return a stiffness ± 95 %; a lower bound where the compliance is not significant."""
     if compliance is None or std is None:
-        return wording.DASH, wording.DASH
+        return wording.DASH
     if not above:
         most = max(compliance, 0.0) + NORMAL_95 * std
-        return (f"above {wording.digits(scale / most)}" if most > 0.0 else wording.DASH), ""
-    return wording.digits(scale / compliance), wording.digits(NORMAL_95 * std * scale / compliance**2, 2)
+        return f"above {wording.digits(scale / most)}" if most > 0.0 else wording.DASH
+    return wording.plus_minus(scale / compliance, NORMAL_95 * std * scale / compliance**2)
 
 
 def _verdict(curve: JointCurve, whole: tuple[float, float, bool] | None) -> str:

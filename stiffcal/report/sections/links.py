@@ -118,13 +118,13 @@ def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
     for row, column, text, factor, unit in _ELEMENTS:
         value, ends = link_result.compliance[row][column], (low[row][column], high[row][column])
         if value is None or ends[0] is None or ends[1] is None:
-            rows.append((text, "not identifiable", "", unit))
+            rows.append((text, "not identifiable", unit))
             continue
         half = 0.5 * factor * (ends[1] - ends[0])
         if half > abs(factor * value):
-            rows.append((text, f"below {wording.digits(factor * ends[1], 2)}", "", unit))
+            rows.append((text, f"below {wording.digits(factor * ends[1], 2)}", unit))
             continue
-        rows.append((text, wording.digits(factor * value), wording.digits(half, 2), unit))
+        rows.append((text, wording.plus_minus(factor * value, half), unit))
     share = link_result.share_of_tool
     without_twist = "" if link_result.torsion.identifiable else ", its twist left out"
     of_tool = (
@@ -134,12 +134,11 @@ def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
         (
             TableColumn("of the link’s end", align="left"),
             TableColumn("value"),
-            TableColumn("± 95 %"),
             TableColumn("unit", align="left"),
         ),
         tuple(rows),
-        f"Compliance of the end of {picture.link}, from rods and load alone: with it the link’s deflection can be "
-        f"predicted without rods.{of_tool}",
+        f"Compliance of the end of {picture.link}, ± 95 %, from rods and load alone: with it the link’s deflection "
+        f"can be predicted without rods.{of_tool}",
     )
 
 
