@@ -12,6 +12,7 @@ import pytest
 
 from docs import generated_pages
 from docs.effect_page import effect_page
+from docs.effects_api_page import effects_api_page
 from docs.formulas import BLANK, FormulaError, mathml
 from docs.page_blocks import page_text
 from stiffcal import effects_api
@@ -43,7 +44,7 @@ def test_the_page_of_effects_has_each() -> None:
 
 
 def test_the_page_of_the_effects_api_has_each_name_with_a_line() -> None:
-    rows = re.findall(r"^\| `(\w+)` \| (.+) \|$", generated_pages.effects_api_page(), flags=re.MULTILINE)
+    rows = re.findall(r"^\| `(\w+)` \| (.+) \|$", effects_api_page(), flags=re.MULTILINE)
     assert [name for name, _ in rows] == effects_api.__all__
     assert all(line.endswith(".") for _, line in rows)
 

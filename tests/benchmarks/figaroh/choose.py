@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from figaroh.optimal.base_optimal_calibration import Detmax, SOCPOptimizer  # type: ignore[import-not-found]
+from figaroh.optimal.base_optimal_calibration import Detmax, SOCPOptimizer
 
 THRESHOLD = 1e-5
 
