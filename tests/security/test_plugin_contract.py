@@ -21,7 +21,11 @@ from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.documentation import plugin_of_the_documentation
 from tests.laboratory.plugin_campaigns import NAME, stranger, write_plugin
 
-TERM = 'Term(node, RZ, "c", np.sin(2.3 * loads.angles[0]) * loads.wrench[node, RZ])'
+RETURNED = 'return (*drive_terms(chain, joint, "c", np.sin(2.3 * loads.angles[0]) * torque),)'
+# What one term is made of; the names that the page's code does not import come along.
+INSTEAD = """from stiffcal.effects_api import RZ, Term, joint_node
+        node = joint_node(joint)
+        return ({},)"""
 
 
 @pytest.fixture
@@ -47,8 +51,8 @@ def folder(state: Path, tmp_path: Path) -> Path:
 )
 def test_terms_that_are_none_are_a_fault_of_the_file(folder: Path, term: str, words: str) -> None:
     text = plugin_of_the_documentation()
-    assert TERM in text
-    (folder / NAME).write_text(text.replace(TERM, term), encoding="utf-8")
+    assert RETURNED in text
+    (folder / NAME).write_text(text.replace(RETURNED, INSTEAD.format(term)), encoding="utf-8")
     ingest_campaign(folder)
     outcome = run_task(BatchTask(folder=str(folder), campaign="stranger", report=False))
     assert outcome.state == "broken"
