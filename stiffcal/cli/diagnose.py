@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import answering
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import after_diagnosis
@@ -16,6 +18,8 @@ from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from stiffcal.cli.console import AnswerConsole
     from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace
     from stiffcal.model.summary import EffectAt, Where
@@ -37,7 +41,7 @@ def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = diagnose_campaign(folder, context)
-        answer.give(result, show_diagnosis, after_diagnosis(folder, result, store))
+        answer.give(result, partial(show_diagnosis, folder=folder, store=store), after_diagnosis(folder, result, store))
     return OK
 
 
@@ -62,8 +66,13 @@ def effect_words(effect: EffectAt | ProposedEffect) -> str:
     return f"{effect.effect} ({places(effect.where)})"
 
 
-def show_diagnosis(console: AnswerConsole, result: DiagnoseResult) -> None:
-    """Draw the answer first, then the evidence, the ranking, and what was not tried."""
+def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None) -> None:
+    """Draw the answer first, then the evidence, the ranking, and what was not tried.
+
+    Parameters
+    ----------
+    console : where to. result : the diagnosis. folder, store : as they were given, for commands to copy.
+    """
     show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
     console.show_warnings(result.warnings)
     show_registration(console, result.registration)
@@ -96,7 +105,7 @@ def show_diagnosis(console: AnswerConsole, result: DiagnoseResult) -> None:
                 f"  {dependence.follows} ({share(dependence.share)} of it): {dependence.seen}", soft_wrap=True
             )
     _show_ranking(console, result)
-    _show_next_measurement(console, result)
+    _show_next_measurement(console, result, folder, store)
     _show_pace(console, result.pace)
     if result.not_tried:
         console.print("\nnot tried:")
@@ -118,7 +127,7 @@ def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: Propos
             console.print(f"  {text}", soft_wrap=True)
 
 
-def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult) -> None:
+def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None) -> None:
     measurement = result.next_measurement
     if measurement is not None:
         pose = ", ".join(significant(value) for value in measurement.pose_deg)
@@ -129,7 +138,9 @@ def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult) -> No
             f"there they differ by {length(measurement.difference_m)}",
             soft_wrap=True,
         )
-        console.print("runs that settle it: stiffcal plan DIR --for look-alikes --force N")
+        largest = f"{math.ceil(math.hypot(*measurement.load[:3]))}"
+        line = command_line("plan", folder, "--for", "look-alikes", "--force", largest, store=store)
+        console.print(f"runs that settle it: {line}", soft_wrap=True, markup=False, highlight=False)
     elif len(result.missing) == 1 and result.missing[0].alternatives:
         console.print(
             "\nno single load in reach distinguishes the foremost of these look-alikes by more than the noise"
@@ -167,4 +178,17 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
     console.print(table)
     more = len(result.findings) - MOST_ROWS
     if more > 0:
-        console.print(f"  and {more} more, none better (all in --json)")
+        console.print(f"  and {more} more, ranked below these (all in --json)")
+    _show_found_later(console, result)
+
+
+def _show_found_later(console: AnswerConsole, result: DiagnoseResult) -> None:
+    """Explain a missing effect whose row in the ranking has another verdict: it was judged next to another one."""
+    ranked = [(effect, result.finding_of(effect)) for effect in result.missing]
+    later = [effect_words(effect) for effect, finding in ranked if finding is None or finding.verdict != "supported"]
+    first = [
+        effect_words(effect) for effect, finding in ranked if finding is not None and finding.verdict == "supported"
+    ]
+    if later and first:
+        text = f"each row adds one effect to the present model; {', '.join(later)} was found next to {', '.join(first)}"
+        console.print(f"  {text}", soft_wrap=True)

@@ -136,6 +136,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
             (
                 _contradicted_words(search),
                 summary(search, before, noise),
+                _evidence_sentence(search, states),
                 _next_sentence(search),
                 _pattern_sentence(pattern),
             )
@@ -183,7 +184,9 @@ def _undecided(states: LoadStates, search: Search) -> list[UndecidedEffect]:
 
 def _warnings(search: Search) -> list[str]:
     texts = []
-    if search.before is None:
+    if search.before is None and (search.tried or search.unexplained):
+        texts.append("no repeats and no stated sigma: how much of the error is noise is not known")
+    elif search.before is None:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if len(search.first.folds) < 6:
         texts.append(f"only {len(search.first.folds)} poses: the error in held-out poses is poorly known")
@@ -273,6 +276,19 @@ def _next_sentence(search: Search) -> str:
     return f" One more is undecided between {between}: add this first, and diagnose again." if between else ""
 
 
+def _evidence_sentence(search: Search, states: LoadStates) -> str:
+    """Return by what an unexplained remainder shows where no noise is known; "" where a noise is."""
+    if search.after is not None or not search.unexplained or search.many_laws:
+        return ""
+    follows = [dependence.follows for dependence in what_it_follows(search.final_scan, states)]
+    if not follows:
+        return ""
+    added = " with it added" if search.tried else ""
+    return (
+        f" The noise is not known; that something is missing shows in what is left{added}: it depends on {follows[0]}."
+    )
+
+
 def _pattern_sentence(pattern: CompliancePattern | None) -> str:
     return "" if pattern is None else f" Where to look: {pattern_in_words(pattern)}."
 
@@ -341,7 +357,7 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     part = ""
     if search.tried:
         best = " and ".join(candidate_in_words(missing_effect.candidate) for missing_effect in search.tried)
-        part = f" The best that was found, {best}, {share}: too little to be named."
+        part = f" Adding {best} {share}: too little to be named."
         if search.many_laws:
             part = f" Together {best} fit these poses; so many laws would fit any, and none of them is named."
     return (

@@ -16,7 +16,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.reduction.motion import mean_measured, motion_of
-from stiffcal.uncertainty import is_poorly_known
+from stiffcal.uncertainty import NORMAL_95, is_poorly_known
 
 # A torque below this share of the largest joint's is none that matters.
 NO_TORQUE = 1e-3
@@ -118,7 +118,8 @@ def _verdict(name: str, torque: float, relative: float, is_loaded: bool) -> Join
     if relative > NOT_KNOWN:
         text = "its stiffness cannot be distinguished from the others': add poses or load directions that turn it more"
         return JointExcitation(name, torque, relative, False, text)
+    half_width = 100.0 * NORMAL_95 * relative
     if is_poorly_known(1.0, relative):
-        text = f"poorly determined, to about {100.0 * relative:.0f} %: more load about its axis would help"
+        text = f"poorly determined, ± {half_width:.0f} % (95 %): more load about its axis would help"
         return JointExcitation(name, torque, relative, True, text)
-    return JointExcitation(name, torque, relative, True, f"known to about {100.0 * relative:.2g} %")
+    return JointExcitation(name, torque, relative, True, f"known to about ± {half_width:.2g} % (95 %)")

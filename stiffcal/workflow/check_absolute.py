@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.errors import InputError
+from stiffcal.uncertainty import NORMAL_95, is_poorly_known
 from stiffcal.workflow.check_results import CheckedJoint
 
 if TYPE_CHECKING:
@@ -78,7 +79,9 @@ def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
         relative, text = None, "no compliance shows in these poses"
     else:
         relative = own[0].std / own[0].value
-        text = f"known to about {100.0 * relative:.2g} %"
+        half_width = 100.0 * NORMAL_95 * relative
+        known = f"known to about ± {half_width:.2g} % (95 %)"
+        text = f"poorly determined, ± {half_width:.0f} % (95 %)" if is_poorly_known(1.0, relative) else known
     return CheckedJoint(joint=name, largest_torque_Nm=torque, expected_relative_std=relative, says=text)
 
 

@@ -89,8 +89,9 @@ def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> list[str]:
     if suspect.score > suspect.next_score:
         size = f"{1e3 * suspect.miss_m:.3g} mm, " if math.isfinite(suspect.miss_m) else ""
         reasons.append(
-            f"its displacements miss what the {n_others} other runs predict by {size}{suspect.score:.3g} × the noise; "
-            f"none of the others misses by more than {suspect.next_score:.2g} ×"
+            f"its displacements miss what the {n_others} other runs predict by {size}{suspect.score:.3g} standard "
+            f"errors of that comparison (scatter of the others, and how well they predict this run); the next run is "
+            f"off by {suspect.next_score:.2g} of its own"
         )
     if suspect.place_m > 0.0:
         reasons.append(f"the target is {1e3 * suspect.place_m:.3g} mm from where the joint angles put it")
@@ -112,11 +113,17 @@ def _likely(suspect: FoundSuspect, states: LoadStates) -> str:
         size = f" by {1e3 * suspect.offset.size_m:.3g} mm" if math.isfinite(suspect.offset.size_m) else ""
         if suspect.offset.step:
             return (
-                f"the target, the tracker or the base was moved{size} before this state, and stayed there: "
+                f"a lasting move of the target, the tracker or the base{size} before this state would explain it: "
                 "add seat-shift to the model, or leave the run out"
             )
-        return f"the reading of the target is off{size}: a bump, or a mistyped number; measure it again or leave it out"
-    return "no single mistake of units, signs, labels or order explains it: measure it again or leave it out"
+        return (
+            f"a reading of the target that is off{size} would explain it (a bump, a mistyped number), and so would an "
+            "effect that shows in this pose alone: compare it with the log, measure it again, or leave it out"
+        )
+    return (
+        "no single mistake of units, signs, labels or order explains it; an effect that shows in this pose alone "
+        "would: measure it again, or leave it out"
+    )
 
 
 def suspect_of_move(moved: MovedBase, states: LoadStates) -> Suspect:

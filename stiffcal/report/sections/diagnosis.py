@@ -57,6 +57,11 @@ def _meaning(diagnosis: DiagnoseResult) -> str:
     tried = f"{wording.count(n, 'effect')} at their places were tried on top of the present model, " if n else ""
     tried += "everything else fitted again with each, judged in held-out poses."
     text = f"{tried[:1].upper()}{tried[1:]} "
+    if diagnosis.adequate is None and diagnosis.unexplained:
+        return text + (
+            "How much of what is left is noise is not known: no load was repeated, and no uncertainty stated. That "
+            "something is missing shows in what the remainder depends on."
+        )
     if diagnosis.adequate is None:
         return text + "Whether what is left is noise cannot be judged: no load was repeated, and no uncertainty stated."
     if diagnosis.adequate:

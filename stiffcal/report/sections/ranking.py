@@ -68,7 +68,13 @@ def _table(diagnosis: DiagnoseResult | EarlierDiagnosis, most: int) -> TableBloc
     rows += [_row(finding) for finding in findings[:most]]
     noise = wording.measure_text(diagnosis.noise) if diagnosis.noise else "not known"
     rows.append(("noise", "", "", noise, "", "", "", "", ""))
-    caption = "Ranking for the next single step, best first."
+    caption = "Ranking for the next single step, best first: each row adds one effect to the present model."
+    later = [
+        wording.effect_at(effect) for effect in diagnosis.missing
+        if (finding := diagnosis.finding_of(effect)) is None or finding.verdict != "supported"
+    ]  # fmt: skip
+    if later and len(later) < len(diagnosis.missing):
+        caption += f" {wording.capital(wording.listing(later))} was found with the first in the model."
     if len(findings) > most:
         caption += f" {len(findings) - most} more rank below; stiffcal diagnose --json lists them."
     if not any(row[-1] for row in rows):

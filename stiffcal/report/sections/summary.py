@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.reduction.registration import RegistrationSummary
 from stiffcal.report import wording
@@ -63,11 +64,22 @@ def _verdict(content: ReportContent) -> str:
     if diagnosis.missing:
         before, after = wording.measure_text(diagnosis.rms), wording.measure_text(diagnosis.heldout_rms_with_missing)
         noise = f"; the noise is {wording.measure_text(diagnosis.noise)}" if diagnosis.noise else ""
+        text += _how_sure(diagnosis)
         text += f" Added to the model, it takes the error in held-out poses from {before} to {after} rms{noise}."
         text += _changed(diagnosis.before_after, content, "It")
     elif not diagnosis.unexplained and content.fit_changes:
         text += _changed(content.fit_changes[0].values, content, f"What was added ({content.fit_changes[0].change})")
     return text
+
+
+def _how_sure(diagnosis: DiagnoseResult) -> str:
+    """Return in which share of resamplings the missing effect comes first; "" where that was judged next to another."""
+    leading = next((effect for effect in diagnosis.missing if diagnosis.finding_of(effect) is not None), None)
+    finding = None if leading is None else diagnosis.finding_of(leading)
+    if leading is None or finding is None or finding.verdict != "supported":
+        return ""
+    share = wording.percent(finding.confidence)
+    return f" When whole poses are resampled, {wording.effect_at(leading)} ranks first in {share} of the draws."
 
 
 def _changed(values: Sequence[BeforeAfter], content: ReportContent, cause: str) -> str:
