@@ -20,6 +20,7 @@ variable                      default     what is counted
 ``STIFFCAL_MAX_ENTRIES``      1000        entries of any other list or table in a TOML file: frames, sources, effects
 ``STIFFCAL_MAX_BALANCES``     1000000     balances of the loaded robot that one simulation solves
 ``STIFFCAL_MAX_SAMPLES``      100000000   readings of all sensors that one simulation logs
+``STIFFCAL_MAX_PLANNED``      4000000     load states of all runs that a plan chooses from
 ``STIFFCAL_MAX_URDF``         64 MiB      bytes of a URDF
 ``STIFFCAL_MAX_URDF_NODES``   200000      elements of a URDF
 ``STIFFCAL_MAX_DOCUMENT``     1 GiB       bytes of one JSON document of a store
@@ -142,6 +143,7 @@ RUNS = Limit("STIFFCAL_MAX_RUNS", 100_000, "entries", in_bytes=False)
 ENTRIES = Limit("STIFFCAL_MAX_ENTRIES", 1000, "entries", in_bytes=False)
 BALANCES = Limit("STIFFCAL_MAX_BALANCES", 1_000_000, "balances of the robot", in_bytes=False)
 SAMPLES = Limit("STIFFCAL_MAX_SAMPLES", 100_000_000, "readings of sensors", in_bytes=False)
+PLANNED = Limit("STIFFCAL_MAX_PLANNED", 4_000_000, "load states to choose from", in_bytes=False)
 URDF = Limit("STIFFCAL_MAX_URDF", 64 * MIB, "of URDF")
 URDF_NODES = Limit("STIFFCAL_MAX_URDF_NODES", 200_000, "elements", in_bytes=False)
 DOCUMENT = Limit("STIFFCAL_MAX_DOCUMENT", GIB, "of JSON")
@@ -161,6 +163,7 @@ ALL = (
     ENTRIES,
     BALANCES,
     SAMPLES,
+    PLANNED,
     URDF,
     URDF_NODES,
     DOCUMENT,

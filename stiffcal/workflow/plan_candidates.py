@@ -12,6 +12,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.limits import PLANNED
 from stiffcal.workflow.plan_means import cell_of, load_steps, loads_of_places
 from stiffcal.workflow.plan_model import PlanModel
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 # Poses that are drawn near the chosen ones to refine joint angles: near each, and near all of few.
 NEAR_EACH, NEAR_ALL = 12, 240
+FEWER = "take fewer candidates, directions, steps or cycles, or raise STIFFCAL_MAX_PLANNED"
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,7 @@ def candidates_of(campaign: Campaign, plan: PlanFile, model: PlanModel, two_side
         return clamped_runs(campaign, plan, model, joints)
     loads = loads_of_places(campaign, plan) if model.absolute else load_steps(campaign, plan, two_sided)
     n, directions = len(joints), len(loads)
+    PLANNED.check(n * directions * loads.shape[1], PLAN_FILE, "candidates", FEWER)
     return Candidates(np.repeat(joints, directions, axis=0), np.tile(loads, (n, 1, 1)))
 
 

@@ -11,7 +11,8 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.plan_candidates import Candidates
+from stiffcal.limits import PLANNED
+from stiffcal.workflow.plan_candidates import FEWER, Candidates
 from stiffcal.workflow.plan_model import PlanModel, checked_balance
 
 # To and fro, of the largest turn of the motor: play, knees and a memory show on the way through zero and back.
@@ -44,6 +45,7 @@ def clamped_runs(campaign: Campaign, plan: PlanFile, model: PlanModel, poses: Fl
     cycle = np.tile(cycle, load.cycles)
     jacobian, per_radian = _wrench_per_radian(model, joints)
     n, n_joints = len(joints), jacobian.shape[2]
+    PLANNED.check(n * n_joints * len(cycle), PLAN_FILE, "candidates", FEWER)
     force, moment = (np.linalg.norm(per_radian[:, :, part], axis=2) for part in (slice(0, 3), slice(3, 6)))
     largest = np.full((n, n_joints), MOST_TURN)
     for limit, size in ((load.force_N, force), (load.moment_Nm, moment)):

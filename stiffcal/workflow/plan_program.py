@@ -11,7 +11,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import refusal
+from stiffcal.files import replacing
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -86,10 +86,8 @@ def write_program(file: Path, campaign: Campaign, plan: PlanResult, cell: Cell) 
         steps += [Move(joints) for joints in (*run.approach, run.joints)]
         steps.append(Halt(f"{run.id}: load, unload, start" if run.wrench.any() else f"{run.id}: measure, start"))
     text = program_text(language, file.stem, _head(campaign, plan, cell), steps)
-    try:
-        file.write_text(text, encoding="ascii", newline="\n")
-    except OSError as error:
-        raise (refusal(error) or error) from None
+    with replacing(file) as temporary:
+        temporary.write_text(text, encoding="ascii", newline="\n")
 
 
 def load_text(wrench: Floats) -> str:

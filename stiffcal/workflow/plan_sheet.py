@@ -13,7 +13,7 @@ from stiffcal.documents import Vector
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import refusal
+from stiffcal.files import replacing
 
 CSV, PDF = ".csv", ".pdf"
 
@@ -94,11 +94,8 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
             rows.append(
                 [run.id, run.rank, number, state, *_degrees(run.joints), *forces, f"{run.minutes_per_state:g}", log]
             )
-    try:
-        with file.open("w", encoding="utf-8", newline="") as stream:
-            csv.writer(stream, lineterminator="\n").writerows([head, *rows])
-    except OSError as error:
-        raise (refusal(error) or error) from None
+    with replacing(file) as temporary, temporary.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator="\n").writerows([head, *rows])
 
 
 def _degrees(joints: Vector) -> list[str]:

@@ -30,6 +30,7 @@ from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.settings import parse_settings
+from stiffcal.workflow.plan import plan_campaign
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 SECONDS = 10.0
@@ -137,6 +138,19 @@ def test_a_simulation_that_would_not_end(table: str, change: dict[str, Any], lim
     settings = parse_settings({**document, table: {**document[table], **change}})
     with pytest.raises(InputError, match=limit):
         check_extent(settings, load_manifest(folder))
+
+
+@pytest.mark.parametrize("kind", ["load", "clamped"])
+def test_a_plan_that_chooses_from_too_much(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """20 000 candidates with 20 directions of 1000 steps took 18 GiB; here the limit is lower instead."""
+    monkeypatch.setenv("STIFFCAL_MAX_PLANNED", "2000")
+    for name in ("campaign.toml", "robot.toml", "model.toml"):
+        shutil.copy(CAMPAIGNS / "irb4400" / name, tmp_path / name)
+    head = f'schema = "stiffcal/plan-input/1"\ncandidates = 20\nexperiment = "{kind}"\n'
+    steps = "[load]\nforce_N = 100\ncycles = 20\nsteps = [0.5, 1.0]\n"
+    (tmp_path / "plan.toml").write_text(head + steps + "[noise]\nmotor_angle_rad = 1e-5\nforce_N = 1\nmoment_Nm = 1\n")
+    with pytest.raises(InputError, match=r"^plan.toml: candidates: more than 2000 load states.*fewer candidates"):
+        plan_campaign(tmp_path)
 
 
 def columns_of(text: str) -> object:

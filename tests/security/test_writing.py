@@ -18,6 +18,7 @@ from stiffcal.errors import InputError
 from stiffcal.files import write_whole
 from stiffcal.workflow import demo
 from stiffcal.workflow.init import init_campaign
+from stiffcal.workflow.plan import PlanRequest, plan_campaign
 from stiffcal.workflow.simulate import simulate_campaign
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
@@ -141,3 +142,21 @@ def test_demo_writes_its_readme_through_no_link(tmp_path: Path, monkeypatch: pyt
     demo.run_demo(folder)
     assert victim.read_text() == "mine"
     assert (folder / "README.md").read_text() == (demo.EXAMPLE / "README.md").read_text()
+
+
+def test_plan_writes_neither_sheet_nor_program_through_a_link(tmp_path: Path) -> None:
+    """A link in a stranger's folder, with the name that a run sheet or a program would get."""
+    folder = tmp_path / "campaign"
+    folder.mkdir()
+    for name in ("campaign.toml", "robot.toml", "model.toml"):
+        shutil.copy(CAMPAIGNS / "irb4400" / name, folder / name)
+    (folder / "plan.toml").write_text('schema = "stiffcal/plan-input/1"\ncandidates = 20\nload = { force_N = 450 }\n')
+    victim = tmp_path / "authorized_keys"
+    victim.write_text("mine")
+    sheet, program = folder / "runs.csv", folder / "drive.src"
+    for file in (sheet, program):
+        file.symlink_to(victim)
+    plan_campaign(folder, request=PlanRequest(runs=3, sheet=sheet, program=program))
+    assert victim.read_text() == "mine"
+    assert sheet.read_text().startswith("run,rank,row,state,")
+    assert program.read_text().startswith("&ACCESS RVP\nDEF drive()\n")
