@@ -134,6 +134,8 @@ def test_the_pages_build_without_warnings_and_fetch_nothing(built: Path) -> None
         text = page.read_text(encoding="utf-8")
         assert not re.search(r"<(?:script|img|link|iframe)\b[^>]*(?:src|href)=\"(?:https?:)?//", text), page.name
         assert "Content-Security-Policy" in text, page.name
+        assert "unsafe-inline" not in text, page.name
+        assert "-HASHES" not in text, page.name
     # extracts of the hits would be fetched, which browsers refuse to a page from a disk
     options = (built / "_static" / "documentation_options.js").read_text(encoding="utf-8")
     assert "SHOW_SEARCH_SUMMARY: false" in options
