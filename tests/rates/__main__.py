@@ -101,6 +101,7 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.rates", description=__doc__)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, default=0, help="per class; 0: 150 with nothing hidden, 50 of each other")
+    parser.add_argument("--first", type=int, default=0, help="number of the first campaign of each class")
     parser.add_argument("--classes", default="", help="comma-separated; all where empty")
     parser.add_argument("--effect", default="", help="hide only this effect in the classes of one")
     parser.add_argument("--without", default="", help="comma-separated effects to leave out of the catalogue")
@@ -125,7 +126,7 @@ def main(arguments: Sequence[str]) -> int:
             tuple(chosen.without.split(",")),
         )
         for kind in kinds
-        for number in range(chosen.count or (150 if kind == "none" else 50))
+        for number in range(chosen.first, chosen.first + (chosen.count or (150 if kind == "none" else 50)))
     ]
     verdicts, start = [], time.perf_counter()
     with one_thread_each(chosen.workers) as pool:
