@@ -1,7 +1,7 @@
 """Logs that lie in a campaign and that its manifest does not name: what they seem to be, and lines to copy.
 
-The usual exports are known by words in their first lines: ATI's force-torque sensors, Beckhoff's TwinCAT Scope, Leica's
-and Nikon's trackers, traces of robot controllers. A column is guessed by its name; every guess is marked with ``# ?``.
+The usual exports are known by words in their first lines: ATI's force-torque sensors, Beckhoff's TwinCAT Scope, trackers
+of API, FARO, Leica and Nikon, traces of robot controllers. A column is guessed by its name; every guess is marked with ``# ?``.
 """
 
 from __future__ import annotations
@@ -37,6 +37,8 @@ LOOKED_AT = 200
 MAKERS: tuple[tuple[str, str, str], ...] = (
     (r"\bATI\b|Net ?F/?T|RDT ?Sequence|F/T ?Sequence|Counts per Unit (Force|Torque)", "ATI force-torque sensor", "ft"),
     (r"TwinCAT|Beckhoff|SampleTime ?\[|Starttime of export|\.svdx?\b", "Beckhoff TwinCAT Scope", "scope"),
+    (r"\bFARO\b|\bVantage\b|\bCAM2\b", "FARO tracker", "tracker"),
+    (r"\bAPI\b.{0,40}(tracker|Radian|OT2|T3)|\bRadian (Pro|Plus|Core)\b|Automated Precision", "API tracker", "tracker"),
     (r"\bLeica\b|Spatial ?Analyzer|\bAT9[36]0\b|T-?Mac\b|T-?Probe\b|Tracker Pilot", "Leica tracker", "tracker"),
     (r"\bNikon\b|\bMetris\b|K-?Series|\bK[46]\d0\b|\biGPS\b|Space ?Probe", "Nikon tracker", "tracker"),
     (r"\bKUKA\b|\bKRC\d?\b|\$(AXIS|POS|TORQUE)_ACT|AxisPos", "KUKA controller trace", "controller"),

@@ -66,6 +66,16 @@ EXPORTS = {
         "Nikon Metrology K610\nZeit [s];LED1 X [mm];LED1 Y [mm];LED1 Z [mm]\n0,00;1,5;2,5;3,5\n0,01;1,5;2,5;3,5\n",
         {"pose", "column Zeit [s]"},
     ),
+    "FARO tracker": (
+        "raw/vantage.csv",
+        "FARO Vantage E6, CAM2 Measure\nTime (s),X (mm),Y (mm),Z (mm)\n0.00,1.5,2.5,3.5\n0.01,1.5,2.5,3.5\n",
+        {"pose", "column Time (s)"},
+    ),
+    "API tracker": (
+        "raw/radian.txt",
+        "API Radian Pro\nTime [s]\tX [mm]\tY [mm]\tZ [mm]\n0.00\t1.5\t2.5\t3.5\n0.01\t1.5\t2.5\t3.5\n",
+        {"pose", "column Time [s]"},
+    ),
     "KUKA controller trace, by variables": (
         "raw/trace.csv",
         (
