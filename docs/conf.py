@@ -10,6 +10,7 @@ sys.path.insert(0, str(HERE.parent))
 import stiffcal  # noqa: E402
 from docs.expansions import expand  # noqa: E402
 from docs.generated_pages import write_pages  # noqa: E402
+from docs.notebook_file import write_notebook  # noqa: E402
 from docs.policy import hold_to_hashes  # noqa: E402
 
 project = "stiffcal"
@@ -35,6 +36,7 @@ exclude_patterns = ["templates"]
 def setup(app: Any) -> None:
     """Write the reference pages before Sphinx looks for pages; put pictures and formulas into each page, and hashes."""
     app.connect("builder-inited", lambda _: write_pages(HERE / "reference" / "generated"))
+    app.connect("builder-inited", lambda _: write_notebook(HERE / "reference" / "generated"))
     app.connect("source-read", expand_source)
     app.connect("build-finished", lambda built, _: hold_to_hashes(Path(built.outdir)))
 

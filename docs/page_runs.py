@@ -74,12 +74,13 @@ def picture_name(file: str, page: int) -> str:
 
 def _run(page: str, kept: Path) -> dict[int, str]:
     """Run all blocks of a page in order, in one folder; keep its pictures in `kept`."""
-    printed = {}
+    printed: dict[int, str] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copytree(ROOT / "campaigns", folder / "campaigns", ignore=MADE_BY_STIFFCAL)
+        printed |= _run_cells([block for block in blocks_of(page) if is_cell(block)], folder)
         for block in blocks_of(page):
-            if block.tag == "run":
+            if block.tag == "run" and not is_cell(block):
                 printed[block.line] = _run_block(block, folder)
             elif block.tag == "file":
                 (folder / block.reason).write_text(block.text, encoding="utf-8")
@@ -90,12 +91,30 @@ def _run(page: str, kept: Path) -> dict[int, str]:
     return printed
 
 
+def is_cell(block: Block) -> bool:
+    """Return whether a block is a cell of a notebook: Python that runs with what the cells before it have left."""
+    return (block.language, block.tag) == ("python", "run")
+
+
+def _run_cells(cells: list[Block], folder: Path) -> dict[int, str]:
+    """Run the cells of a page in one process, before its commands; return what each prints, by its line."""
+    if not cells:
+        return {}
+    words = [sys.executable, "-P", str(Path(__file__).with_name("cells.py"))]
+    printed = json.loads(_printed_by(words, folder, cells[0], json.dumps([cell.text for cell in cells])))
+    return {cell.line: text for cell, text in zip(cells, printed, strict=True)}
+
+
 def _run_block(block: Block, folder: Path) -> str:
     """Run the commands of one block; return what they print."""
+    return _printed_by(["bash", "-euo", "pipefail", "-c", block.text], folder, block)
+
+
+def _printed_by(words: list[str], folder: Path, block: Block, given: str = "") -> str:
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
     settings = {"PATH": path, "COLUMNS": "100", "NO_COLOR": "1", "STIFFCAL_STATE": str(folder / ".state")}
-    words = ["bash", "-euo", "pipefail", "-c", block.text]
-    done = subprocess.run(words, cwd=folder, env={**os.environ, **settings}, capture_output=True, text=True)
+    environment = {**os.environ, **settings}
+    done = subprocess.run(words, cwd=folder, env=environment, input=given, capture_output=True, text=True)
     if done.returncode:
         raise PageError(f"{block.page}:{block.line}: {done.stdout}{done.stderr}")
     return done.stdout

@@ -14,7 +14,8 @@ from docs import generated_pages
 from docs.effect_page import effect_page
 from docs.effects_api_page import effects_api_page
 from docs.formulas import BLANK, FormulaError, mathml
-from docs.page_blocks import page_text
+from docs.notebook_file import PAGE
+from docs.page_blocks import blocks_of, page_text
 from stiffcal import effects_api
 from stiffcal.campaign.file_formats import format_names
 from stiffcal.cli import endings
@@ -139,6 +140,20 @@ def test_the_pages_build_without_warnings_and_fetch_nothing(built: Path) -> None
     # extracts of the hits would be fetched, which browsers refuse to a page from a disk
     options = (built / "_static" / "documentation_options.js").read_text(encoding="utf-8")
     assert "SHOW_SEARCH_SUMMARY: false" in options
+
+
+@pytest.mark.docs
+def test_the_notebook_holds_the_page_s_cells_with_their_output(built: Path) -> None:
+    (file,) = (built / "_downloads").rglob("*.ipynb")
+    document = json.loads(file.read_text(encoding="utf-8"))
+    assert (document["nbformat"], document["nbformat_minor"]) == (4, 4)
+    cells = [cell for cell in document["cells"] if cell["cell_type"] == "code"]
+    assert [cell["source"] + "\n" for cell in cells] == [block.text for block in blocks_of(PAGE) if block.tag == "run"]
+    kinds = [output["output_type"] for cell in cells for output in cell["outputs"]]
+    assert (kinds.count("stream"), kinds.count("display_data")) == (4, 2)
+    words = "".join(cell["source"] for cell in document["cells"] if cell["cell_type"] == "markdown")
+    assert ".md)" not in words
+    assert "{download}" not in words
 
 
 @pytest.mark.docs
