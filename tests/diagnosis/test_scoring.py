@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from stiffcal.diagnosis.scoring import fold_products, quadratic, score_variants, solve_within, without_rows
+from stiffcal.diagnosis.slips import score_in_run
 
 
 @pytest.mark.parametrize("likeness", [0.0, 0.9, 0.999])
@@ -85,3 +86,20 @@ def test_columns_whose_rows_are_all_left_out_are_zero() -> None:
 def test_no_parameters_have_no_values() -> None:
     none = np.zeros(0)
     assert solve_within(np.zeros((4, 3, 0, 0)), np.zeros((4, 3, 0)), none, none).shape == (4, 3, 0)
+
+
+def test_a_slip_changes_its_pose_in_every_repeated_choice_alike() -> None:
+    """What its load cycles say of the slipped pose stands for that pose with and without any other one left out."""
+    rng = np.random.default_rng(6)
+    rows, folds = rng.normal(size=(5, 120)), [np.arange(k, 120, 4) for k in range(4)]
+    open_below, open_above = np.full(4, -np.inf), np.full(4, np.inf)
+    products, groups = fold_products(rows, folds), np.arange(4)
+    plain = products[:, [0, 1, 2, 4]][:, :, [0, 1, 2, 4]]
+    base = score_variants([plain], open_below[:3], open_above[:3], groups)
+    score = score_variants([products], open_below, open_above, groups, base)
+    stretches = np.split(folds[2], 3)
+    judged = score_in_run(score, base, products, rows, stretches, 2, groups, open_below, open_above)
+    np.testing.assert_allclose(judged.nested[:, 2] - score.nested[:, 2], judged.heldout[2] - score.heldout[2])
+    others = [0, 1, 3]
+    np.testing.assert_array_equal(judged.nested[:, others], score.nested[:, others])
+    np.testing.assert_array_equal(judged.heldout[others], score.heldout[others])

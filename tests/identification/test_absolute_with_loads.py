@@ -104,3 +104,12 @@ def test_places_and_loads_are_left_out_apart() -> None:
     by_region = with_load_folds(data, region_folds)
     assert set(by_region[:2].tolist()).isdisjoint(by_region[2:].tolist())
     assert sorted(set(by_region.tolist())) == list(range(5))
+
+
+def test_the_place_of_one_pose_is_not_left_out_with_the_loads_of_another() -> None:
+    states = places_and_loads()
+    # the loads of run 2 in the pose of the first place
+    states = replace(states, joints=np.where(states.run[:, None] == 2, states.joints[[0]], states.joints))
+    data = observe(states, medium_robot().chain)
+    fold = pose_folds(data)
+    assert len(np.unique(fold)) == len(np.unique(data.run)) == 5

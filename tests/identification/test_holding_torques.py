@@ -8,13 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.identification.holding_torques import holding_torques
 from stiffcal.identification.observation import observe
+from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext, up_to_date_states
+from tests.laboratory.effect_bench import bare_states
+from tests.laboratory.robots import force_sensor_setup
 
 SOURCE = Path(__file__).parents[2] / "campaigns" / "absolute" / "01"
 GAIN = 0.02
@@ -62,3 +66,21 @@ def test_a_gain_without_torques_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         load_campaign(folder)
     assert "torque_gain_sigma" in str(caught.value)
+
+
+def test_they_are_the_slope_of_the_potential_energy() -> None:
+    """Of a parallelogram, whose third drive holds two joints: ∂V/∂q of the logged angles, by central differences."""
+    chain = load_campaign(SOURCE.parents[1] / "irb4400", check_files=False).chain
+    rng = np.random.default_rng(4)
+    logged = rng.uniform(-0.6, 0.6, (5, 6))
+    held = holding_torques(chain, observe(bare_states(list(range(5)), logged, force_sensor_setup(chain)), chain))
+
+    def energy(angles: Floats) -> Floats:
+        positions, rotations = body_poses(chain, chain.model_angles(angles))
+        centres = positions[:, 1:-1] + np.einsum("njab,jb->nja", rotations[:, 1:-1], chain.link_com)
+        return -np.einsum("j,nja,a->n", chain.link_mass, centres, chain.gravity)
+
+    step = 1e-5
+    for joint in range(6):
+        slope = (energy(logged + step * np.eye(6)[joint]) - energy(logged - step * np.eye(6)[joint])) / (2.0 * step)
+        np.testing.assert_allclose(held[joint], slope, rtol=1e-6, atol=1e-4)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem, identify_parameters
@@ -211,3 +212,17 @@ def test_what_stands_back_leaves_the_others_within_their_bounds() -> None:
     assert known.reduced_chi2 is not None
     # What is best within bounds is no worse than the truth, which lies within them.
     assert fit.reduced_chi2 < 1.01 * known.reduced_chi2
+
+
+def test_intervals_are_students_where_the_noise_is_not_known() -> None:
+    """Twenty readings in a single cycle: the residuals alone show the noise, and t is wider than the normal's 1.96."""
+    wrench = [cycles_of(np.eye(3)[:2], cycles=1)]
+    states = played(medium_robot(), runs=1, wrench=wrench, noise=Sigma(20e-6, 40e-6), full_pose=False)
+    free = Settings(fixed=frozenset(f"joint-compliance.j{k}.c" for k in (3, 4, 5, 6)))
+    fit = identify_parameters(states, joint_springs(six_axes(), SIX_STIFFNESS), free)
+    assert fit.scaled
+    assert 5 < fit.dof < 60
+    second = fit.parameter("joint-compliance.j2.c")
+    assert second.interval is not None
+    assert second.std is not None
+    assert np.diff(second.interval)[0] / (2.0 * second.std) == pytest.approx(stdtrit(fit.dof, 0.975), rel=1e-9)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import chdtrc, ndtri
 
 from stiffcal.arrays import Floats
 from stiffcal.effects.joint_compliance import JointCompliance
@@ -105,3 +106,17 @@ def test_the_diagnosis_judges_the_longer_side(tmp_path: Path) -> None:
     assert diagnosis.with_suspects.missing == []
     assert diagnosis.with_suspects.unexplained
     assert diagnosis.unexplained is False
+
+
+def test_all_rows_are_allowed_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The largest of 80 falls is 80 times as probable by chance as one of them (Bonferroni)."""
+    of_one: list[float] = []
+
+    def recorded(dof: float, fall: float) -> float:
+        of_one.append(float(chdtrc(dof, fall)))
+        return of_one[-1]
+
+    monkeypatch.setattr("stiffcal.identification.moved_base.chdtrc", recorded)
+    move = found(measured(1), from_row_on((6e-5, -8e-5, 0.0)))
+    assert move is not None
+    assert move.standard_errors == pytest.approx(-ndtri(N * of_one[-1] / 2.0), rel=1e-9)

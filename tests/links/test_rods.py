@@ -208,3 +208,13 @@ def test_rod_fields_carry_their_sign() -> None:
     """Bending towards +x3 shortens a rod on the +x3 side (φ2 = −u3′, u1 = x3 φ2)."""
     rods = rods_between("swing", np.array([[0.1, 0.0, 0.1]]), np.array([[0.9, 0.0, 0.1]]))
     assert rod_fields(rods, SHAPE)[0, UNKNOWNS.index("tip force 3")] < 0.0
+
+
+def test_rods_that_scatter_as_stated_disagree_by_one() -> None:
+    """Leave-one-rod-out residuals over their uncertainty: their rms over n states is 1 ± 1/√(2n)."""
+    n = 5000
+    read = 1e-6 * np.random.default_rng(3).standard_normal((n, 7))
+    found = estimate_link(seven_rods(1e-6), SHAPE, read)
+    # only the oblique rod, the sixth, reads the twist: nothing contradicts it
+    assert np.flatnonzero(np.isnan(found.disagreement)).tolist() == [5]
+    np.testing.assert_allclose(np.delete(found.disagreement, 5), 1.0, atol=5.0 / np.sqrt(2.0 * n))

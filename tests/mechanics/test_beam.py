@@ -9,7 +9,14 @@ import numpy as np
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.effects.link_beam import LinkBeam
 from stiffcal.measurements.rods import BeamProperties, rods_between
-from stiffcal.mechanics.beam import amplitudes_from_end_displacement, axis_displacement, beam_compliance, end_fields
+from stiffcal.mechanics.beam import (
+    TORSION,
+    amplitudes_from_end_displacement,
+    axis_displacement,
+    beam_compliance,
+    end_fields,
+    fibre_fields,
+)
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.effect import NodeLoads, Place
 
@@ -95,3 +102,14 @@ def test_the_link_goes_on_rigidly_beyond_its_ends() -> None:
     for tip, beyond in zip(moved[:, 1], moved[:, 2], strict=True):
         np.testing.assert_allclose(beyond[1:3], (tip[:3] + np.cross(tip[3:], lever))[1:3], atol=EXACT)
         np.testing.assert_allclose(beyond[4:], tip[4:], atol=EXACT)
+
+
+def test_a_twist_with_warping_held_back_follows_its_equation() -> None:
+    """φ′ = 1 − hold (1 − χ), χ = 1 − cosh((L − x)/d)/cosh(L/d) (Benscoter 1954), integrated by Gauss and Legendre."""
+    points, weights = np.polynomial.legendre.leggauss(40)
+    decay, hold = 0.1, 0.9
+    for end in (0.05, 0.4, 1.2):
+        x = 0.5 * end * (points + 1.0)
+        free = 1.0 - np.cosh((1.2 - x) / decay) / np.cosh(1.2 / decay)
+        twist = 0.5 * end * weights @ (1.0 - hold * (1.0 - free))
+        np.testing.assert_allclose(fibre_fields(OFF_AXIS, np.array([end]))[TORSION, 3, 0], twist, rtol=1e-10)
