@@ -9,14 +9,16 @@ import pytest
 
 from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
-from stiffcal.diagnosis.judge import judge_choice
+from stiffcal.diagnosis.heldout_error import left_out_residual
+from stiffcal.diagnosis.judge import judge_choice, lack_of_fit
 from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.search import search_missing
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import geometry_slope
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.least_squares import triangular_of_rows
+from stiffcal.identification.noise import Noise
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects
 from tests.rates.playing import Hidden, simulate_runs
@@ -89,3 +91,34 @@ def test_no_effect_is_named_for_a_geometry_off_by_twice_its_tolerance(monkeypatc
     candidates, _ = list_candidates(fit.robot, hidden.states, built_in_effects())
     scan = scan_candidates(fit, candidates)
     assert judge_choice(scan, near_best(scan)[0]).supported
+
+
+def test_what_the_geometry_leaves_is_in_the_held_out_error(campaign: Hidden, fit: Fit) -> None:
+    """Poses left out are predicted by the model and its sags alone: the rest of the change is in neither's columns."""
+    scan = scan_candidates(fit, [], geometry=nuisance_of(campaign.states, fit))
+    assert scan.geometry is not None
+    n_sags = len(scan.geometry.sag)
+    left = left_out_residual(scan, None)
+    m = len(left)
+    of_model = np.concatenate([scan.columns[: scan.n_columns], scan.columns[len(scan.columns) - n_sags :]])
+    for run in np.unique(fit.data.run):
+        states = np.flatnonzero(fit.data.run == run)
+        offsets = np.repeat(np.eye(m)[:, :, None], len(states), axis=2)
+        columns = np.concatenate([of_model[:, :, states], offsets, scan.residual[None][:, :, states]])
+        columns = columns.reshape(len(columns), -1).T
+        assert len(columns) > columns.shape[1]
+        scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        own = left[:, states].ravel()
+        rest = own - columns / scale @ np.linalg.lstsq(columns / scale, own, rcond=1e-12)[0]
+        assert np.linalg.norm(rest) < 1e-8 * np.linalg.norm(own)
+
+
+def test_lack_of_fit_has_the_fits_degrees_of_freedom(campaign: Hidden) -> None:
+    known = Noise(2e-5, 2e-5, 0.5, 0.1, "manifest", np.inf)
+    stated = identify_parameters(campaign.states, campaign.model, Settings(noise=known))
+    scan = scan_candidates(stated, [])
+    lack = lack_of_fit(scan.fit, scan)
+    assert lack is not None
+    assert stated.reduced_chi2 is not None
+    assert lack.dof == (float(stated.dof), np.inf)
+    assert lack.statistic == pytest.approx(stated.reduced_chi2, rel=1e-3)

@@ -180,10 +180,10 @@ def test_a_controllers_code_leaves_it_out() -> None:
 
 
 def test_a_drive_that_turns_two_joints_loses_its_own_torque_alone() -> None:
-    """τ_drive = Mᵀ τ_model: friction in drive 2 leaves what all other drives carry as it was."""
+    """τ_drive = Mᵀ τ_model: friction in drive 3 leaves what all other drives carry as it was."""
     chain = load_campaign(Path(__file__).parents[2] / "campaigns" / "irb4400", check_files=False).chain
     assert not np.array_equal(chain.drive_axes, np.eye(6))
-    law = PlacedEffect(FORM, PLACE, {"coulomb": 5.0, "per_Nm": 0.0})
+    law = PlacedEffect(FORM, Place("joints", (3,)), {"coulomb": 5.0, "per_Nm": 0.0})
     inputs = Inputs(np.full((6, 4), 0.3), np.array([[20.0], [50.0], [-400.0], [0.0], [0.0], [0.0]]) * [1.0, 2, 3, 2.5],
                     force_sensor_setup(chain))  # fmt: skip
     motor = replace(order_of([0] * 4), motor_torque=np.ones(4, dtype=np.bool_))
@@ -191,7 +191,7 @@ def test_a_drive_that_turns_two_joints_loses_its_own_torque_alone() -> None:
     after = find_rest(CompliantRobot(chain, (law,), deformed=False), inputs, motor).wrench
     for joint in range(1, 7):
         loss = drive_torque(chain, before, joint) - drive_torque(chain, after, joint)
-        if joint == 2:
+        if joint == 3:
             np.testing.assert_allclose(np.abs(loss[:3]), 5.0, rtol=1e-9)
         else:
             np.testing.assert_allclose(loss, 0.0, atol=1e-9)

@@ -11,6 +11,7 @@ from stiffcal.identification.least_squares import reduce_blocks, take_out_offset
 from stiffcal.identification.noise import Noise, own_variance, stated_noise, whiten, with_stated_places
 from stiffcal.identification.observation import Evaluation, Observations, observe
 from stiffcal.identification.projection import Projection
+from stiffcal.identification.weights import huber_whitening
 from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
 from stiffcal.validation.heldout import pose_folds, with_load_folds
 from stiffcal.validation.region_folds import region_folds
@@ -113,3 +114,31 @@ def test_the_place_of_one_pose_is_not_left_out_with_the_loads_of_another() -> No
     data = observe(states, medium_robot().chain)
     fold = pose_folds(data)
     assert len(np.unique(fold)) == len(np.unique(data.run)) == 5
+
+
+def test_a_row_counts_by_its_own_uncertainty() -> None:
+    """Three times the usual standard uncertainty: nine times the variance, of shifts and of turns."""
+    states = places_and_loads()
+    states = replace(states, setup=replace(states.setup, sigma=Sigma(2e-5, 1e-5)))
+    own = np.full((len(states), 1, 6), np.nan)
+    own[3, 0] = [6e-5] * 3 + [3e-5] * 3
+    data = observe(replace(states, sigma=own), medium_robot().chain)
+    variance = own_variance(NOISE, data)
+    usual = np.where(data.kind == 0, 4e-10, 1e-10)
+    np.testing.assert_allclose(variance[:, data.index == 3], 9.0 * usual[:, None])
+    np.testing.assert_allclose(variance[:, data.index == 4], usual[:, None])
+
+
+def test_a_wild_reading_counts_as_hubers_loss_has_it() -> None:
+    """Beyond k = 2.5 typical lengths the loss grows by k |r|: the squared weight is k over the length."""
+    data = replace(observed(), free_offset=False)
+    full = whiten(NOISE, data, None)
+    predicted = data.measured.copy()
+    shift = data.kind == 0
+    predicted[shift] += 1e-5
+    predicted[shift, 1] += 1e-3
+    lowered = huber_whitening(full, full, data, predicted)
+    lengths = np.linalg.norm((predicted - data.measured)[shift], axis=0)
+    wanted = np.sqrt(np.minimum(1.0, 2.5 * np.median(lengths) / lengths))
+    np.testing.assert_allclose(lowered.scale[shift] / full.scale[shift], np.tile(wanted, (3, 1)))
+    assert 0.1 < wanted.min() < 0.2

@@ -17,7 +17,7 @@ from stiffcal.identification.coupling import (
     without_measured_links,
 )
 from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.link_noise import spread_by_rods
+from stiffcal.identification.link_noise import _directions, spread_by_rods
 from stiffcal.identification.link_results import Way
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
@@ -117,3 +117,11 @@ def test_the_rods_noise_goes_into_the_joints_uncertainty(robot: CompliantRobot) 
             off.append((one.value - 1.0 / stiffness) / spread[one.name])
     # five numbers of the swing, six times: 30 degrees of freedom, within three standard deviations
     assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1.0, abs=3.0 / np.sqrt(60.0))
+
+
+def test_directions_of_a_links_error_add_up_to_its_uncertainty(robot: CompliantRobot, states: LoadStates) -> None:
+    """Independent errors of the compliance: the sum of their squares is each element's variance."""
+    (link,) = measure_links(observe(states, robot.chain), CompliantRobot(robot.chain, ()))
+    variance = np.sum(_directions(link.compliance) ** 2, axis=0)
+    known = np.isfinite(link.compliance.matrix)
+    np.testing.assert_allclose(np.sqrt(variance[known]), link.compliance.std[known], rtol=1e-9)

@@ -7,7 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.geometry import geometry_changes, geometry_columns, geometry_prior, with_geometry
+from stiffcal.identification.geometry import (
+    geometry_changes,
+    geometry_columns,
+    geometry_prior,
+    misfit_of_places,
+    with_geometry,
+)
 from stiffcal.identification.geometry_prior import GeometrySource
 from stiffcal.identification.identify import identify_parameters, predict_observations
 from stiffcal.identification.observation import observe
@@ -114,3 +120,16 @@ def test_without_places_the_default_counts() -> None:
     prior = geometry_prior(unmeasured, campaign.model)
     assert prior.source is GeometrySource.DEFAULT
     assert prior.length == DEFAULT.length
+
+
+def test_few_places_change_the_default_a_little() -> None:
+    """Like the mean of a scaled inverse χ² of four degrees of freedom before, and those of the places."""
+    campaign = with_tolerance(played(), DEFAULT)
+    robot = replace(campaign.truth, chain=replace(campaign.truth.chain, tolerance=DEFAULT))
+    prior = geometry_prior(campaign.states, robot)
+    places = misfit_of_places(campaign.states, robot, DEFAULT)
+    assert places is not None
+    misfit, dof = places
+    assert misfit < 0.5
+    assert prior.misfit == misfit
+    assert prior.angle / DEFAULT.angle == pytest.approx(np.sqrt((4.0 + dof * misfit**2) / (4.0 + dof)))

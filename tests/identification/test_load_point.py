@@ -82,3 +82,10 @@ def test_a_place_where_nothing_hangs_is_refused(tmp_path: Path) -> None:
         load_campaign(folder)
     (fault,) = caught.value.faults
     assert fault.place == "frames.target1.sigma_m"
+
+
+def test_what_was_stated_counts_as_three_readings() -> None:
+    """A place that the measurement says nothing of takes no degree of freedom from it."""
+    states = hung(0.05)
+    assert fitted(states).dof == fitted(states, with_place=False).dof
+    assert fitted(hung(120.0)).dof < fitted(hung(120.0), with_place=False).dof

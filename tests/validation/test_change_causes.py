@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from stiffcal.arrays import Floats
 from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew
@@ -53,3 +54,21 @@ def test_joints_alone_are_not_named_where_the_residuals_have_grown() -> None:
     assert grew([1.0, 1.1, 0.9, 1.5, 1.4], 3)
     assert not grew([1.0, 1.1, 0.9, 1.05, 1.0], 3)
     assert not grew([1.0, 1.1, 0.9, 1.5, None], 3)
+
+
+def test_probabilities_are_those_of_marginal_likelihoods() -> None:
+    """Each cause's change is normal about zero, its sizes of three scales as probable: by scipy's densities."""
+    change = np.array([0.01, 0.03, 0.015, 0.0, 0.02, -0.01])
+    causes = [CAUSES[1], CAUSES[6], CAUSES[7], Hypothesis(USUAL_CHANGE * np.eye(6)[:2], joints=(1, 2))]
+    likely = [
+        sum(
+            float(multivariate_normal.pdf(change, cov=VARIANCE + s**2 * cause.directions.T @ cause.directions))
+            for s in (1.0, 3.0, 10.0)
+        )
+        for cause in causes
+    ]
+    likely[3] *= 0.1  # a second joint in the same month
+    wanted = np.sort(np.array(likely) / np.sum(likely))[::-1]
+    found = [cause.probability for cause in cause_of(change, VARIANCE, causes, 3, misfit_grew=False).causes]
+    np.testing.assert_allclose(found, wanted[: len(found)], rtol=1e-9)
+    assert len(found) >= 2

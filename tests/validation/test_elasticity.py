@@ -9,7 +9,8 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.identify import identify_parameters
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import Attachment, LoadStates
+from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.validation.elasticity import Elasticity, _Judge, _with_waves, elasticity_of
@@ -97,3 +98,17 @@ def test_an_eccentricity_of_another_order_in_the_model_does_not_stand_for_order_
     waves = _with_waves(robot, (1, 2, 3)).placed[6:]
     assert [(wave.place.joints, wave.values["order"]) for wave in waves] == [((k,), 1.0) for k in (1, 2, 3)]
     assert _with_waves(robot, (1,)) is robot
+
+
+def test_the_payload_is_the_one_that_shows_the_compliance_to_a_fifth() -> None:
+    """Least squares of one column c τ × lever per kilogram, in half of the poses: five standard errors."""
+    chain = six_axes()
+    robot = CompliantRobot(chain, tuple(on_all_joints(JointCompliance(), 6, [{"c": 1e-6}] * 6)))
+    states = measured_by(robot, absolute_states(chain, N_POSES, 7), 8)
+    fit = identify_parameters(states, robot)
+    jacobian = jacobians(chain, chain.model_angles(states.joints), Attachment(7, np.eye(4)))[:, :3]
+    torque = np.einsum("nij,i->nj", jacobian, chain.gravity)
+    column = 1e-5 * jacobian[:, :, 2] * torque[:, [2]]
+    scatter = np.sqrt(np.mean(fit.residual[:3] ** 2))
+    wanted = 5.0 * scatter / np.sqrt(np.sum(column**2) / 2.0)
+    assert _Judge(states, fit).payload(3, 1e-5) == pytest.approx(wanted, rel=1e-6)
