@@ -78,7 +78,7 @@ def test_they_are_the_slope_of_the_potential_energy() -> None:
     def energy(angles: Floats) -> Floats:
         positions, rotations = body_poses(chain, chain.model_angles(angles))
         centres = positions[:, 1:-1] + np.einsum("njab,jb->nja", rotations[:, 1:-1], chain.link_com)
-        return -np.einsum("j,nja,a->n", chain.link_mass, centres, chain.gravity)
+        return np.asarray(-np.einsum("j,nja,a->n", chain.link_mass, centres, chain.gravity))
 
     step = 1e-5
     for joint in range(6):
