@@ -1,7 +1,8 @@
 """Logs that lie in a campaign and that its manifest does not name: what they seem to be, and lines to copy.
 
-The usual exports are known by words in their first lines: ATI's force-torque sensors, Beckhoff's TwinCAT Scope, trackers
-of API, FARO, Leica and Nikon, traces of robot controllers. A column is guessed by its name; every guess is marked with ``# ?``.
+The usual exports are known by words in their first lines: ATI's force-torque sensors, Beckhoff's TwinCAT Scope,
+trackers of API, FARO, Leica and Nikon, traces of robot controllers. A column is guessed by its name; every guess is
+marked with ``# ?``.
 """
 
 from __future__ import annotations
