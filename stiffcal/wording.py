@@ -266,6 +266,25 @@ def listing(names: Iterable[str], limit: int = 12) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else DASH
 
 
+def lines_in_words(lines: Iterable[int], limit: int = 5) -> str:
+    """Return numbers of lines of a file, in ascending order, as a place in a message; of many stretches the first ones.
+
+    Examples
+    --------
+    >>> lines_in_words([4]), lines_in_words([3, 7, 8, 9]), lines_in_words([2, 4, 6], limit=2)
+    ('line 4', 'lines 3, 7 to 9', 'lines 2, 4, …')
+    """
+    stretches: list[list[int]] = []
+    for line in lines:
+        if stretches and line == stretches[-1][1] + 1:
+            stretches[-1][1] = line
+        else:
+            stretches.append([line, line])
+    words = [f"{start}" if start == end else f"{start} to {end}" for start, end in stretches]
+    many = "s" if len(stretches) > 1 or stretches[0][0] < stretches[0][1] else ""
+    return f"line{many} {', '.join(words[:limit])}{', …' if len(words) > limit else ''}"
+
+
 _DRIFTS = {
     ("m/s or m/K", False): ("µm/h", 3.6e9),
     ("m/s or m/K", True): ("µm/K", 1e6),

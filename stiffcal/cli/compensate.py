@@ -68,7 +68,8 @@ Sag = Annotated[
     bool | None,
     typer.Option(
         "--sag/--no-sag",
-        help="Correct the sag under weight too; left out: for paths in space yes, for joint angles no.",
+        help="Correct geometry errors and the sag under weight too: joint angles are those of the rigid robot.toml. "
+        "Left out: yes for paths in space and where the model holds the geometry, else no.",
         show_default=False,
     ),
 ]
@@ -129,9 +130,24 @@ def compensate(
     return OK
 
 
+_WANTED = {
+    "path": "wanted: the poses of the path, in base axes",
+    "nominal robot": (
+        "wanted: where robot.toml's rigid robot has {target} at the path's joint angles, in base axes; for angles that "
+        "were taught on the robot itself: --no-sag"
+    ),
+    "unloaded robot": (
+        "wanted: where the robot itself has {target} at the path's joint angles without the load, its sag and geometry "
+        "errors included; to correct those too: --sag"
+    ),
+}
+"""Which poses the errors count from."""
+
+
 def show_compensation(console: Console, result: CompensateResult) -> None:
     """Draw the error along the path before and after, and the largest corrections."""
     console.print(f"{len(result.rows)} poses of {result.target}; values from {result.values_from}")
+    console.print(_WANTED[result.wanted].format(target=result.target))
     table = plain_table("", "rms error>", "largest>")
     before, after = (
         max(sum(x * x for x in error[:3].tolist()) ** 0.5 for error in errors)

@@ -10,6 +10,8 @@ from stiffcal.compensation.targets import Corrected
 from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Number, OrAbsent, Vector
 from stiffcal.measurements.rms import Rms
 
+Wanted = Literal["path", "nominal robot", "unloaded robot"]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrectedPose:
@@ -66,6 +68,10 @@ class CompensateResult(CommandResult):
     """Where the model's values are from, in words."""
     target: str
     """The frame that follows the path."""
+    wanted: Wanted
+    """Which poses the errors count from, base axes: the poses that the path gives, those of robot.toml's rigid robot at
+    the path's joint angles, or those of the robot itself there without the load.
+    """
     rms_before: Rms
     """Of the pose errors without the correction."""
     rms_after: Rms

@@ -25,6 +25,12 @@ class PlacedEffect:
         """The parameter's full name, ``effect.place.symbol``."""
         return f"{self.effect.name}.{self.place.label}.{symbol}"
 
+    @property
+    def changes_geometry(self) -> bool:
+        """Whether the effect moves the unloaded chain or its angles: its parameters count from the robot file."""
+        moves_chain = type(self.effect).geometry_terms is not Effect.geometry_terms
+        return moves_chain and not self.effect.moves_frames
+
     def amplitude(self, symbol: str) -> float:
         """What the law multiplies with: the value, of stiffnesses its inverse, of gains what they differ from 1 by.
 

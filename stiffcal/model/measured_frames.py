@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import Attachment
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import (
     DocumentedEffect,
     Inputs,
@@ -125,6 +125,24 @@ def placed_frame(name: str, with_orientation: bool) -> PlacedEffect:
 def placed_load_point(name: str) -> PlacedEffect:
     """Return the frame in which a payload hangs as part of a model."""
     return PlacedEffect(LoadPoint(), Place("frames", frame=name))
+
+
+def with_found_frames(robot: CompliantRobot, setup: MeasurementSetup) -> MeasurementSetup:
+    """Return the set-up with tracker and targets where a fit has found them, in the axes of the fitted robot's base.
+
+    Parameters
+    ----------
+    robot : with the fitted values, frames among them. setup : with the frames where registration put them.
+    """
+    inputs = Inputs(np.zeros((robot.chain.n_joints, 1)), np.zeros((6, 1)), setup)
+    for placed in robot.placed:
+        if placed.effect.moves_frames:
+            inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
+    found = inputs.setup
+    if found.tracker_error is None:
+        return found
+    base_from_tracker = inverse_transform(found.tracker_error) @ setup.base_from_tracker
+    return replace(found, base_from_tracker=base_from_tracker, tracker_error=None)
 
 
 def _moved(body_from_frame: Floats, small: Floats) -> Floats:

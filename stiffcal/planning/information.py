@@ -19,7 +19,7 @@ from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import DocumentedEffect, ParameterRole
+from stiffcal.model.effect import ParameterRole
 
 RunKind: TypeAlias = Literal["load", "absolute", "clamped"]
 # Unloaded readings of a run: before the load steps, and after them.
@@ -137,7 +137,7 @@ def counts_from_nominal(placed: PlacedEffect) -> bool:
 
     Of geometry and frames an uncertainty relative to the value says nothing: they count in their typical size.
     """
-    return placed.effect.moves_frames or type(placed.effect).geometry_terms is not DocumentedEffect.geometry_terms
+    return placed.effect.moves_frames or placed.changes_geometry
 
 
 def observations_of_runs(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,14 +13,21 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.compensation.load_table import AXES
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path, shortened
+from stiffcal.wording import lines_in_words
+from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.plot import PICTURES
 from stiffcal.workflow.steps import RunContext
 
 if TYPE_CHECKING:
-    from stiffcal.compensation.compensate_result import CompensateResult, CorrectedPose, PathError, PathJudgement
-    from stiffcal.compensation.targets import Corrected
+    from stiffcal.compensation.compensate_result import (
+        CompensateResult,
+        CorrectedPose,
+        PathError,
+        PathJudgement,
+        Wanted,
+    )
+    from stiffcal.compensation.targets import Corrected, PoseGoal
     from stiffcal.measurements.columns import Values
     from stiffcal.measurements.rms import Rms
 
@@ -40,7 +47,9 @@ class CompensateRequest:
     orientation: bool = True
     """False where only the position counts."""
     sag: bool | None = None
-    """True takes the sag under weight out too: the rigid robot's pose is meant; None: for paths in space."""
+    """True takes geometry errors and the sag under weight out too: the pose of robot.toml's rigid robot is meant; None:
+    for paths in space, and for joint angles where the model holds the robot's geometry.
+    """
     normal: str | None = None
     """"x,y,z" or "radial": the direction in which the picture shows the error; None: its length."""
     judge: Path | None = None
@@ -88,10 +97,13 @@ def compensate_campaign(
         mend = "give a path of two poses or more, or leave --picture out"
         raise InputError.at(FaultCode.PATH_INVALID, str(options.path), "", "one pose is no path to draw", mend)
     context.progress("correcting", None)
-    goal = _goal(fitted, path, options)
+    wanted = _wanted(fitted, path, options.sag)
+    goal = _goal(fitted, path, wanted)
+    # where the target is on the flange moves the rigid robot's pose as much as the real one's
+    robot, covariance = fitted.with_target(target) if wanted == "path" else (fitted.robot, fitted.covariance)
     solve = CorrectionOptions(goal, options.orientation, fitted.robot.has_memory, path.time)
     try:
-        corrected = correct_joints(fitted.robot, path.joints, path.wrench, path.setup, solve, fitted.covariance)
+        corrected = correct_joints(robot, path.joints, path.wrench, path.setup, solve, covariance)
     except NoBalanceError as error:
         raise error.of_load(str(options.path), "", "give smaller loads") from error
     _check_reached(path, corrected)
@@ -99,12 +111,13 @@ def compensate_campaign(
         warnings=[*fitted.warnings, *_warnings(path, corrected, options)],
         values_from=fitted.source,
         target=target,
+        wanted=wanted,
         rms_before=_rms(corrected.before),
         rms_after=_rms(corrected.after),
         residual_95=float(corrected.residual_95.max()) if fitted.covariance else None,
         largest_correction=np.abs(corrected.joints - path.joints).max(axis=0),
         rows=_corrected_poses(path, corrected),
-        judged=None if options.judge is None else _judgement(fitted, options, path, corrected, context),
+        judged=None if options.judge is None else _judgement(fitted, options, (path, wanted), corrected, context),
         file=None if output is None else str(output),
         picture=None if picture is None else str(picture),
         found=corrected,
@@ -138,44 +151,80 @@ def _check_outputs(output: Path | None, picture: Path | None) -> None:
             )
 
 
-def _goal(fitted: FittedRobot, path: CompensationPath, options: CompensateRequest) -> Any:
-    """Return the wanted poses: as given in space, the rigid robot's, or None: those without the load."""
+def _wanted(fitted: FittedRobot, path: CompensationPath, sag: bool | None) -> Wanted:
+    """Return which poses are wanted: the path's own, those of robot.toml's rigid robot, or those without the load.
+
+    A model that holds the robot's geometry is there to correct it: joint angles then stand for where the rigid robot of
+    robot.toml has them. Else they are taken as taught on the robot itself, weight and geometry errors included.
+    """
+    if sag is None:
+        sag = path.goal is not None or any(placed.changes_geometry for placed in fitted.robot.placed)
+    if not sag:
+        return "unloaded robot"
+    return "nominal robot" if path.goal is None else "path"
+
+
+def _goal(fitted: FittedRobot, path: CompensationPath, wanted: Wanted) -> PoseGoal | None:
+    """Return the wanted poses in base axes; None: those without the load."""
     from stiffcal.compensation.targets import PoseGoal
     from stiffcal.mechanics.kinematics import attached_poses
 
-    sag = path.goal is not None if options.sag is None else options.sag
-    if not sag:
+    if wanted == "unloaded robot":
         return None
-    if path.goal is not None:
+    if wanted == "path":
         return path.goal
     chain = fitted.campaign.chain
     return PoseGoal(*attached_poses(chain, chain.model_angles(path.joints), path.setup.targets[0]))
 
 
 def _check_reached(path: CompensationPath, corrected: Corrected) -> None:
-    """Raise where not even the position can be reached: one fault a line of the table."""
+    """Raise where not even the position can be reached: one fault for the lines that share a reason."""
+    missed = ~corrected.position_reached
+    if not missed.any():
+        return
+    held = np.array([bool(names) for names in corrected.held])
+    stopped = sorted({name for row in np.flatnonzero(missed & held) for name in corrected.held[row]})
+    singular = np.asarray(corrected.singular)
+    kinds = (
+        (held, f"{', '.join(stopped)} would have to go beyond the limit", "keep the path farther from the limits"),
+        (
+            ~held & singular,
+            "the robot is next to a singular pose, where a direction cannot be corrected",
+            "move these rows some degrees away from it, or leave them out of the path",
+        ),
+        (~held & ~singular, "the corrected pose is out of reach", "move these rows, or leave them out of the path"),
+    )
     faults = []
-    for row in np.flatnonzero(~corrected.position_reached):
-        remaining_mm = 1e3 * float(np.linalg.norm(corrected.after[row, :3]))
-        if corrected.held[row]:
-            reason = f"{', '.join(corrected.held[row])} would have to go beyond the limit: {remaining_mm:.3g} mm remain"
-        elif corrected.singular[row]:
-            reason = f"the robot is next to a singular pose, where {remaining_mm:.3g} mm cannot be taken back"
-        else:
-            reason = f"the corrected pose is out of reach: {remaining_mm:.3g} mm remain"
-        mend = "take another pose, or a path farther from the limits"
-        faults.append(Fault(FaultCode.POSE_UNREACHABLE, path.table.file, f"line {path.table.lines[row]}", reason, mend))
-    raise_faults(shortened(faults))
+    for of_kind, reason, mend in kinds:
+        rows = np.flatnonzero(missed & of_kind)
+        if rows.size:
+            left_mm = 1e3 * float(np.linalg.norm(corrected.after[rows, :3], axis=1).max())
+            place = lines_in_words(path.table.lines[rows])
+            reason = f"{reason}: {'up to ' if rows.size > 1 else ''}{left_mm:.3g} mm remain"
+            faults.append(Fault(FaultCode.POSE_UNREACHABLE, path.table.file, place, reason, mend))
+    raise_faults(faults)
 
 
 def _judgement(
-    fitted: FittedRobot, options: CompensateRequest, path: CompensationPath, corrected: Corrected, context: RunContext
+    fitted: FittedRobot,
+    options: CompensateRequest,
+    wish: tuple[CompensationPath, Wanted],
+    corrected: Corrected,
+    context: RunContext,
 ) -> PathJudgement:
-    """Return the pose errors without and with the correction, by another campaign's robot."""
+    """Return the pose errors without and with the correction, by another campaign's robot.
+
+    Parameters
+    ----------
+    fitted : whose targets are judged. options : with the other campaign's folder.
+    wish : the path, and which poses are wanted: the same of both robots.
+    corrected : the targets. context : progress and so on.
+    """
     from stiffcal.compensation.compensate_result import PathJudgement
     from stiffcal.compensation.targets import CorrectionOptions, errors_of
 
     assert options.judge is not None
+    path, wanted = wish
     judge = fitted_robot(
         load_campaign(options.judge, check_files=False), RunContext(progress=context.progress, notify=context.notify)
     )
@@ -183,7 +232,7 @@ def _judgement(
         raise InputError.at(
             FaultCode.ROBOT_MISMATCH, str(options.judge), "", "another robot", "name a campaign of the same robot"
         )
-    goal = _goal(judge, path, options)
+    goal = _goal(judge, path, wanted)
     solve = CorrectionOptions(goal, options.orientation, judge.robot.has_memory, path.time)
     before, after = (
         errors_of(judge.robot, path.joints, commanded, path.wrench, path.setup, solve)
@@ -236,12 +285,10 @@ def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateR
     only = corrected.position_reached & ~corrected.reached
     if options.orientation and only.any():
         worst = 1e3 * float(np.abs(corrected.after[only, 3:]).max())
-        lines = ", ".join(str(line) for line in path.table.lines[only][:5]) + (", …" if only.sum() > 5 else "")
+        lines = lines_in_words(path.table.lines[only])
         limited = sorted({name for names in corrected.held for name in names})
         why = f"{', '.join(limited)} at its limit" if limited else "next to a singular pose"
-        sentences.append(
-            f"line {lines}: the position is reached, of the orientation up to {worst:.2g} mrad remain ({why})"
-        )
+        sentences.append(f"{lines}: the position is reached, of the orientation up to {worst:.2g} mrad remain ({why})")
     return sentences
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -13,12 +13,13 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.measured_frames import with_found_frames
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import RunContext, free_names, up_to_date_states, with_trial_model
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.composite import CompliantRobot, PlacedEffect
     from stiffcal.results.identify_result import IdentifyResult
 
 # A fit that misses by so many times the noise lacks something; its own offsets draw a complete one a little below 1.
@@ -32,17 +33,21 @@ class FittedRobot:
     campaign: Campaign
     """The folder's three files."""
     robot: CompliantRobot
-    """Chain and effects, every parameter with a value."""
+    """Chain and effects, every parameter with a value; without frames, which ``setup`` holds."""
     setup: MeasurementSetup
-    """Where the instruments sit; estimated frames where they were found."""
+    """Where the instruments sit; estimated frames where the fit has found them."""
     covariance: dict[str, dict[str, float]]
-    """Of the parameters that were fitted, by full names; empty where the values are the model file's."""
+    """Of the robot's parameters that were fitted, by full names; empty where the values are the model file's."""
     source: str
     """Where the values are from, in words."""
     cautions: tuple[str, ...] = ()
     """What the fit cannot promise, in words."""
     link_compliances: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     """(6, 6) by link, as the link's rods gave it, beam axes, NaN where not known; empty without rods."""
+    targets: tuple[PlacedEffect, ...] = ()
+    """The targets whose frames were fitted with the robot, at 0: their values are in ``setup``."""
+    covariance_with_targets: dict[str, dict[str, float]] = field(default_factory=dict)
+    """``covariance`` with the parameters of ``targets``."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -80,6 +85,16 @@ class FittedRobot:
                 f"frames: {', '.join(frames)}",
             )
         return frames[name]
+
+    def with_target(self, name: str) -> tuple[CompliantRobot, dict[str, dict[str, float]]]:
+        """Return the robot and the covariance with the frame of a target as a parameter, where that was fitted."""
+        held = tuple(placed for placed in self.targets if placed.place.frame == name)
+        if not held:
+            return self.robot, self.covariance
+        robot = replace(self.robot, placed=(*self.robot.placed, *held))
+        names = _parameter_names(robot.placed)
+        whole = self.covariance_with_targets
+        return robot, {a: {b: whole[a][b] for b in whole[a] if b in names} for a in whole if a in names}
 
     def aimed_at(self, name: str | None, option: str = "--target") -> tuple[MeasurementSetup, str]:
         """Return the set-up with a frame as its only target, and the frame's name; None: the first measured one.
@@ -137,21 +152,37 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
         return FittedRobot(campaign, robot, _with_target(setup, chain.n_joints), {}, "model.toml")
     data = up_to_date_states(campaign.folder, context)
     identified = up_to_date_fit(data, context)
-    names, matrix = identified.free_parameters, np.array(identified.covariance, dtype=np.float64)
-    # what shows in motion alone (friction) is in the fit and not in the robot at rest
-    in_model = {
-        placed_effect.parameter_name(spec.symbol)
-        for placed_effect in robot.placed
-        for spec in placed_effect.effect.parameters
-    }
-    in_both = [(k, name) for k, name in enumerate(names) if name in in_model]
-    covariance = {a: {b: float(matrix[i, j]) for j, b in in_both} for i, a in in_both}
+    matrix = np.array(identified.covariance, dtype=np.float64)
     fitted_values = robot.with_values(identified.robot_values())
-    setup = _with_target(data.states.setup, campaign.chain.n_joints)
+    frames = tuple(placed for placed in fitted_values.placed if placed.effect.moves_frames)
+    setup = _with_target(with_found_frames(fitted_values, data.states.setup), campaign.chain.n_joints)
+    targets = tuple(replace(placed, values={}) for placed in frames if placed.place.frame in setup.target_names)
+    rest = tuple(placed for placed in fitted_values.placed if not placed.effect.moves_frames)
+
+    def covariance_of(names: set[str]) -> dict[str, dict[str, float]]:
+        # what shows in motion alone (friction) is in the fit and not in the robot at rest
+        in_both = [(k, name) for k, name in enumerate(identified.free_parameters) if name in names]
+        return {a: {b: float(matrix[i, j]) for j, b in in_both} for i, a in in_both}
+
     # null where the rods do not identify it becomes NaN
     of_links = {link.link: np.array(link.compliance, dtype=np.float64) for link in identified.links or ()}
-    cautions = tuple(_cautions(identified, in_model))
-    return FittedRobot(campaign, fitted_values, setup, covariance, f"fit {identified.fit_id}", cautions, of_links)
+    # of geometry some numbers are a choice: no load turns the robot about those
+    gives = _parameter_names(placed for placed in rest if not placed.changes_geometry)
+    return FittedRobot(
+        campaign,
+        replace(fitted_values, placed=rest),
+        setup,
+        covariance_of(_parameter_names(rest)),
+        f"fit {identified.fit_id}",
+        tuple(_cautions(identified, gives)),
+        of_links,
+        targets,
+        covariance_of(_parameter_names((*rest, *targets))),
+    )
+
+
+def _parameter_names(placed: Iterable[PlacedEffect]) -> set[str]:
+    return {one.parameter_name(spec.symbol) for one in placed for spec in one.effect.parameters}
 
 
 def _cautions(identified: IdentifyResult, names: set[str]) -> Iterator[str]:

@@ -18,10 +18,10 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
 from stiffcal.measurements.load_states import MeasurementSetup
-from stiffcal.mechanics.rotations import inverse_transform, rpy_from_rotation
+from stiffcal.mechanics.rotations import rpy_from_rotation
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Inputs
+from stiffcal.model.measured_frames import with_found_frames
 from stiffcal.model.summary import Where
 from stiffcal.results.identify_result import IdentifyResult
 
@@ -86,22 +86,16 @@ def fitted_frames(robot: CompliantRobot, setup: MeasurementSetup) -> dict[str, t
     ----------
     robot : with the fitted values. setup : with the frames where registration put them.
     """
-    n_joints = robot.chain.n_joints
-    inputs = Inputs(np.zeros((n_joints, 1)), np.zeros((6, 1)), setup)
-    frames = [placed for placed in robot.placed if placed.effect.moves_frames]
-    for placed in frames:
-        inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
+    found = with_found_frames(robot, setup)
     result: dict[str, tuple[str, Floats]] = {}
-    for placed in frames:
+    for placed in robot.placed:
         name = placed.place.frame
-        if name in setup.target_names:
-            target = inputs.setup.targets[setup.target_names.index(name)]
-            if target.body == n_joints + 1:
-                result[name] = "flange", target.transform
-        else:
-            error = inputs.setup.tracker_error
-            registered = setup.base_from_tracker
-            result[name] = "base", registered if error is None else inverse_transform(error) @ registered
+        if not placed.effect.moves_frames or name is None:
+            continue
+        if name not in setup.target_names:
+            result[name] = "base", found.base_from_tracker
+        elif (target := found.targets[setup.target_names.index(name)]).body == robot.chain.n_joints + 1:
+            result[name] = "flange", target.transform
     return result
 
 

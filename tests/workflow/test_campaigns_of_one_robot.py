@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.workflow.compare import compare_campaigns
+from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign
+from stiffcal.workflow.compensation_path import Forces
+from stiffcal.workflow.fitted_robot import fitted_robot
+from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.validate import validate_campaign
-from tests.laboratory.absolute_and_loads import N_PLACES, TRACKER_M, write_campaign
+from tests.laboratory.absolute_and_loads import N_PLACES, TRACKER_M, Truth, write_campaign
 from tests.laboratory.robots import six_axis_joints
 
 
 @pytest.fixture(scope="module")
-def campaigns(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Return a campaign of places and loads, and one of places alone after the tracker was moved."""
+def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Truth]:
+    """Return a campaign of places and loads, one of places alone after the tracker was moved, and what is hidden."""
     first, second = tmp_path_factory.mktemp("robot") / "both", tmp_path_factory.mktemp("robot") / "places"
     truth = write_campaign(first, 6)
     write_campaign(second, 6)
@@ -34,7 +43,12 @@ def campaigns(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     lines = [",".join(f"{value:.9g}" for value in row) for row in rows]
     text = "\n".join(["t,A1,A2,A3,A4,A5,A6,X,Y,Z", *lines]) + "\n"
     (second / "raw" / "places.csv").write_text(text, encoding="utf-8")
-    return first, second
+    return first, second, truth
+
+
+@pytest.fixture(scope="module")
+def campaigns(measured: tuple[Path, Path, Truth]) -> tuple[Path, Path]:
+    return measured[:2]
 
 
 def test_nothing_has_changed_but_where_the_tracker_stands(campaigns: tuple[Path, Path]) -> None:
@@ -55,3 +69,52 @@ def test_the_model_of_one_holds_in_the_other(campaigns: tuple[Path, Path]) -> No
     back = validate_campaign(campaigns[0], model=campaigns[1])
     errors = {part.label: part.rms.translation or np.nan for part in back.by_experiment or []}
     assert errors["absolute"] == pytest.approx(np.hypot(np.sqrt(3.0) * TRACKER_M, 15e-6), rel=0.25)
+
+
+PATH_DEG = np.linspace([-40.0, -70.0, 20.0, -40.0, 30.0, -60.0], [50.0, -40.0, 60.0, 60.0, 80.0, 70.0], 12)
+
+
+def aligned(places: Floats, wanted: Floats) -> Floats:
+    """Return (n,) distances of places (n, 3) to wanted ones after the rigid motion that fits best."""
+    middle, goal = places.mean(axis=0), wanted.mean(axis=0)
+    left, _, right = np.linalg.svd((places - middle).T @ (wanted - goal))
+    turn = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    return np.asarray(np.linalg.norm((places - middle) @ turn - (wanted - goal), axis=1))
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_path_of_joint_angles_is_corrected_for_geometry_and_sag(
+    measured: tuple[Path, Path, Truth], which: int, tmp_path: Path
+) -> None:
+    """The true robot stands where the robot file's rigid robot has the target, but for where the base is."""
+    truth = measured[2]
+    rows = ["A1,A2,A3,A4,A5,A6", *(",".join(f"{angle:.9g}" for angle in row) for row in PATH_DEG)]
+    (tmp_path / "path.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    wish = CompensateRequest(tmp_path / "path.csv", Forces("0,0,0"))
+    corrected = compensate_campaign(measured[which], wish)
+    assert corrected.wanted == "nominal robot"
+    chain = load_campaign(measured[which], check_files=False).chain
+    robot = fitted_robot(load_campaign(measured[which], check_files=False), RunContext())
+    wanted, _ = attached_poses(chain, chain.model_angles(np.radians(PATH_DEG)), robot.setup.targets[0])
+    weight = np.zeros((len(PATH_DEG), 6))
+    before = aligned(truth.places(chain, np.radians(PATH_DEG), weight), wanted)
+    after = aligned(truth.places(chain, corrected.found.joints, weight), wanted)
+    assert np.sqrt(np.mean(before**2)) > 3e-4
+    assert np.all(after < corrected.found.residual_95)
+    assert corrected.found.residual_95.max() < 1.5e-4
+    taught = compensate_campaign(measured[which], replace(wish, sag=False))
+    assert taught.wanted == "unloaded robot"
+    assert np.abs(taught.found.joints - np.radians(PATH_DEG)).max() < 1e-9
+
+
+def test_lines_out_of_reach_are_one_line_of_the_answer(measured: tuple[Path, Path, Truth], tmp_path: Path) -> None:
+    """Along the stretched arm nothing can be corrected: the rows are named together, with what would remain."""
+    folder = measured[0]
+    stretched = np.degrees(np.arctan2(0.15, 0.88))
+    angles = ["10,-40,60,0,50,0", f"0,-40,{stretched},0,0,0", f"1,-40,{stretched},0,0,0", "10,-40,60,0,50,0"]
+    (tmp_path / "path.csv").write_text("\n".join(["A1,A2,A3,A4,A5,A6", *angles]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        compensate_campaign(folder, CompensateRequest(tmp_path / "path.csv", Forces("0,0,0")))
+    (fault,) = refused.value.faults
+    assert (fault.code, fault.place) == (FaultCode.POSE_UNREACHABLE, "lines 3 to 4")
+    assert "singular" in fault.reason
