@@ -87,14 +87,14 @@ def test_a_path_of_joint_angles_is_corrected_for_geometry_and_sag(
     measured: tuple[Path, Path, Truth], which: int, tmp_path: Path
 ) -> None:
     """The true robot stands where the robot file's rigid robot has the target, but for where the base is."""
-    truth = measured[2]
+    folder, truth = (measured[1] if which else measured[0]), measured[2]
     rows = ["A1,A2,A3,A4,A5,A6", *(",".join(f"{angle:.9g}" for angle in row) for row in PATH_DEG)]
     (tmp_path / "path.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
     wish = CompensateRequest(tmp_path / "path.csv", Forces("0,0,0"))
-    corrected = compensate_campaign(measured[which], wish)
+    corrected = compensate_campaign(folder, wish)
     assert corrected.wanted == "nominal robot"
-    chain = load_campaign(measured[which], check_files=False).chain
-    robot = fitted_robot(load_campaign(measured[which], check_files=False), RunContext())
+    chain = load_campaign(folder, check_files=False).chain
+    robot = fitted_robot(load_campaign(folder, check_files=False), RunContext())
     wanted, _ = attached_poses(chain, chain.model_angles(np.radians(PATH_DEG)), robot.setup.targets[0])
     weight = np.zeros((len(PATH_DEG), 6))
     before = aligned(truth.places(chain, np.radians(PATH_DEG), weight), wanted)
@@ -102,7 +102,7 @@ def test_a_path_of_joint_angles_is_corrected_for_geometry_and_sag(
     assert np.sqrt(np.mean(before**2)) > 3e-4
     assert np.all(after < corrected.found.residual_95)
     assert corrected.found.residual_95.max() < 1.5e-4
-    taught = compensate_campaign(measured[which], replace(wish, sag=False))
+    taught = compensate_campaign(folder, replace(wish, sag=False))
     assert taught.wanted == "unloaded robot"
     assert np.abs(taught.found.joints - np.radians(PATH_DEG)).max() < 1e-9
 
