@@ -53,7 +53,10 @@ def effects(
         str | None, typer.Argument(metavar="NEW_NAME", help="After new: what to call it.", show_default=False)
     ] = None,
     source: Annotated[
-        Path | None, typer.Option("--from", metavar="DIR", help="After new: the campaign that needs it.")
+        Path | None,
+        typer.Option(
+            "--from", metavar="DIR", help="The campaign whose own effects count too; after new: that needs it."
+        ),
     ] = None,
     as_json: AsJson = False,
     output: Output = None,
@@ -62,6 +65,8 @@ def effects(
 
     With a name: physics, law, places, parameters with units and sizes, what it needs, its fingerprint, what looks like
     it, how to check it, and a sketch of what it does to a load-deformation curve: the same as a picture with -o FILE.
+
+    With --from DIR the effects of that campaign's plugins are listed too, once you trust them.
 
     `effects new NAME --from DIR` writes a plugin that tests what `diagnose` found where nothing in the catalogue
     accounts for the remainder, and lists it in campaign.toml; it runs once you trust it.
@@ -72,11 +77,10 @@ def effects(
         if name == "new":
             _write_new(answer, new_name, source, output)
             return OK
-        if new_name is not None or source is not None:
+        if new_name is not None:
             reason, mend = "goes with new only", "write: effects new NAME --from DIR"
-            place = "--from" if source is not None else "NEW_NAME"
-            raise InputError.at(FaultCode.OPTION_CONFLICT, "command line", place, reason, mend)
-        from stiffcal.workflow.effects import describe_effects
+            raise InputError.at(FaultCode.OPTION_CONFLICT, "command line", "NEW_NAME", reason, mend)
+        from stiffcal.workflow.effects import code_of_campaign, describe_effects
 
         if output is not None and name is None:
             raise InputError.at(
@@ -86,19 +90,20 @@ def effects(
                 "a picture is of one effect",
                 "name it: effects NAME -o FILE",
             )
-        result = describe_effects(name)
+        plugins = None if source is None else code_of_campaign(source)
+        result = describe_effects(name, plugins)
         if name is None:
             answer.give(result, show_catalogue, "stiffcal effects joint-compliance")
             return OK
         from stiffcal.workflow.effect_pictures import draw_effect, sketch_effect
 
-        result = replace(result, sketch=sketch_effect(name))
+        result = replace(result, sketch=sketch_effect(name, plugins))
         if output is not None:
-            result = replace(result, picture=str(output), drawn=draw_effect(name, output))
+            result = replace(result, picture=str(output), drawn=draw_effect(name, output, plugins))
         # Split before the answer is made fit for a terminal: that puts every text on one line.
         sections = [(title, escaped(text)) for title, text in sections_of(result.effects[0].physics)]
         page = partial(show_effect, sections=sections)
-        answer.give(result, page, command_line("diagnose", HERE))
+        answer.give(result, page, command_line("diagnose", source or HERE))
     return OK
 
 

@@ -20,6 +20,8 @@ from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 
 MEND = "mend the file"
 _SYMBOL = re.compile(r"[^\W\d]\w{0,99}")
+_UNIT = re.compile(r"[A-Za-z0-9·/() ⁰¹²³⁴⁵⁶⁷⁸⁹⁻]{1,60}")
+_SI_SYMBOLS = {"m", "rad", "N", "s", "kg", "K", "A", "Pa", "J", "W", "Hz", "or"}
 _TEXTS = ("summary", "fingerprint", "how_to_check")
 _NAMES = ("includes", "excludes", "needs", "looks_like", "curve")
 _FLAGS = ("has_memory", "in_motion", "in_drive", "constant_torque", "general")
@@ -104,6 +106,11 @@ def _wrong_parameters(declared: Any) -> str:
             return f"two parameters have the symbol {spec.symbol}"
         if not all(_is_text(text) for text in (spec.unit, spec.meaning, spec.source)):
             return f"unit, meaning or source of the parameter {spec.symbol} is no text"
+        if not is_si_unit(spec.unit):
+            return (
+                f"the unit of the parameter {spec.symbol} is none of SI: {_shown(spec.unit)}; write m, rad, N, N·m, s, "
+                "kg, K and 1 with · and /, as rad/(N·m)"
+            )
         sizes = (spec.lower, spec.typical, spec.upper)
         if not all(_is_real(size) for size in sizes) or not np.isfinite(spec.typical) or not spec.lower < spec.upper:
             return f"the parameter {spec.symbol} has no lower < upper with a typical size: {_shown(sizes)}"
@@ -116,6 +123,20 @@ def _wrong_parameters(declared: Any) -> str:
         ):
             return f"sort, inverse, compliance or discrete of the parameter {spec.symbol} is none"
     return ""
+
+
+def is_si_unit(unit: str) -> bool:
+    """Return whether a unit is written with the symbols of SI: everything is computed and printed in these.
+
+    Examples
+    --------
+    >>> [is_si_unit(unit) for unit in ("rad/(N·m)²", "1", "N·m·(s/rad)^power", "m/s or m/K")]
+    [True, True, True, True]
+    >>> [is_si_unit(unit) for unit in ("Nm/grad", "mm", "")]
+    [False, False, False]
+    """
+    plain = re.sub(r"\^\w+", "", unit)
+    return bool(unit) and bool(_UNIT.fullmatch(plain)) and set(re.findall(r"[A-Za-z]+", plain)) <= _SI_SYMBOLS
 
 
 def _checked(member: type[Effect], name: str, check: Callable[..., str], file: str) -> Callable[..., Any]:

@@ -144,7 +144,7 @@ def draw_effect(name: str, file: Path, plugins: PluginCode | None = None) -> str
             "no picture format",
             f"end the name in one of {', '.join(PICTURES)}",
         )
-    picture = effect_picture(find_effects(plugins)[name])
+    picture = _picture_of(name, plugins)
     if picture is None:
         mend = f"leave -o out: stiffcal effects {name} explains where it acts"
         raise InputError.at(
@@ -165,8 +165,19 @@ def draw_effect(name: str, file: Path, plugins: PluginCode | None = None) -> str
 
 def sketch_effect(name: str, plugins: PluginCode | None = None) -> list[str]:
     """Return an effect's picture in letters, line by line; empty where it never shows."""
-    picture = effect_picture(find_effects(plugins)[name])
+    picture = _picture_of(name, plugins)
     return [] if picture is None else sketch(picture)
+
+
+def _picture_of(name: str, plugins: PluginCode | None) -> EffectPicture | None:
+    """Return an effect's picture; None where it never shows, or where a law of the user's needs more than a lever."""
+    effect = find_effects(plugins)[name]
+    try:
+        return effect_picture(effect)
+    except (IndexError, KeyError):
+        if name in find_effects():
+            raise
+        return None
 
 
 def _examples(effect: Effect, places: Sequence[Place], chain: Chain) -> Iterator[LeverExample]:

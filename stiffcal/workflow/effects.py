@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import difflib
 import math
+from pathlib import Path
 
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.model.campaign_effects import plugin_code
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.effect import Effect
 from stiffcal.model.plugin_code import PluginCode
@@ -41,8 +44,19 @@ def describe_effects(name: str | None = None, plugins: PluginCode | None = None)
     else:
         suggestions = difflib.get_close_matches(name, catalogue, n=1)
         mend = f"did you mean {suggestions[0]}?" if suggestions else f"choose one of: {', '.join(sorted(catalogue))}"
+        mend += "" if plugins is not None else "; an effect of a campaign's own: add --from DIR"
         raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "NAME", f"no effect is called {name}", mend)
     return EffectsResult(warnings=[], effects=[_describe(effect) for effect in chosen])
+
+
+def code_of_campaign(folder: Path) -> PluginCode:
+    """Return the code of a campaign's own effects, none of which has run.
+
+    Raises
+    ------
+    InputError : the folder holds no campaign, or a listed file cannot be read.
+    """
+    return plugin_code(load_campaign(Path(folder), check_files=False))
 
 
 def _describe(effect: Effect) -> EffectDescription:

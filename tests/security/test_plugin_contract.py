@@ -151,3 +151,24 @@ def test_a_name_that_no_file_system_takes_is_one_line(folder: Path) -> None:
     manifest.write_text(manifest.read_text("utf-8").replace(NAME, "x" * 260 + ".py"), encoding="utf-8")
     with pytest.raises(InputError, match="a file's name of more than 255 bytes"):
         load_campaign(folder)
+
+
+def test_a_unit_that_is_none_of_si_is_a_fault_of_the_file(folder: Path) -> None:
+    text = plugin_of_the_documentation()
+    (folder / NAME).write_text(text.replace('"rad/(N·m)"', '"Nm/grad"'), encoding="utf-8")
+    with pytest.raises(InputError, match="the unit of the parameter c is none of SI: 'Nm/grad'"):
+        model_effects(load_campaign(folder))
+
+
+def test_effects_explains_an_effect_of_a_campaign(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Also one that asks for an angle which the lever of the picture does not have: then without a picture."""
+    pages = []
+    for angle in (0, 5):
+        text = plugin_of_the_documentation().replace("loads.angles[0]", f"loads.angles[{angle}]")
+        (folder / NAME).write_text(text, encoding="utf-8")
+        with pytest.raises(SystemExit) as end:
+            main(["effects", "cross-stiffness", "--from", str(folder)])
+        assert end.value.code == 0
+        pages.append(capsys.readouterr().out)
+    assert all("\n  Repeat one load on the joint at several angles of joint 1." in page for page in pages)
+    assert ["\nPicture\n" in page for page in pages] == [True, False]
