@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from stiffcal.cli.console import wrapped
 from stiffcal.cli.wording import deviation, places, share
 
 if TYPE_CHECKING:
@@ -67,6 +66,8 @@ class ImproveDialog:
         return others[number - 1] if 0 < number <= len(others) else None
 
     def _lines(self, lines: list[str]) -> None:
+        from stiffcal.cli.console import wrapped
+
         for line in lines:
             for piece in wrapped(line, WIDTH).split("\n"):
                 self.write(piece)
