@@ -16,16 +16,17 @@ from typing import Any, cast
 
 import typer
 
+from docs.document_page import document_page
 from docs.effect_page import effect_page
 from docs.effects_api_page import effects_api_page
 from docs.markdown import cell, code, table
+from docs.schema_words import SCHEMAS, read_schema, type_of
 from stiffcal.campaign.file_formats import format_names, log_format
 from stiffcal.cli import endings
 from stiffcal.cli.app import COMMANDS
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Reader
 
-SCHEMAS = Path(__file__).parents[1] / "schemas"
 TOML_FILES = {
     "campaign": "campaign.toml",
     "robot": "robot.toml",
@@ -94,12 +95,6 @@ def toml_page(name: str) -> str:
     return "\n".join([*parts, *definitions(schema)])
 
 
-def read_schema(name: str) -> dict[str, Any]:
-    """Read one file of schemas/."""
-    document: dict[str, Any] = json.loads((SCHEMAS / f"{name}.schema.json").read_text(encoding="utf-8"))
-    return document
-
-
 def definitions(schema: Mapping[str, Any]) -> Iterator[str]:
     """Yield a section for every table that the top level refers to."""
     for name, definition in sorted(schema.get("$defs", {}).items()):
@@ -129,35 +124,6 @@ def default_of(entry: Mapping[str, Any]) -> str:
     return "" if value is None else code(json.dumps(value, ensure_ascii=False))
 
 
-def type_of(entry: Mapping[str, Any]) -> str:
-    """Return a schema's type in words."""
-    if "$ref" in entry:
-        name = entry["$ref"].rpartition("/")[2]
-        return f"[{name}](#{name.lower()})"
-    if "const" in entry:
-        return code(json.dumps(entry["const"]))
-    if "enum" in entry:
-        return ", ".join(code(json.dumps(choice)) for choice in entry["enum"])
-    if "anyOf" in entry or "oneOf" in entry:
-        return " or ".join(type_of(choice) for choice in entry.get("anyOf", entry.get("oneOf")))
-    if "allOf" in entry:
-        return " and ".join(type_of(choice) for choice in entry["allOf"])
-    return plain_type(entry)
-
-
-def plain_type(entry: Mapping[str, Any]) -> str:
-    """Return the type of a schema that refers to no other."""
-    kind = entry.get("type", "any")
-    if isinstance(kind, list):
-        return " or ".join(kind)
-    if kind == "array":
-        low, high = entry.get("minItems"), entry.get("maxItems")
-        count = f"{low} " if low is not None and low == high else ""
-        return f"list of {count}{type_of(entry.get('items', {}))}"
-    inner = entry.get("additionalProperties")
-    return f"table of {type_of(inner)}" if kind == "object" and isinstance(inner, Mapping) else str(kind)
-
-
 def column_page() -> str:
     """Columns of the Parquet tables in the store."""
     parts = [
@@ -175,31 +141,6 @@ def column_page() -> str:
         ]
         parts.append(table(("column", "Parquet type", "unit", "meaning"), rows))
     return "\n".join(parts)
-
-
-def document_page() -> str:
-    """Keys of the JSON documents that the commands print with `--json`."""
-    parts = [
-        "# JSON documents\n",
-        "What each command prints with `--json`. Numbers are in SI units.\n",
-        "The JSON Schemas, `schemas/NAME.document.schema.json` of the source, list the nested types.\n",
-    ]
-    for file in sorted(SCHEMAS.glob("*.document.schema.json")):
-        schema = json.loads(file.read_text(encoding="utf-8"))
-        rows = [(code(key), without_links(entry), cell(entry.get("description", "")))
-                for key, entry in schema.get("properties", {}).items()]  # fmt: skip
-        parts += [f"## {file.name.partition('.')[0]}\n", cell(schema.get("description", "")) + "\n"]
-        parts.append(table(("key", "type", "meaning"), rows))
-    return "\n".join(parts)
-
-
-def without_links(entry: Mapping[str, Any]) -> str:
-    """Return a schema's type, names of nested types as code."""
-    words = type_of(entry)
-    names = {part.partition("]")[0] for part in words.split("[")[1:]}
-    for name in names:
-        words = words.replace(f"[{name}](#{name.lower()})", code(name))
-    return words
 
 
 # ---- log formats

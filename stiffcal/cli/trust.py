@@ -58,7 +58,7 @@ def trust(
     allowed it here. What you allow is this content, by its SHA-256, in whatever folder: a change needs a new look. It
     is no sandbox: what you allow runs with your rights.
 
-    Example: stiffcal trust campaigns/irb4400 --yes
+    Example: stiffcal trust my-robot
     """
     with answering(as_json) as answer:
         from stiffcal.workflow import trust as work

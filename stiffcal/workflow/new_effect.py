@@ -11,7 +11,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.plugin_listing import list_plugin
 from stiffcal.campaign.reach import check_own
-from stiffcal.diagnosis.results import CompliancePattern
+from stiffcal.diagnosis.results import CompliancePattern, DiagnoseResult
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
@@ -47,7 +47,7 @@ def write_new_effect(folder: Path, name: str, context: RunContext | None = None)
     diagnosis = diagnose_campaign(campaign.folder, context)
     pattern = diagnosis.pattern
     if pattern is None:
-        _refuse_without_pattern(diagnosis.unexplained)
+        _refuse_without_pattern(diagnosis)
     _check_finite(pattern)
     from stiffcal.diagnosis.pattern_plugin import plugin_text
     from stiffcal.diagnosis.words import pattern_in_words
@@ -73,8 +73,15 @@ def _check_name(name: str, file: str, folder: Path) -> None:
         raise InputError.at(FaultCode.FILE_EXISTS, file, "", "exists already", "choose another name, or remove it")
 
 
-def _refuse_without_pattern(unexplained: bool | None) -> NoReturn:
-    if unexplained:
+def _refuse_without_pattern(diagnosis: DiagnoseResult) -> NoReturn:
+    if diagnosis.missing and not diagnosis.unexplained:
+        names = ", ".join(effect.effect for effect in diagnosis.missing)
+        reason = f"{names} of the catalogue accounts for what the model lacks"
+        mend = (
+            "add it (stiffcal improve), or, where you know another cause, write the effect by hand and compare the "
+            "errors of both (docs/how-to/own-effect.md)"
+        )
+    elif diagnosis.unexplained:
         reason = "no joint's compliance follows an angle, a torque, the load or the time in what is left unexplained"
         mend = "look at the residuals (stiffcal plot), and write the effect by hand (docs/how-to/own-effect.md)"
     else:

@@ -93,6 +93,13 @@ def test_the_page_of_columns_has_each_table() -> None:
     assert len(headings(generated_pages.column_page())) == len(list(files))
 
 
+def test_each_key_of_a_json_document_has_a_meaning() -> None:
+    page = generated_pages.document_page().partition("## Types of these keys")[0]
+    rows = re.findall(r"^\| `(\S+)` \| .* \| (.*) \|$", page, flags=re.MULTILINE)
+    assert len(rows) > 250
+    assert [key for key, meaning in rows if not meaning.strip()] == []
+
+
 def test_each_fault_code_has_a_cause_an_example_and_a_cure() -> None:
     text = page_text("troubleshooting.md")
     sections = dict(re.findall(r"^### (\S+)\n(.*?)(?=^##|\Z)", text, flags=re.MULTILINE | re.DOTALL))
