@@ -8,17 +8,18 @@ uncertainties. Parameters that the data cannot distinguish are left out of the l
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Progress, no_progress
+from stiffcal.identification.bounded_step import solve_step
 from stiffcal.identification.corrected_wrenches import corrected_wrenches
 from stiffcal.identification.fit import Ambiguity, Fit
 from stiffcal.identification.gauge import redundant_geometry
-from stiffcal.identification.identifiability import GivenBefore, Identifiability, check_identifiability
+from stiffcal.identification.identifiability import Identifiability
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
 from stiffcal.identification.load_scale import common_scale, redundant_gains
 from stiffcal.identification.noise import Noise, noise_of_clamped, rms_by_measure, rms_length, stated_noise
@@ -33,8 +34,9 @@ from stiffcal.identification.observation import (
     observe,
 )
 from stiffcal.identification.priors import with_prior
-from stiffcal.identification.reported import amplitudes, bounds_of, reported_parameters, student_95
+from stiffcal.identification.reported import amplitudes, reported_parameters, student_95
 from stiffcal.identification.rows import MOTOR
+from stiffcal.identification.settings import Settings
 from stiffcal.identification.starting import starting_runs, starting_states
 from stiffcal.identification.undriven import undriven_parameters
 from stiffcal.identification.weights import (
@@ -70,34 +72,8 @@ MAX_STEPS = 30
 SMALL_CORRECTION = 0.02
 # A step of less, in standard uncertainties, is near the solution.
 NEAR = 1.0
-# Holding one of a set may cost this factor in squares, as the set's regressors agree to a per mille only.
-WORSE_WITHOUT = 1.01
 # The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
 REWEIGHTED_STEPS = 2
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How to identify."""
-
-    loss: str = "linear"
-    """"linear" (least squares) or "huber" (readings beyond 2.5 standard uncertainties count less)."""
-    equal_weights: bool = False
-    """Leave the wrench's noise out of the weights: every reading of a kind counts alike."""
-    fixed: frozenset[str] = field(default_factory=frozenset)
-    """Full parameter names that keep the model file's values."""
-    noise: Noise | None = None
-    """Take this noise instead of estimating it."""
-    noise_dominated: frozenset[str] = field(default_factory=frozenset)
-    """Full names of parameters that only the wrench's noise turns: not determined."""
-    undriven: frozenset[str] = field(default_factory=frozenset)
-    """Full names of parameters of joints that were not driven while the flange was clamped: not determined."""
-    redundant: frozenset[str] = field(default_factory=frozenset)
-    """Full names of gains that all compliances together make up for: not determined, they keep their values."""
-    same_motion: frozenset[str] = field(default_factory=frozenset)
-    """Full names of geometry and frame parameters that others make up for in every pose: they stay neutral."""
-    common_scale: tuple[str, ...] = ()
-    """Full names of moments and compliances with one unknown scale; the first of them keeps its value."""
 
 
 @dataclass(frozen=True)
@@ -265,7 +241,7 @@ def _gauss_newton(
             predicted = np.concatenate([block.predicted for block in blocks], axis=1)
             lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
         reduced = with_prior(reduce_blocks(blocks, data, lowered or weights.whitening), robot, columns, data)
-        updated, checked = _solve(reduced, robot, columns, amplitude, settings)
+        updated, checked = solve_step(reduced, robot, columns, amplitude, settings)
         # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations; here per parameter.
         n_free = max(1, len(columns) - int(checked.left_at_neutral.sum()))
         change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)) / np.sqrt(n_free))
@@ -312,92 +288,13 @@ def _initial_estimate(problem: Problem, robot: CompliantRobot, settings: Setting
     first_columns = [c for c in columns if robot.placed[c.placed] not in without_values]
     reduced = reduce_blocks(evaluate(robot, data, first_columns, rigid=True), data, whitening)
     start = _with_estimates(
-        robot, first_columns, _solve(reduced, robot, first_columns, amplitudes(robot, first_columns), settings)[0]
+        robot, first_columns, solve_step(reduced, robot, first_columns, amplitudes(robot, first_columns), settings)[0]
     )
     if not without_values:
         return start
     blocks = list(evaluate(start, data, (), with_sensitivity=needs_wrench_sensitivity(settings.noise)))
     weights = estimate_weights(data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights)
     return start_nonlinear(start, data, weights.whitening, settings.fixed)
-
-
-def _check_identifiability(
-    reduced: Reduced,
-    robot: CompliantRobot,
-    columns: Sequence[ParameterColumn],
-    settings: Settings,
-    needed: Booleans | None = None,
-) -> Identifiability:
-    names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
-    lower, upper = bounds_of(robot, columns)
-    widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
-    under, undriven, scaling, same_motion = (
-        np.array([name in chosen for name in names], dtype=np.bool_)
-        for chosen in (settings.noise_dominated, settings.undriven, settings.redundant, settings.same_motion)
-    )
-    specs = [robot.placed[c.placed].effect.spec(c.symbol) for c in columns]
-    tolerance = np.array([np.inf if spec.tolerance is None else spec.tolerance for spec in specs])
-    numbers = {name: number for number, name in enumerate(names)}
-    scale = tuple(numbers[name] for name in settings.common_scale if name in numbers)
-    given = GivenBefore(tolerance, same_motion, undriven, scale)
-    return check_identifiability(reduced.factor, names, widest, _are_nonlinear(columns), needed, under, scaling, given)
-
-
-def _are_nonlinear(columns: Sequence[ParameterColumn]) -> Booleans:
-    return np.array([column.role is ParameterRole.NONLINEAR for column in columns], dtype=np.bool_)
-
-
-def _solve(
-    reduced: Reduced,
-    robot: CompliantRobot,
-    columns: Sequence[ParameterColumn],
-    start: Floats,
-    settings: Settings,
-) -> tuple[Floats, Identifiability]:
-    """Solve for the new amplitudes; those that cannot be distinguished stay neutral: at zero, shapes where they are.
-
-    Where sets of indistinguishable parameters overlap, it matters which of them are held, because compliances cannot be
-    negative: the solution with all of them free decides.
-    """
-    checked = _check_identifiability(reduced, robot, columns, settings)
-    lower, upper = bounds_of(robot, columns)
-    shapes = _are_nonlinear(columns)
-    # A law bends with its shape: no step beyond a factor of two. Shapes of either sign have no such scale.
-    scaled = shapes & (lower >= 0.0)
-    lower = np.where(scaled, np.maximum(lower, start / 2), lower)
-    upper = np.where(scaled, np.minimum(upper, start * 2), upper)
-    # The reduced target is for the step; bounds hold for the sum.
-    target = reduced.target + reduced.factor @ start
-    system = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)
-    names = [robot.placed[column.placed].parameter_name(column.symbol) for column in columns]
-    scaled_alike = settings.common_scale[:1]
-    keeps = shapes | np.array([name in settings.redundant or name in scaled_alike for name in names], dtype=np.bool_)
-    result = _solve_free(system, checked, keeps, start, lower, upper)
-    if not checked.left_at_neutral.any():
-        return result, checked
-    every, at_bound = system.solve_bounded(lower, upper)
-    # Parameters at a bound are held: those at one with all free, else those at one with the others held.
-    at_bound_of_free = ~checked.left_at_neutral & ((result <= lower) | (result >= upper))
-    for useless in (at_bound, at_bound_of_free):
-        if system.cost(result) <= WORSE_WITHOUT * system.cost(every):
-            break
-        without_useless = _check_identifiability(reduced, robot, columns, settings, ~useless)
-        better = _solve_free(system, without_useless, keeps, start, lower, upper)
-        if system.cost(better) < system.cost(result):
-            result, checked = better, without_useless
-    return result, checked
-
-
-def _solve_free(
-    system: Reduced, checked: Identifiability, keeps: Booleans, start: Floats, lower: Floats, upper: Floats
-) -> Floats:
-    """Return the best amplitudes with the others held, at zero or (``keeps``) where they are."""
-    free = ~checked.left_at_neutral
-    result = np.where(free | keeps, start, 0.0)
-    if free.any():
-        target = system.target - system.factor[:, ~free & keeps] @ start[~free & keeps]
-        result[free], _ = Reduced(system.factor[:, free], target, 0.0, 0).solve_bounded(lower[free], upper[free])
-    return result
 
 
 def _with_estimates(robot: CompliantRobot, columns: Sequence[ParameterColumn], amplitude: Floats) -> CompliantRobot:
