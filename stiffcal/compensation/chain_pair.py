@@ -151,10 +151,10 @@ class ChainPair:
         # Of each shape's each node: lever to the load and 1, moment of what it carries and its mass; then the reading's
         # axes, then the mean levers to the target.
         self._seeing = seeing_matrix(chain, nodes)
-        self._seen = np.zeros((len(self._seeing), 4))
-        self._levers = self._seen[: 4 * count].reshape(2, count, 8)
-        self.axes_of_reading = self._seen[4 * count : 4 * count + 3]
-        self._mean_arm = self._seen[4 * count + 3 :, :3]
+        self._measured = np.zeros((len(self._seeing), 4))
+        self._levers = self._measured[: 4 * count].reshape(2, count, 8)
+        self.axes_of_reading = self._measured[4 * count : 4 * count + 3]
+        self._mean_arm = self._measured[4 * count + 3 :, :3]
         self._frames_of_node = frames[1:].reshape(count, 4, 16)
         self._quarter, self._mean_flat = np.full((1, 4), 0.25), np.zeros((count, 1, 16))
         self._mean_axes = self._mean_flat.reshape(count, 4, 4)[:, :3, :3]
@@ -228,7 +228,7 @@ class ChainPair:
         np.matmul(self._move, self._local, self._link_after)
         for link, before, after in self._links:
             np.dot(link, before, after)
-        np.dot(self._seeing, self._frames, self._seen)
+        np.dot(self._seeing, self._frames, self._measured)
 
     def respond(self, wrench: Floats) -> None:
         """Find what the nodes carry on the present shapes, and their displacements by it.

@@ -138,7 +138,7 @@ def _tracker_shift(placed: PlacedEffect, places: Floats) -> Floats:
     n = len(places)
     nothing = np.zeros(n)
     order = StateOrder(np.arange(n), nothing, nothing, np.zeros((0, n)), nothing, nothing)
-    seen = np.zeros((1, 6, n))
-    seen[0, :3] = (places - places.mean(axis=0)).T
-    shift = placed.effect.observation_shift(placed.place, Observed(seen, order), placed.values)
+    of_targets = np.zeros((1, 6, n))
+    of_targets[0, :3] = (places - places.mean(axis=0)).T
+    shift = placed.effect.observation_shift(placed.place, Observed(of_targets, order), placed.values)
     return np.zeros_like(places) if shift is None else np.asarray(shift[0, :3].T)

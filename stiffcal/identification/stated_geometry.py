@@ -126,9 +126,9 @@ def _stated(
     chain = fit.robot.chain
     last = chain.n_joints - 1
     parallel = nearly_parallel(planned)
-    beside = np.zeros(last + 1, dtype=np.bool_)
+    with_beta = np.zeros(last + 1, dtype=np.bool_)
     between = np.arange(last + 1)[planned.between]
-    beside[between] = parallel[:-1]
+    with_beta[between] = parallel[:-1]
 
     shared = _shared_numbers(open_names, fit)
 
@@ -164,7 +164,7 @@ def _stated(
             )
             for k in range(last + 1)
         ],
-        beta=[StatedBeta(joint=k + 1, beta=number("beta", k)) for k in np.flatnonzero(beside).tolist()],
+        beta=[StatedBeta(joint=k + 1, beta=number("beta", k)) for k in np.flatnonzero(with_beta).tolist()],
         offsets_alone=offsets_alone(fit, held),
     )
 

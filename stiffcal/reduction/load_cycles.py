@@ -148,7 +148,7 @@ def _count_cycles(
     cycle, last_direction = np.zeros(n, dtype=np.int64), np.full(n, -1, dtype=np.int64)
     first = np.zeros(n, dtype=np.bool_)
     count: dict[int, int] = {}
-    seen_axes: set[int] = set()
+    earlier_axes: set[int] = set()
     current, previous_branch, virgin = -1, UNLOADED, False
     for i in range(n):
         if signed[i] >= 0:
@@ -156,8 +156,8 @@ def _count_cycles(
             turned_up = branch[i] in (LOADING, PEAK) and previous_branch in (UNLOADED, UNLOADING)
             if signed[i] != current or turned_up:
                 count[int(signed[i])] = count.get(int(signed[i]), 0) + 1
-                virgin = int(unsigned[i]) not in seen_axes
-                seen_axes.add(int(unsigned[i]))
+                virgin = int(unsigned[i]) not in earlier_axes
+                earlier_axes.add(int(unsigned[i]))
             current = int(signed[i])
             first[i] = virgin and branch[i] == LOADING
         cycle[i], last_direction[i] = count.get(current, 0), current

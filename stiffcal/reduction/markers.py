@@ -31,13 +31,13 @@ def fitted_poses(markers: Markers, measured: Floats) -> tuple[Floats, Floats, Bo
     filled = np.where(weight[:, :, None] > 0, measured, 0.0)
     total: Floats = np.asarray(np.maximum(np.sum(weight, axis=1), 1.0))
     centre_body = np.einsum("nm,mk->nk", weight, places) / total[:, None]
-    centre_seen = filled.sum(axis=1) / total[:, None]
+    centre_measured = filled.sum(axis=1) / total[:, None]
     away_body = (places[None] - centre_body[:, None]) * weight[:, :, None]
-    away_seen = (filled - centre_seen[:, None]) * weight[:, :, None]
-    left, _, right = np.linalg.svd(np.einsum("nmi,nmj->nij", away_seen, away_body))
+    away_measured = (filled - centre_measured[:, None]) * weight[:, :, None]
+    left, _, right = np.linalg.svd(np.einsum("nmi,nmj->nij", away_measured, away_body))
     sign = np.ones((n, 3))
     sign[:, 2] = np.sign(np.linalg.det(left @ right))
     rotation: Floats = np.asarray((left * sign[:, None, :]) @ right)
-    position: Floats = np.asarray(centre_seen - np.einsum("nij,nj->ni", rotation, centre_body))
+    position: Floats = np.asarray(centre_measured - np.einsum("nij,nj->ni", rotation, centre_body))
     position[~enough], rotation[~enough] = np.nan, np.nan
     return position, rotation, shows

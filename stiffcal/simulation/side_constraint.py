@@ -108,6 +108,6 @@ def _compliances(wrench: Floats, translation: Floats, runs: Sequence[slice]) -> 
     gives = np.zeros(len(wrench))
     for run in runs:
         load, way = np.linalg.norm(wrench[run, :3], axis=1), np.linalg.norm(translation[run], axis=1)
-        telling = load > _SIGNIFICANT_LOAD * load.max(initial=0.0)
-        gives[run] = np.max(way[telling] / load[telling], initial=0.0)
+        significant = load > _SIGNIFICANT_LOAD * load.max(initial=0.0)
+        gives[run] = np.max(way[significant] / load[significant], initial=0.0)
     return gives

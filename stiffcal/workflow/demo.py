@@ -46,7 +46,7 @@ def run_demo(
         "effect that model.toml lacks"
     )
     simulate_campaign(EXAMPLE, folder, None, context.progress)
-    with replacing(folder / "README.md") as beside:  # not through a link that lies there
-        shutil.copyfile(EXAMPLE / "README.md", beside)
+    with replacing(folder / "README.md") as temporary:  # not through a link that lies there
+        shutil.copyfile(EXAMPLE / "README.md", temporary)
     improve_campaign(folder, context, notify_step=notify_step)
     return replace(run_campaign(folder, context), folder=str(folder))

@@ -84,10 +84,10 @@ def lever() -> tuple[Chain, MeasurementSetup]:
         beams={"link": BeamFrame(1, end, FIRST)}, compensator=SPRING,
     )  # fmt: skip
     tool = Attachment(3, np.eye(4))
-    beside = np.eye(4)
-    beside[1, 3] = 0.15
+    offset_frame = np.eye(4)
+    offset_frame[1, 3] = 0.15
     return chain, MeasurementSetup(
-        wrench_axes=Attachment(0, np.eye(4)), wrench_point=tool, targets=(Attachment(3, beside),),
+        wrench_axes=Attachment(0, np.eye(4)), wrench_point=tool, targets=(Attachment(3, offset_frame),),
         target_names=("target",), moments_measured=True, base_from_tracker=np.eye(4),
     )  # fmt: skip
 

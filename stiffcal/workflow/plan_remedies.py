@@ -95,10 +95,10 @@ def _other_places(plan: PlanFile, model: PlanModel, n_runs: int) -> Iterator[tup
     weighted = plan.load.model_copy(update={"dead_weights_kg": (PAYLOAD,)})
     with_payload = plan.model_copy(update={"load": weighted})
     yield f"a payload of {PAYLOAD:g} kg at the load point", with_payload, model, n_runs
-    yield f"a payload of {PAYLOAD:g} kg {LEVER:g} m beside the load point", with_payload, _with_lever(model, 0), n_runs
+    yield f"a payload of {PAYLOAD:g} kg, {LEVER:g} m off the load point", with_payload, _with_lever(model, 0), n_runs
     pulled = plan.load.model_copy(update={"dead_weights_kg": (), "force_N": PULL})
     loaded = plan.model_copy(update={"experiment": "load", "load": pulled})
-    means = f"load runs, {PULL:g} N along every base axis {LEVER:g} m beside the load point"
+    means = f"load runs, {PULL:g} N along every base axis, {LEVER:g} m off the load point"
     yield means, loaded, replace(_with_lever(model, 0), kind="load"), n_runs
 
 

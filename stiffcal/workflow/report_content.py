@@ -105,7 +105,7 @@ def report_content(
     # Of clamped runs alone no displacement was measured: their own pages show them.
     report_states = report_states_of(data) if states.has_poses or np.isfinite(states.displacement).any() else None
     paths = stored_document(data.store, LOAD_PATHS) or {"paths": []}
-    beside = tuple(
+    other_runs = tuple(
         ReportRun(
             run.id, np.full(len(data.joint_names), np.nan), holdout=run.holdout, tags=run.tags, kind=run.experiment
         )
@@ -123,7 +123,7 @@ def report_content(
     unused = [SetAsideRows(entry.run, entry.numbers, entry.why) for page in pages for entry in page.unused]
     content = ReportContent(
         provenance=_provenance(data, identified, history),
-        runs=_runs(states, chain) + beside,
+        runs=_runs(states, chain) + other_runs,
         joint_names=data.joint_names,
         states=report_states,
         identify=identified,

@@ -29,7 +29,7 @@ def content_of_rows(
 
     Parameters
     ----------
-    content : what the page shows beside them. rows : n of them.
+    content : what else the page shows. rows : n of them.
     data : the campaign. identified : the present fit.
     reason : why there is no diagnosis, "" where there is one.
     """

@@ -129,7 +129,7 @@ def test_campaigns_are_found_once_and_in_order(cells: Path, tmp_path: Path) -> N
         find_campaigns([tmp_path / "nowhere"])
 
 
-def test_campaigns_of_one_label_are_told_apart(cells: Path, tmp_path: Path) -> None:
+def test_campaigns_of_one_label_are_distinguished(cells: Path, tmp_path: Path) -> None:
     for name in ("one", "two"):
         shutil.copytree(cells / "a", tmp_path / name / "a")
     found, _ = find_campaigns([tmp_path / "one" / "a", tmp_path / "two" / "a"])
@@ -209,15 +209,15 @@ def test_the_summary_names_what_does_not_hold(copied: Path, tmp_path: Path, caps
     with pytest.raises(SystemExit) as end:
         main(["batch", str(copied), "--no-report", "--junit", str(junit), "--markdown", str(markdown)])
     assert end.value.code == 1
-    told = capsys.readouterr()
-    assert "cells/b: NOT held: rms in held-out poses" in told.out
-    assert "cells/broken: broken: " in told.out
-    assert told.out.rstrip().splitlines()[-1] == f"next: stiffcal check {copied / 'broken'}"
-    assert told.out.startswith("FAIL  3 campaigns: 1 held, 1 not held, 1 broken")
+    reported = capsys.readouterr()
+    assert "cells/b: NOT held: rms in held-out poses" in reported.out
+    assert "cells/broken: broken: " in reported.out
+    assert reported.out.rstrip().splitlines()[-1] == f"next: stiffcal check {copied / 'broken'}"
+    assert reported.out.startswith("FAIL  3 campaigns: 1 held, 1 not held, 1 broken")
     root = ElementTree.parse(junit).getroot()
     assert (root.get("tests"), root.get("failures"), root.get("errors"), root.get("skipped")) == ("13", "1", "1", "3")
     (failed,) = root.iter("failure")
-    assert failed.get("message", "no message") in told.out
+    assert failed.get("message", "no message") in reported.out
     text = markdown.read_text(encoding="utf-8")
     assert text.startswith("## stiffcal: not all campaigns hold\n")
     rows = [line.split(" | ")[1] for line in text.splitlines() if line.startswith("| cells/")]

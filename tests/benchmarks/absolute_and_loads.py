@@ -29,7 +29,7 @@ from tests.laboratory.absolute_and_loads import Truth, write_campaign
 from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.robots import six_axis_joints
 
-N_UNSEEN = 300
+N_HELD_OUT = 300
 JOINTS = range(1, 7)
 
 
@@ -55,14 +55,19 @@ def std_of(fit: Fit) -> Floats:
 
 def unmeasured(states: LoadStates, truth: Truth, robot: CompliantRobot, seed: int) -> LoadStates:
     """Return rows of poses that were not measured, with their true places as the states' tracker frame has them."""
-    joints = six_axis_joints(np.random.default_rng([7, seed]), N_UNSEEN)
-    nothing = np.zeros((N_UNSEEN, 6))
+    joints = six_axis_joints(np.random.default_rng([7, seed]), N_HELD_OUT)
+    nothing = np.zeros((N_HELD_OUT, 6))
     turn, shift = states.setup.base_from_tracker[:3, :3], states.setup.base_from_tracker[:3, 3]
     places = truth.places(robot.chain, joints, nothing) @ turn.T + shift
     rows = bare_states(
-        list(range(N_UNSEEN)), joints, states.setup, position=places[:, None], wrench=nothing, time=np.zeros(N_UNSEEN)
+        list(range(N_HELD_OUT)),
+        joints,
+        states.setup,
+        position=places[:, None],
+        wrench=nothing,
+        time=np.zeros(N_HELD_OUT),
     )
-    runs = tuple(RunInfo(f"row {k + 1}", "absolute", of="unmeasured") for k in range(N_UNSEEN))
+    runs = tuple(RunInfo(f"row {k + 1}", "absolute", of="unmeasured") for k in range(N_HELD_OUT))
     return replace(rows, runs=runs)
 
 

@@ -34,12 +34,12 @@ def judged(document: dict[str, Any], joint: int) -> tuple[list[float], float, fl
     """Return errors of p1, p2, p3 over their std, that of b in degrees, the play's in degrees, and whether left out."""
     play, p3, p2, p1 = TABLE_2[joint]
     truth = np.array([1e3 * p1 / DEGREE, 1e3 * p2 / DEGREE**2, 1e3 * p3 / DEGREE**3])
-    told = joint_of(document, joint)
-    found = np.array([told["curve"][name] for name in NAMES])
-    std = np.sqrt(np.diag(np.array(told["curve"]["covariance"])))
+    reported = joint_of(document, joint)
+    found = np.array([reported["curve"][name] for name in NAMES])
+    std = np.sqrt(np.diag(np.array(reported["curve"]["covariance"])))
     width = values(document)[f"backlash.j{joint}.width"]["value"]
-    poor = [one["run"] for one in told["left_out"]] == ([f"c-joint{joint}"] if joint in (2, 3) else [])
-    return list((found - truth) / std), width / DEGREE - play, told["play"] / DEGREE - play, poor
+    poor = [one["run"] for one in reported["left_out"]] == ([f"c-joint{joint}"] if joint in (2, 3) else [])
+    return list((found - truth) / std), width / DEGREE - play, reported["play"] / DEGREE - play, poor
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -144,7 +144,7 @@ def seconds_of_folds(n_runs: int) -> float:
     return min(taken)
 
 
-def told(name: str, value: float, limit: float, unit: str) -> bool:
+def reported(name: str, value: float, limit: float, unit: str) -> bool:
     """Print a figure with its limit; return whether it holds."""
     holds = value <= limit
     print(f"{name}: {value:.3g}{unit}, limit {limit:g}{unit}: {'holds' if holds else 'MISSED'}", flush=True)
@@ -159,18 +159,20 @@ def main(states: int = 20_000, rows: int = 2773, runs: int = 4000) -> bool:
     states : of the campaign that is diagnosed. rows : of the table that is checked. runs : that are sorted into poses.
     """
     few = seconds_of_folds(runs // 4)
-    held = [told(f"folds of {runs} runs over those of {runs // 4}", seconds_of_folds(runs) / few, FOLDS_RATIO, " x")]
+    held = [
+        reported(f"folds of {runs} runs over those of {runs // 4}", seconds_of_folds(runs) / few, FOLDS_RATIO, " x")
+    ]
     with tempfile.TemporaryDirectory(prefix="stiffcal-cost-") as place:
         folder = Path(place)
         loaded = make_load_campaign(folder / "loaded", max(2, states // STATES_PER_RUN))
         diagnosed = spent_by("diagnose", loaded)
         print(f"diagnose of {states} full poses: {diagnosed.seconds:.3g} s of processor time")
-        held.append(told("  its memory", diagnosed.megabytes, DIAGNOSE_MEGABYTES, " MB"))
+        held.append(reported("  its memory", diagnosed.megabytes, DIAGNOSE_MEGABYTES, " MB"))
         checked = spent_by("check", make_pose_campaign(folder / "poses", rows))
-        held.append(told(f"check of {rows} rows of poses", checked.seconds, CHECK_ROWS_S, " s"))
+        held.append(reported(f"check of {rows} rows of poses", checked.seconds, CHECK_ROWS_S, " s"))
         spent_by("simulate", folder / "max100", "--from", MAX100)
         checked = spent_by("check", folder / "max100")
-        held.append(told("check of max100", checked.seconds, CHECK_LOGS_S, " s"))
+        held.append(reported("check of max100", checked.seconds, CHECK_LOGS_S, " s"))
     return all(held)
 
 

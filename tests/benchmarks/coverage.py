@@ -2,7 +2,7 @@
 
 Run ``python -m tests.benchmarks.coverage``; it prints the table and ends with 1 where the pooled coverage leaves
 93–97 %. The robot is MuJoCo, six joints (see `campaigns`); half of the campaigns measure position only, half full
-poses; half have the instruments' noise stated, half leave it to repeats. ``balance = "first-order"`` is shown beside
+poses; half have the instruments' noise stated, half leave it to repeats. ``balance = "first-order"`` is shown next to
 it, and χ² of (estimate − truth) under the stated covariance: its mean should be 6, and hardly one campaign in a
 thousand should lie beyond p = 0.001.
 """

@@ -1,4 +1,4 @@
-"""Absolute places next to FIGAROH 1.0.2: unseen error with the same set of parameters, and seconds.
+"""Absolute places next to FIGAROH 1.0.2: held-out error with the same set of parameters, and seconds.
 
     python -m venv peer && peer/bin/pip install -r tests/benchmarks/figaroh/requirements.txt
     python -m tests.benchmarks.figaroh_places --peer peer/bin/python --table measurements_joint_configurations.csv
@@ -45,7 +45,7 @@ GEOMETRY, SPRINGS = ("link-geometry",), ("link-geometry", "joint-compliance")
 SIZES = (100, 1000, 5000)
 FOLDS = 6
 ALLOWED = 1.01
-"""Unseen error over the peer's: a tie is the right answer."""
+"""Held-out error over the peer's: a tie is the right answer."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Outcome:
 
     seconds: float
     """Processor seconds of the fit."""
-    unseen: Floats
+    heldout: Floats
     """(k,) m distances in rows that were not fitted."""
     turned: Floats
     """(k,) rad, likewise; empty without orientation."""
@@ -128,11 +128,11 @@ def fit(rows: Rows, pick: Integers, effects: Sequence[str]) -> tuple[Fit, float]
     return fitted, time.process_time() - start
 
 
-def outcome(rows: Rows, pick: Integers, unseen: Integers, effects: Sequence[str], whole: Fit) -> Outcome:
+def outcome(rows: Rows, pick: Integers, heldout: Integers, effects: Sequence[str], whole: Fit) -> Outcome:
     """Return what stiffcal makes of rows that it has not seen."""
     fitted, seconds = fit(rows, pick, effects)
     data = whole.data
-    away = (data.measured - predicted(fitted.robot, data, *rests(fitted.robot, data)))[:, unseen]
+    away = (data.measured - predicted(fitted.robot, data, *rests(fitted.robot, data)))[:, heldout]
     turned = np.linalg.norm(away[3:6], axis=0) if rows.with_orientation else np.zeros(0)
     return Outcome(seconds, np.linalg.norm(away[:3], axis=0), turned, len(fitted.free_names))
 
@@ -144,9 +144,9 @@ def peer_outcomes(
     chain = rows.data.campaign.chain
     (work / "arm.urdf").write_text(urdf(chain), encoding="utf-8")
     jobs = []
-    for number, (pick, unseen) in enumerate(tasks):
+    for number, (pick, heldout) in enumerate(tasks):
         names = [f"{kind}-{number}.csv" for kind in ("fit", "unseen")]
-        for name, chosen in zip(names, (pick, unseen), strict=True):
+        for name, chosen in zip(names, (pick, heldout), strict=True):
             with (work / name).open("w", encoding="utf-8", newline="") as file:
                 writer = csv.writer(file)
                 writer.writerow(["x1", "y1", "z1", "phix1", "phiy1", "phiz1", *chain.joint_names])
@@ -163,12 +163,12 @@ def peer_outcomes(
     result = []
     for answer in answers:
         n_components = 6 if rows.with_orientation else 3
-        seen, place = (np.array(answer[key]).reshape(n_components, -1) for key in ("measured", "predicted"))
+        fitted_rows, place = (np.array(answer[key]).reshape(n_components, -1) for key in ("measured", "predicted"))
         turned = np.zeros(0)
         if rows.with_orientation:
-            before, after = (rotation_from_rpy(np.ascontiguousarray(of[3:].T)) for of in (seen, place))
+            before, after = (rotation_from_rpy(np.ascontiguousarray(of[3:].T)) for of in (fitted_rows, place))
             turned = np.linalg.norm(vector_from_rotation(np.swapaxes(before, -1, -2) @ after), axis=1)
-        away = np.linalg.norm(seen[:3] - place[:3], axis=0)
+        away = np.linalg.norm(fitted_rows[:3] - place[:3], axis=0)
         result.append(Outcome(answer["fit_s"] + answer["prepare_s"], away, turned, len(answer["parameters"])))
     return result
 
@@ -193,10 +193,10 @@ def urdf(chain: Chain) -> str:
 
 
 def compare(name: str, ours: Sequence[Outcome], theirs: Sequence[Outcome]) -> bool:
-    """Print both, and return whether the unseen error is within the limit."""
+    """Print both, and return whether the held-out error is within the limit."""
 
     def figures(outcomes: Sequence[Outcome]) -> tuple[float, float, float]:
-        away = np.concatenate([one.unseen for one in outcomes])
+        away = np.concatenate([one.heldout for one in outcomes])
         turned = np.concatenate([one.turned for one in outcomes])
         rotation = float(np.sqrt(np.mean(turned**2))) if turned.size else float("nan")
         return float(away.mean()), float(np.sqrt(np.mean(away**2))), rotation
@@ -208,7 +208,7 @@ def compare(name: str, ours: Sequence[Outcome], theirs: Sequence[Outcome]) -> bo
     ):  # fmt: skip
         seconds = float(np.mean([one.seconds for one in outcomes]))
         print(
-            f"  {who:9s} unseen mean {1e3 * values[0]:.4f} mm, rms {1e3 * values[1]:.4f} mm, "
+            f"  {who:9s} held-out mean {1e3 * values[0]:.4f} mm, rms {1e3 * values[1]:.4f} mm, "
             f"turn {1e3 * values[2]:.4f} mrad; {outcomes[0].n_parameters} parameters; {seconds:.3f} s a fit"
         )
     held = rms <= ALLOWED * peer_rms
@@ -217,7 +217,7 @@ def compare(name: str, ours: Sequence[Outcome], theirs: Sequence[Outcome]) -> bo
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run both programs on both tables; return 1 where the unseen error is above the limit."""
+    """Run both programs on both tables; return 1 where the held-out error is above the limit."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--peer", type=Path, required=True, help="Python of FIGAROH's environment")
     parser.add_argument("--table", type=Path, default=CAMPAIGN / "raw" / "poses.csv")

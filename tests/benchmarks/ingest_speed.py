@@ -1,7 +1,7 @@
 """How fast a large CSV log comes into the store, against pyarrow alone on the same file in the same run.
 
 A campaign with one run is made in a temporary folder: a force log at 5 kHz of the size wanted (time and six wrench
-columns), a tracker and a controller log beside it. Peer: ``pyarrow.csv.open_csv`` streamed into a ``ParquetWriter``,
+columns), a tracker and a controller log next to it. Peer: ``pyarrow.csv.open_csv`` streamed into a ``ParquetWriter``,
 single-threaded like ours, with pyarrow's own settings; and once more with the encoding of our store, to see how much of
 the ratio is the encoding. Ours: ``ingest`` as the command runs it, from the manifest to the committed store, hashing
 and flushing to the disk included; and reader and store without the reduction between them. Each runs in a process of

@@ -11,7 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.benchmarks.cost import spent_by, told
+from tests.benchmarks.cost import reported, spent_by
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "irb4400"
 DIRECTIONS = 6
@@ -47,14 +47,14 @@ def main() -> bool:
             (folder / "plan.toml").write_text(text, encoding="utf-8")
             spent[pairs] = spent_by("plan", folder, "--runs", "24", "--criterion", "determinant")
     held = [
-        told(f"plan from {FEW} pairs, 36 parameters", spent[FEW].seconds, FEW_S, " s"),
-        told(f"plan from {MANY} pairs, 36 parameters", spent[MANY].seconds, MANY_S, " s"),
+        reported(f"plan from {FEW} pairs, 36 parameters", spent[FEW].seconds, FEW_S, " s"),
+        reported(f"plan from {MANY} pairs, 36 parameters", spent[MANY].seconds, MANY_S, " s"),
     ]
     base = spent[FEW].megabytes
     ratio = (spent[MANY].megabytes - base) / max(1.0, spent[MANY // 2].megabytes - base)
     sizes = ", ".join(f"{pairs} pairs {entry.megabytes:.0f} MB" for pairs, entry in spent.items())
     print(f"memory: {sizes}")
-    held.append(told("further memory of all pairs over that of half of them", ratio, MEMORY_RATIO, " x"))
+    held.append(reported("further memory of all pairs over that of half of them", ratio, MEMORY_RATIO, " x"))
     return all(held)
 
 

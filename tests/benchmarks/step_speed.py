@@ -2,7 +2,7 @@
 
 Paper 001's model: 36 springs, three rotations and three translations at each of six joints. The loop is asked for less
 than 1 ms at the 99.9th percentile and 250 µs in the median, filter and tool's weight included, and is judged by wall
-time, as a controller would. The thread's own processor time is printed beside it: where the two differ, others had the
+time, as a controller would. The thread's own processor time is printed next to it: where the two differ, others had the
 machine.
 
 The peer of the batch form computes the same sum, checked here: pinocchio's model has the 36 springs as joints of their

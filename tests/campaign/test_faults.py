@@ -1,4 +1,4 @@
-"""A wrong file is told in one line per fault: file, key path, reason, mend; all faults at once."""
+"""A wrong file is reported in one line per fault: file, key path, reason, mend; all faults at once."""
 
 from __future__ import annotations
 
@@ -155,9 +155,9 @@ def test_all_faults_of_all_files_at_once(tmp_path: Path) -> None:
     robot = changed(ROBOT, ("d_m = 0.3", "d = 0.3"), ("modified-dh", "craig"))
     model = 'schema = "stiffcal/model/1"\nbalanced = "deformed"\n'
     faults = faults_of(write_campaign(tmp_path / "c", manifest, robot, model))
-    told = {fault.file for fault in faults}
+    reported = {fault.file for fault in faults}
     places = {fault.place for fault in faults}
-    assert told == {"campaign.toml", "robot.toml", "model.toml"}
+    assert reported == {"campaign.toml", "robot.toml", "model.toml"}
     assert {
         "sources.table.wrench.colums",
         "sources.table.joints.units.position",
@@ -314,7 +314,7 @@ def test_a_log_named_by_two_runs(tmp_path: Path) -> None:
     ],
     ids=["holds", "rows", "run column"],
 )
-def test_a_log_of_two_runs_that_are_told_apart(tmp_path: Path, apart: tuple[str, str]) -> None:
+def test_a_log_of_two_runs_that_are_distinguished(tmp_path: Path, apart: tuple[str, str]) -> None:
     doubled = changed(LOGS, ("raw/b_ft.csv", "raw/a_ft.csv"), apart)
     load_campaign(with_logs(tmp_path / "c", doubled, "a_ft.csv", "c_ft.csv", "b_holds.csv"))
 

@@ -101,7 +101,7 @@ def test_dead_weights(tmp_path: Path) -> None:
     assert 'dead_weight = { mass_column = "mass_kg", point = "tool", units = { mass = "kg" } }' in proposal.manifest
 
 
-def test_urdf_is_copied_beside_the_robot_file(tmp_path: Path) -> None:
+def test_urdf_is_copied_next_to_the_robot_file(tmp_path: Path) -> None:
     proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], urdf=DATA / "six.urdf", tool=TOOL)
     assert tmp_path / "cell" / "six.urdf" in proposal.files
     assert load_campaign(tmp_path / "cell").chain.joint_names[0] == "J1"

@@ -174,10 +174,10 @@ def test_effects_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
 )
 def test_mistakes_get_one_line_and_exit_code_2(capsys: pytest.CaptureFixture[str], words: list[str], line: str) -> None:
     assert run(*words) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert len(told.err.splitlines()) == 1
-    assert re.search(line, told.err)
+    reported = capsys.readouterr()
+    assert reported.out == ""
+    assert len(reported.err.splitlines()) == 1
+    assert re.search(line, reported.err)
     document, code = document_of(capsys, *words)
     assert code == 2
     assert set(document["error"]) == {"code", "file", "place", "reason", "mend"}
@@ -187,11 +187,11 @@ def test_every_fault_of_the_input_gets_its_line(campaign: Path, capsys: pytest.C
     manifest = campaign / "campaign.toml"
     manifest.write_text(manifest.read_text().replace('"N"', '"lbs"').replace('position = "mm"', 'position = "furlong"'))
     assert run("identify", campaign) == 2
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) >= 2
-    assert all(line.startswith("campaign.toml: ") for line in told)
+    reported = capsys.readouterr().err.splitlines()
+    assert len(reported) >= 2
+    assert all(line.startswith("campaign.toml: ") for line in reported)
     document, _ = document_of(capsys, "identify", campaign)
-    assert len(document["others"]) == len(told) - 1
+    assert len(document["others"]) == len(reported) - 1
 
 
 def test_an_internal_fault_is_one_line_with_a_log(
@@ -205,9 +205,9 @@ def test_an_internal_fault_is_one_line_with_a_log(
     monkeypatch.delenv("STIFFCAL_DEBUG", raising=False)
     monkeypatch.setattr(stiffcal.workflow.history, "read_history", broken)
     assert run("history", campaign) == 3
-    told = capsys.readouterr()
-    assert told.out == ""
-    (line,) = told.err.splitlines()
+    reported = capsys.readouterr()
+    assert reported.out == ""
+    (line,) = reported.err.splitlines()
     assert "ZeroDivisionError: nobody thought of this" in line
     match = re.search(r"log file (\S+)", line)
     assert match is not None

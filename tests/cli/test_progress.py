@@ -24,9 +24,9 @@ def test_slow_things_draw_a_bar(capsys: pytest.CaptureFixture[str], monkeypatch:
     bar._timer.join()  # it ends when the bar is on the screen
     bar("reading the force log", 2.0)
     bar.stop()
-    told = capsys.readouterr()
-    assert "reading the force log" in told.err
-    assert told.out == ""
+    reported = capsys.readouterr()
+    assert "reading the force log" in reported.err
+    assert reported.out == ""
 
 
 def test_without_a_terminal_nothing_is_drawn(capsys: pytest.CaptureFixture[str]) -> None:

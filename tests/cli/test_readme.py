@@ -50,9 +50,9 @@ def test_init_of_each_kind_is_understood_by_check(tmp_path: Path, capsys: pytest
         assert end.value.code == 0
         with pytest.raises(SystemExit) as end:
             main(["check", str(folder)])
-        told = capsys.readouterr()
-        assert end.value.code == 1, told.err
-        assert "not there yet" in told.out
+        reported = capsys.readouterr()
+        assert end.value.code == 1, reported.err
+        assert "not there yet" in reported.out
 
 
 def test_init_options_that_do_not_go_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -64,7 +64,7 @@ def test_the_loaded_robot_stands_where_the_unloaded_one_would() -> None:
 
 
 def test_ten_poses_by_mujoco() -> None:
-    """Deflection within 0.1 % of the outside engine's, and its robot told q′ stands within a micrometre of the goal."""
+    """Deflection within 0.1 % of the outside engine's, and its robot at q′ stands within a micrometre of the goal."""
     robot, setup, joints, wrench = six(10)
     chain = robot.chain
     outside = MujocoRobot(chain, SIX_STIFFNESS, setup)
@@ -125,7 +125,7 @@ def test_six_joints_and_a_limit_cannot_keep_the_whole_pose() -> None:
     assert np.all((found.joints >= limits[:, 0]) & (found.joints <= limits[:, 1]))
 
 
-def test_beside_a_singular_pose_the_position_is_kept() -> None:
+def test_next_to_a_singular_pose_the_position_is_kept() -> None:
     """With A5 stretched no joint turns the wrist about one axis; what bearings give about it cannot be taken back."""
     robot, setup, joints, wrench = six(4)
     joints[:, 4] = 1e-4
@@ -172,7 +172,7 @@ def test_position_alone() -> None:
 
 @pytest.mark.parametrize("weight", [False, True])
 def test_what_the_models_uncertainty_leaves_covers_what_is_left(weight: bool) -> None:
-    """Robots drawn from the parameters' covariance, told the joints of the mean robot, miss by what is printed."""
+    """Robots drawn from the parameters' covariance, with the joints of the mean robot, miss by what is printed."""
     rng = np.random.default_rng(3)
     robot, setup, joints, wrench = six(4)
     chain = robot.chain

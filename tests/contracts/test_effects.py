@@ -101,7 +101,7 @@ def node_loads(moments: bool) -> NodeLoads:
 
 
 def placed(effect: Effect, place: Place) -> CompliantRobot:
-    """Return drives on all joints and the effect beside them, at typical values; shapes from the data's grid."""
+    """Return drives on all joints and the effect next to them, at typical values; shapes from the data's grid."""
     drive = EFFECTS["joint-compliance"]
     drives = tuple(
         PlacedEffect(drive, Place("joints", (k + 1,)), {"c": 1.0 / float(SIX_STIFFNESS[k])})

@@ -39,7 +39,7 @@ def with_play(runs: int) -> LoadStates:
 
 
 def scan_of(runs: int) -> tuple[LoadScan, LoadStates]:
-    """Return a scan without candidates beside springs alone."""
+    """Return a scan without candidates, of springs alone."""
     states = with_play(runs)
     return scan_candidates(identify_parameters(states, joint_springs(six_axes())), []), states
 

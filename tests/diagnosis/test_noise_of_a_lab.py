@@ -82,7 +82,7 @@ def test_a_run_noisier_than_the_others_holds_no_bumps_and_lacks_nothing() -> Non
 
 
 @pytest.mark.parametrize("spoilt", [False, True])
-def test_a_stated_noise_too_small_is_said_and_a_structure_is_still_told_from_it(spoilt: bool) -> None:
+def test_a_stated_noise_too_small_is_said_and_a_structure_is_still_distinguished_from_it(spoilt: bool) -> None:
     states = still(cycles=1)
     noise = 1.5 * TRACKER * np.random.default_rng(8).normal(size=(len(states), 3))
     if spoilt:

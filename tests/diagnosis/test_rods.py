@@ -39,15 +39,15 @@ def named(states: LoadStates, model: CompliantRobot) -> set[str]:
 
 
 @pytest.mark.parametrize("hidden", HIDDEN.values(), ids=HIDDEN)
-def test_rods_tell_the_swing_from_the_bearing(hidden: PlacedEffect) -> None:
+def test_rods_distinguish_the_swing_from_the_bearing(hidden: PlacedEffect) -> None:
     chain = six_axes_with_beams()
     robot = with_effect(joint_springs(chain, SIX_STIFFNESS), hidden)
     tool_alone = played(robot, runs=6, noise=Sigma(translation=20e-6, rotation=30e-6), full_pose=False)
     # from the tool alone: the set that looks alike, whichever of the two it is
     assert {*SWING, TILT} <= named(tool_alone, joint_springs(chain))
-    told = named(with_rods(tool_alone, robot, five_rods(chain)), joint_springs(chain))
+    reported = named(with_rods(tool_alone, robot, five_rods(chain)), joint_springs(chain))
     if hidden is HIDDEN["swing"]:
-        assert told <= set(SWING)
+        assert reported <= set(SWING)
     else:
-        assert TILT in told
-        assert not told & set(SWING)
+        assert TILT in reported
+        assert not reported & set(SWING)

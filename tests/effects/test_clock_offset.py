@@ -21,7 +21,7 @@ EFFECT = ClockOffset()
 LATE = 0.08
 
 
-def test_a_ramp_is_seen_ahead() -> None:
+def test_a_ramp_is_found_ahead() -> None:
     time = np.linspace(0.0, 10.0, 101)
     seen = EFFECT.measured_at(time, 3.0 * time, 0.25)
     np.testing.assert_allclose(seen[:90] - 3.0 * time[:90], 0.75)

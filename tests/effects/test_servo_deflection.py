@@ -41,7 +41,7 @@ def test_moves_the_target_as_turned_joints_do() -> None:
     np.testing.assert_allclose(found.target_position, turned.target_position, atol=1e-12)
 
 
-def test_a_log_that_stands_still_tells_nothing() -> None:
+def test_a_log_that_stands_still_shows_nothing() -> None:
     chain = robot_chain()
     states = bare_states([0, 0, 0, 1, 1, 1])
     assert "does not move" in str(EFFECT.lacking(chain, states))

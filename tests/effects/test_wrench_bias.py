@@ -48,7 +48,7 @@ def test_no_reading_in_the_weight_only_state() -> None:
     assert EFFECT.adjusted(PLACE, inputs, {"fx": 3.0, "mass": 2.0}) is inputs
 
 
-def test_where_it_can_be_seen() -> None:
+def test_where_it_can_be_found() -> None:
     still = bare_states([0, 0, 1, 1])
     assert "several orientations" in str(EFFECT.lacking(CHAIN, still))
     joints = still.joints.copy()

@@ -62,7 +62,7 @@ def test_the_fixtures_give_is_taken_off() -> None:
     assert np.ptp(chain.motion[:, 2]) > 1.02 * np.abs(give[-1, 2])
 
 
-def test_joints_in_one_line_are_told_by_the_others_curve() -> None:
+def test_joints_in_one_line_are_recognised_by_the_others_curve() -> None:
     """Joint 5 at zero: joints 4 and 6 turn the flange alike (004's doubt about joint 4)."""
     chain, give = driven([10, -70, 100, 30, 0, 20], 4)
     assert not chain.is_distinguishable

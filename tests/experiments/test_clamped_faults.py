@@ -30,7 +30,7 @@ def test_joints_in_one_line_are_no_contradiction() -> None:
     assert other_loaded(chain) is None
 
 
-def test_a_wrong_pose_is_told_by_the_joints_that_should_carry_nothing() -> None:
+def test_a_wrong_pose_is_recognised_by_the_joints_that_should_carry_nothing() -> None:
     right, _ = driven(POSE, 3)
     wrong = replace(right, torque=right.torque @ np.roll(np.eye(6), 1, axis=1) + 0.4 * right.torque)
     found = other_loaded(wrong)
@@ -49,7 +49,7 @@ def test_a_torque_that_runs_against_the_angle_is_called_so() -> None:
 
 
 def swept(clip: float, step: float = 0.0, noise: float = 0.3) -> tuple[ClampedReadings, np.ndarray]:
-    """Return a joint driven to and fro with rests at its ends, its torque told by a force along one axis."""
+    """Return a joint driven to and fro with rests at its ends, its torque known from a force along one axis."""
     time = np.arange(0.0, 16.0, 0.02)
     angle = 1e-3 * np.interp(time % 8.0, [0, 1.5, 2.5, 5.5, 6.5, 8], [0, 1, 1, -1, -1, 0])
     force = 400.0 * angle / 1e-3 + noise * np.random.default_rng(3).standard_normal(time.size)
@@ -83,7 +83,7 @@ def test_a_coarse_sensor_at_rest_is_at_no_limit(step: float, noise: float) -> No
     assert find_saturation(readings, angle, 400.0 * angle / 1e-3, chain) is None
 
 
-def test_a_play_whose_far_side_was_not_reached_is_not_told() -> None:
+def test_a_play_whose_far_side_was_not_reached_is_not_reported() -> None:
     law = TorqueAngleLaw(0.0, 8e-4, 4.0, 0.0, 0.0, 0.0, (3e5, 0.0, 0.0), (-6e-4, 6e-4))
     assert law.flank_not_reached == ""
     assert replace(law, reach=(-6e-4, 1e-6)).flank_not_reached == "upper"

@@ -29,7 +29,7 @@ def driven(noise: float = 0.0) -> ClampedReadings:
 
 
 def test_the_corner_between_play_and_flank_stays_sharp() -> None:
-    """A mean over a stretch would lie beside the law where it bends: by a third of a tenth of the play."""
+    """A mean over a stretch would lie off the law where it bends: by a third of a tenth of the play."""
     states = clamped_states(driven(), 3, driven().wrench)
     assert states is not None
     moment = states.signals["wrench"][:, 5]

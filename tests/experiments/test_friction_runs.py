@@ -78,9 +78,9 @@ def test_a_given_clock_is_taken() -> None:
 def test_torques_that_follow_nothing() -> None:
     time, angle, _ = several_speeds()
     noise = np.random.default_rng(3).normal(size=(time.size, 1))
-    told = torque_clock(time, angle[:, 1:2], time, noise)
-    assert told.value is None
-    assert told.reason
+    reported = torque_clock(time, angle[:, 1:2], time, noise)
+    assert reported.value is None
+    assert reported.reason
     logs = {
         "angles": blocks_of(time, {"joints": angle}),
         "torques": blocks_of(time, {"joints.torque": np.tile(noise, 6)}),

@@ -62,7 +62,7 @@ def test_one_way_is_one_half_sweep() -> None:
         ((1, 2), 2, "joint 3 (A3) moved too"),
     ],
 )
-def test_what_moved_is_told_in_words(moving: tuple[int, ...], given: int | None, words: str) -> None:
+def test_what_moved_is_reported_in_words(moving: tuple[int, ...], given: int | None, words: str) -> None:
     joints = np.random.default_rng(1).normal(0.0, 1e-8, (4000, 3))
     for k in moving:
         joints[:, k] += triangle()
@@ -79,7 +79,7 @@ def test_the_moved_joint_is_found() -> None:
     assert moved_joint("run1", joints, None, NAMES) == 2
 
 
-def test_the_force_tells_its_clock() -> None:
+def test_the_force_shows_its_clock() -> None:
     rng = np.random.default_rng(2)
     time = np.arange(0.0, 40.0, 0.012)
     angle = np.interp(time, [2.0, 38.0], [0.0, 1.0]) * 0.0 + np.where(

@@ -94,7 +94,7 @@ def test_play_and_friction_side_by_side() -> None:
 
 
 def test_a_soft_spring_is_no_play() -> None:
-    """A curve that only bends is told by its cubic."""
+    """A curve that only bends is recognised by its cubic."""
     straight = clamped_law(5)[0].curve[0]
     law = replace(clamped_law(5, width=0.0)[0], curve=(0.45 * straight, 0.0, 2.0 * straight / (0.1 * DEGREE) ** 2))
     assert not fit_series(branches(law, 0.2)).play_found
@@ -108,7 +108,7 @@ def test_two_clocks_are_no_friction() -> None:
     assert abs(fit.law.friction) < 5.0 * fit.std("friction") + 0.02
 
 
-def test_one_way_tells_no_friction() -> None:
+def test_one_way_shows_no_friction() -> None:
     law, noise = clamped_law(3)
     angle, torque, number, up = sweep(law, noise)
     only = np.where(up > 0.5, number // 2, -1).astype(np.int64)

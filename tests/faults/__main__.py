@@ -51,8 +51,8 @@ def table_of(outcomes: Sequence[Outcome], found: Sequence[str]) -> str:
     left = Counter(one.left for one in outcomes)
     codes = Counter(one.code for one in outcomes)
     ends = f"{left['before']} left all as it was, {left['after']} all done, {left['between']} between two steps"
-    codes_told = ", ".join(f"{count} × {code}" for code, count in sorted(codes.items()))
-    lines.append(f"{len(outcomes)} tries: {ends}; exit codes {codes_told}; {len(found)} promises not kept")
+    codes_reported = ", ".join(f"{count} × {code}" for code, count in sorted(codes.items()))
+    lines.append(f"{len(outcomes)} tries: {ends}; exit codes {codes_reported}; {len(found)} promises not kept")
     return "\n".join(lines)
 
 

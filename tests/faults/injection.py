@@ -1,6 +1,6 @@
 """What goes wrong in a command under test: in its own process, at one of its dealings with the file system.
 
-The process counts every opening, renaming, linking, making and removing (Python tells an audit hook of each before it
+The process counts every opening, renaming, linking, making and removing (Python calls an audit hook for each before it
 is done, C libraries apart), and at a chosen one the fault happens: the process is killed or interrupted, the disk is
 full from there on, a right is revoked, a file is cut short.
 """
@@ -35,7 +35,7 @@ class Watch:
     Parameters
     ----------
     folder : dealings elsewhere (byte-code, libraries) do not count. at : the number of the chosen one, from 1.
-    reads : count openings for reading too. happen : told what it is that is about to be done; may raise.
+    reads : count openings for reading too. happen : receives what it is that is about to be done; may raise.
     """
 
     def __init__(self, folder: str, at: int, reads: bool, happen: Callable[[str], None]) -> None:

@@ -180,11 +180,11 @@ class Bench:
         with self._fresh(command, small=kind == "disk really full", chance=chance, extra=reference.largest) as work:
             fault = self._fault(kind, reference, work, chance)
             answer = self._run(command, work, fault)
-            told = f"{command.name}, {fault}: "
-            self._judge_ending(answer["code"], kind, reference, told)
+            reported = f"{command.name}, {fault}: "
+            self._judge_ending(answer["code"], kind, reference, reported)
             self._mend(kind, fault, command, work)
-            left = self._judge_left(command, kind, work, reference, told)
-            self._judge_repeat(command, kind, work, reference, left, told)
+            left = self._judge_left(command, kind, work, reference, reported)
+            self._judge_repeat(command, kind, work, reference, left, reported)
         return Outcome(command.name, kind, answer["code"], left)
 
     def _run(self, command: Command, work: Path, fault: dict[str, Any]) -> dict[str, Any]:
@@ -231,21 +231,21 @@ class Bench:
             fault |= {"mode": chance.choice([0, 0o444, 0o555]), "share": chance.random()}
         return fault
 
-    def _judge_ending(self, code: int | None, kind: str, reference: Reference, told: str) -> None:
+    def _judge_ending(self, code: int | None, kind: str, reference: Reference, reported: str) -> None:
         said = self._said()
         if code is None:
-            raise FoundError(f"{told}it hung")
+            raise FoundError(f"{reported}it hung")
         if code not in (0, 1, 2, SIGNALLED.get(kind)):
-            raise FoundError(f"{told}exit code {code}: {said[-2000:]}")
+            raise FoundError(f"{reported}exit code {code}: {said[-2000:]}")
         if "Traceback" in said:
-            raise FoundError(f"{told}a traceback: {said[-2000:]}")
-        if code == 1 and reference.code != 1 and not told.startswith("batch"):
-            raise FoundError(f"{told}exit code 1: {said[-2000:]}")
+            raise FoundError(f"{reported}a traceback: {said[-2000:]}")
+        if code == 1 and reference.code != 1 and not reported.startswith("batch"):
+            raise FoundError(f"{reported}exit code 1: {said[-2000:]}")
         if code == 2:
             lines = (self._place / "err").read_text(encoding="utf-8").splitlines()
-            # What was done before is told above it.
+            # What was done before is reported above it.
             if not lines or "; " not in lines[-1] or ": " not in lines[-1]:
-                raise FoundError(f"{told}no clear line: {lines}")
+                raise FoundError(f"{reported}no clear line: {lines}")
 
     def _mend(self, kind: str, fault: dict[str, Any], command: Command, work: Path) -> None:
         """Put right what the fault did, as a user would who reads what was said."""
@@ -265,27 +265,27 @@ class Bench:
             elif target.exists() and target.read_bytes() != original.read_bytes():
                 shutil.copy2(original, target)
 
-    def _judge_left(self, command: Command, kind: str, work: Path, reference: Reference, told: str) -> str:
+    def _judge_left(self, command: Command, kind: str, work: Path, reference: Reference, reported: str) -> str:
         found = {name: text for name, text in prints_of(work).items() if not _is_litter(name)}
         if kind == "file truncated":
             found = {name: text for name, text in found.items() if "store: " not in name}
         for name, text in found.items():
             if text not in (reference.before.get(name), reference.after.get(name)) and not _may_lie_between(name, kind):
-                raise FoundError(f"{told}{name} is neither what it was nor what it is to be")
+                raise FoundError(f"{reported}{name} is neither what it was nor what it is to be")
         users = [name for name in reference.before if "store: " not in name and name not in found]
         if users:
-            raise FoundError(f"{told}lost: {users}")
+            raise FoundError(f"{reported}lost: {users}")
         # A stranger's results go with the states that they were made from, before they are computed again.
         if kind != "file truncated" and command.base != "stranger":
             gone = [name for name in reference.before if name in reference.after and name not in found]
             if gone:
-                raise FoundError(f"{told}gone from the store: {gone}")
+                raise FoundError(f"{reported}gone from the store: {gone}")
         if found == reference.after:
             return "after"
         return "before" if found == reference.before else "between"
 
     def _judge_repeat(
-        self, command: Command, kind: str, work: Path, reference: Reference, left: str, told: str
+        self, command: Command, kind: str, work: Path, reference: Reference, left: str, reported: str
     ) -> None:
         users = {name: text for name, text in reference.after.items() if "store: " not in name}
         if command.name in ("remove", "init", "init --from") and users.items() <= prints_of(work).items():
@@ -296,20 +296,20 @@ class Bench:
         if kind == "file truncated" and command.base == "two models" and answer["code"] == 2:
             return  # the history went with the store
         if answer["code"] != reference.code:
-            raise FoundError(f"{told}when mended: {answer['code']}: {self._said()[-2000:]}")
+            raise FoundError(f"{reported}when mended: {answer['code']}: {self._said()[-2000:]}")
         again = {name: text for name, text in prints_of(work).items() if not _is_litter(name)}
         if kind == "file truncated":
             again = {name: text for name, text in again.items() if "store: " not in name}
         wrong = [name for name, text in again.items() if reference.after.get(name) != text]
         if wrong and kind != "file truncated":
-            raise FoundError(f"{told}when mended, other than without a fault: {wrong}")
+            raise FoundError(f"{reported}when mended, other than without a fault: {wrong}")
         litter = [str(path) for path in work.rglob("*") if _is_litter(path.name)]
         tidies = kind not in SIGNALLED and kind != "right revoked"  # without the right nothing can be taken away
         generations = [len(list(path.iterdir())) for path in work.rglob("generations")]
         if litter and tidies:
-            raise FoundError(f"{told}left lying about: {litter}")
+            raise FoundError(f"{reported}left lying about: {litter}")
         if any(count > 1 for count in generations):
-            raise FoundError(f"{told}old generations were left")
+            raise FoundError(f"{reported}old generations were left")
 
 
 def _is_litter(name: str) -> bool:

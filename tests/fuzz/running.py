@@ -33,7 +33,7 @@ def fresh_state(folder: Path) -> Iterator[None]:
 
 
 def fresh_folder(place: Path) -> Path:
-    """Return an empty folder for one try, beside which there is one with secrets that nothing may touch."""
+    """Return an empty folder for one try, next to which there is one with secrets that nothing may touch."""
     folder = place / "try"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()

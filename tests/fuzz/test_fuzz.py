@@ -116,7 +116,7 @@ def test_what_was_found_is_one_clear_line(
     (folder / file).write_text(f'schema = "stiffcal/{schema}/1"\n{text}\n', encoding="utf-8")
     with pytest.raises(SystemExit) as end:
         main(["check", str(folder)])
-    told = capsys.readouterr().err
+    reported = capsys.readouterr().err
     assert end.value.code == 2
-    assert words in told
-    assert all(line.startswith(file) and len(line) < 2500 for line in told.splitlines())
+    assert words in reported
+    assert all(line.startswith(file) and len(line) < 2500 for line in reported.splitlines())

@@ -106,11 +106,11 @@ def test_the_rods_noise_goes_into_the_joints_uncertainty(robot: CompliantRobot) 
     off = []
     for seed in range(6):
         states = with_rods(exact, robot, five_rods(robot.chain, sigma=5e-6), seed=seed)
-        seen = observe(states, robot.chain)
-        links = measure_links(seen, rigid)
+        observed = observe(states, robot.chain)
+        links = measure_links(observed, rigid)
         rest, held = without_measured_links(with_effect(joint_springs(robot.chain), bending_swing()), links)
         fit = identify_parameters(without_links(states, robot.chain, links), rest, Settings(fixed=held))
-        spread = spread_by_rods(fit, links, seen)
+        spread = spread_by_rods(fit, links, observed)
         for joint, stiffness in enumerate(SIX_STIFFNESS, start=1):
             one = fit.parameter(f"joint-compliance.j{joint}.c")
             assert one.value is not None

@@ -119,7 +119,7 @@ def test_what_no_load_turns_is_not_identifiable() -> None:
 
 
 def test_fixed_parameters_stay() -> None:
-    """A fixed parameter keeps its value and has no uncertainty; the others are estimated beside it."""
+    """A fixed parameter keeps its value and has no uncertainty; the others are estimated next to it."""
     states = played(medium_robot())
     robot = joint_springs(six_axes()).with_values({"joint-compliance.j2.c": 1.0 / SIX_STIFFNESS[1]})
     fit = identify_parameters(states, robot, Settings(fixed=frozenset({"joint-compliance.j2.c"})))
@@ -170,7 +170,7 @@ def test_hidden_targets_are_no_readings() -> None:
 
 
 def test_overlapping_sets_leave_what_explains_the_data() -> None:
-    """Six springs in each joint: fourteen cannot be told, and those that stand back are ones that others can stand for.
+    """Six springs in each joint: fourteen cannot be distinguished; those that stand back others can stand for.
 
     The drive of joint 6 turns about the axis that joint 5's bearing tilts about, and three equal springs of joint 4
     are three equal springs of joint 5: with the wrong ones held at zero, compliances would have to be negative.

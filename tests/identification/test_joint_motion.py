@@ -124,7 +124,7 @@ def test_play_bends_the_line_of_its_joint_alone() -> None:
     assert curved == {(4, "rz")}
 
 
-def test_couplings_beside_the_diagonal() -> None:
+def test_couplings_next_to_the_diagonal() -> None:
     for coupled in (False, True):
         motions = joint_motions(tracked(noise=20e-6, coupled=coupled), six_axes())
         found = {motion.joint: set(joint_compliance(motion).couplings) for motion in motions}
@@ -136,9 +136,9 @@ def test_hidden_bodies_are_left_out() -> None:
     position, rotation = states.position.copy(), states.rotation.copy()
     position[10:20, 2], rotation[10:20, 2] = np.nan, np.nan
     hidden = joint_motions(replace(states, position=position, rotation=rotation), six_axes())
-    seen = [int(np.isfinite(motion.displacement[:, 0]).sum()) for motion in hidden]
+    observed = [int(np.isfinite(motion.displacement[:, 0]).sum()) for motion in hidden]
     n = len(states)
-    assert seen == [n, n, n, n - 10, n - 10, n]
+    assert observed == [n, n, n, n - 10, n - 10, n]
     position[0], rotation[0] = np.nan, np.nan  # nothing seen in the reference: the next least load takes its place
     again = joint_motions(replace(states, position=position, rotation=rotation), six_axes())
     assert np.allclose(
@@ -148,7 +148,7 @@ def test_hidden_bodies_are_left_out() -> None:
     )
 
 
-def test_one_body_alone_tells_no_joint() -> None:
+def test_one_body_alone_shows_no_joint() -> None:
     states = tracked()
     setup = replace(states.setup, targets=states.setup.targets[:1], target_names=("tool",))
     alone = replace(states, setup=setup, position=states.position[:, :1], rotation=states.rotation[:, :1])

@@ -48,7 +48,7 @@ def test_blocks_and_eliminated_offsets_equal_the_whole_problem(correlated: bool)
     assert reduced.dof == m * n - 3 * m
 
 
-def test_unseen_components_carry_no_weight() -> None:
+def test_unmeasured_components_carry_no_weight() -> None:
     """A masked component neither pulls nor counts."""
     data = observe(played(medium_robot(), runs=2), medium_robot().chain)
     measured_mask = data.measured_mask.copy()

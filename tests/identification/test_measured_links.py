@@ -45,10 +45,10 @@ def test_the_swings_part_of_the_tool(robot: CompliantRobot, states: LoadStates) 
     alone = with_effect(rigid, bending_swing(**SWING))
     moved = solve_balance(alone, joints, states.wrench, states.setup)
     node = link_node(robot.chain.beams["swing"].joint)
-    seen = link.estimate.known
+    fitted = link.estimate.known
     # the reference reading's noise stands in all states of a run
     since = moved.nodes[:, node] - moved.nodes[np.searchsorted(states.run, states.run), node]
-    off = (link.estimate.displacement - since)[:, seen] / np.sqrt(np.diag(link.estimate.covariance))[seen]
+    off = (link.estimate.displacement - since)[:, fitted] / np.sqrt(np.diag(link.estimate.covariance))[fitted]
     assert np.sqrt(np.mean(off**2)) == pytest.approx(np.sqrt(2.0), rel=0.25)
     # what the rods leave out, the twist, is some of the tool's deflection too
     whole = solve_balance(robot, joints, states.wrench, states.setup).displacement[:, 0, :3]
@@ -63,14 +63,14 @@ def test_the_compliance_is_the_beams(robot: CompliantRobot, states: LoadStates) 
     (link,) = measure_links(observe(states, robot.chain), robot)
     beam = robot.chain.beams["swing"]
     truth = beam_compliance(beam.shape, (SWING["EI2"], SWING["EI3"]), SWING["GJ"], SWING["EA"])
-    told = np.isfinite(link.compliance.matrix)
-    assert told.sum() == 25
+    reported = np.isfinite(link.compliance.matrix)
+    assert reported.sum() == 25
     low, high = link.compliance.interval
-    assert np.mean(((low <= truth) & (truth <= high))[told]) > 0.85
+    assert np.mean(((low <= truth) & (truth <= high))[reported]) > 0.85
     assert link.compliance.reduced_chi2 == pytest.approx(1.0, abs=0.15)
 
 
-def test_a_rigid_robot_tells_the_load_nearly_as_well(robot: CompliantRobot, states: LoadStates) -> None:
+def test_a_rigid_robot_shows_the_load_nearly_as_well(robot: CompliantRobot, states: LoadStates) -> None:
     data = observe(states, robot.chain)
     (soft,), (rigid,) = measure_links(data, robot), measure_links(data, CompliantRobot(robot.chain, ()))
     scale = np.abs(soft.wrench).max(axis=0)
@@ -103,14 +103,14 @@ def test_no_rods_no_links(robot: CompliantRobot) -> None:
     assert measure_links(observe(played(robot, runs=2, noise=NOISE), robot.chain), robot) == ()
 
 
-def test_the_compliance_predicts_an_unseen_pose_as_well_as_its_rods(robot: CompliantRobot) -> None:
+def test_the_compliance_predicts_an_held_out_pose_as_well_as_its_rods(robot: CompliantRobot) -> None:
     """Regressed on five poses, with no rods in the sixth: the link's part of the tool there, against the exact one."""
     states = with_rods(played(robot, runs=6, noise=NOISE), robot, five_rods(robot.chain))
-    seen, unseen = states.select(states.run < 5), states.select(states.run == 5)
-    (learnt,) = measure_links(observe(seen, robot.chain), robot)
-    (measured,) = measure_links(observe(unseen, robot.chain), robot)
-    joints, target = robot.chain.model_angles(unseen.joints), unseen.setup.targets[0]
-    nodes = solve_balance(robot, joints, unseen.wrench, unseen.setup).nodes
+    fitted, heldout = states.select(states.run < 5), states.select(states.run == 5)
+    (learnt,) = measure_links(observe(fitted, robot.chain), robot)
+    (measured,) = measure_links(observe(heldout, robot.chain), robot)
+    joints, target = robot.chain.model_angles(heldout.joints), heldout.setup.targets[0]
+    nodes = solve_balance(robot, joints, heldout.wrench, heldout.setup).nodes
     true_end = nodes[:, link_node(robot.chain.beams["swing"].joint)]
     true_end[:, 3] = 0.0  # the twist, which these rods do not see
 

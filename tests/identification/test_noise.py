@@ -1,4 +1,4 @@
-"""The noise told from repeats, against the noise that was put in."""
+"""The noise estimated from repeats, against the noise that was put in."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
 
-def test_repeats_tell_tracker_and_wrench_noise() -> None:
+def test_repeats_show_tracker_and_wrench_noise() -> None:
     """All four levels come back; each within four of its own standard uncertainties , the wrench wider."""
     truth = Sigma(translation=20e-6, rotation=40e-6, force=3.0, moment=0.8)
     states = played(medium_robot(), runs=20, noise=truth, load_scatter=0.03)

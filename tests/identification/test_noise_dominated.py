@@ -1,4 +1,4 @@
-"""A joint that only the force sensor's noise turns is not told; nor does a load that turns it well get lost."""
+"""A joint that only the force sensor's noise turns is not determined; nor does a load that turns it well get lost."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIXTH = "joint-compliance.j6.c"
 
 
 def campaign(levered: bool) -> LoadStates:
-    """Return states of forces through the last axis, or beside it: the sensor's origin lies on that axis."""
+    """Return states of forces through the last axis, or next to it: the sensor's origin lies on that axis."""
     rng = np.random.default_rng(4)
     wrench = [cycles_of(np.linalg.qr(rng.normal(size=(3, 3)))[0], cycles=4) for _ in range(6)]
     if not levered:
@@ -40,7 +40,7 @@ def test_forces_through_the_axis(stated: bool) -> None:
         assert abs(one.value - 1.0 / true) < 4.0 * one.std
 
 
-def test_forces_beside_the_axis() -> None:
+def test_forces_next_to_the_axis() -> None:
     fit = identify_parameters(campaign(levered=True), joint_springs(six_axes()))
     sixth = fit.parameter(SIXTH)
     assert not fit.ambiguities

@@ -83,7 +83,7 @@ def test_devices_of_several_directions_are_one_row(rodded: LoadStates) -> None:
     assert fit.reduced_chi2 == pytest.approx(1.0, abs=0.4)
 
 
-def test_rods_tell_the_swing_apart_and_say_their_own_noise(rodded: LoadStates) -> None:
+def test_rods_distinguish_the_swing_and_say_their_own_noise(rodded: LoadStates) -> None:
     robot = true_robot()
     fit = identify_parameters(rodded, model(robot, bending_swing(), tilting_bearing()))
     for symbol in ("EI2", "EI3"):

@@ -15,20 +15,20 @@ from tests.laboratory.small_campaign import LEVELS
 
 
 @pytest.fixture(scope="module")
-def unseen(validated_folder: Path) -> pd.DataFrame:
+def heldout(validated_folder: Path) -> pd.DataFrame:
     return pd.read_parquet(validated_folder / "store" / "current" / "unseen.parquet")
 
 
-def test_loads_are_those_that_were_set_and_branches_follow_them(unseen: pd.DataFrame) -> None:
+def test_loads_are_those_that_were_set_and_branches_follow_them(heldout: pd.DataFrame) -> None:
     """The campaign sets 150, 300, 150 and 0 N along three directions, each twice, from an unloaded reference."""
-    first = unseen[unseen["run"] == "pose1"]
+    first = heldout[heldout["run"] == "pose1"]
     size = np.sqrt(1.01)  # of the first direction, (1, 0.1, 0)
     assert first["load_N"].to_numpy()[:5] == pytest.approx(size * np.array(LEVELS), abs=1e-6)
     assert first["branch"].iloc[:5].tolist() == ["", "loading", "loading", "unloading", ""]
 
 
 def test_the_torque_of_joint_1_is_the_moment_of_the_load_about_its_axis(
-    unseen: pd.DataFrame, validated_folder: Path
+    heldout: pd.DataFrame, validated_folder: Path
 ) -> None:
     """Joint 1 turns about the base's z axis, so that weight does nothing to it: τ = x Fy − y Fx."""
     campaign = load_campaign(validated_folder)
@@ -37,7 +37,7 @@ def test_the_torque_of_joint_1_is_the_moment_of_the_load_about_its_axis(
     angles = np.radians(raw[[f"A{k}" for k in range(1, 7)]].to_numpy())
     point, _ = attached_poses(campaign.chain, campaign.chain.model_angles(angles), frames["load_point"])
     moment = point[:, 0] * raw["Fy"] - point[:, 1] * raw["Fx"]
-    assert unseen["tau_1_Nm"].to_numpy() == pytest.approx(
+    assert heldout["tau_1_Nm"].to_numpy() == pytest.approx(
         moment.to_numpy(), rel=0.01, abs=300.0 * 4e-3
     )  # it gives by millimetres
-    assert {f"tau_{k}_Nm" for k in range(1, 7)} <= set(unseen.columns)
+    assert {f"tau_{k}_Nm" for k in range(1, 7)} <= set(heldout.columns)

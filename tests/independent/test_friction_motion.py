@@ -58,7 +58,7 @@ def test_steady_velocities_both_ways() -> None:
 
 
 def test_all_joints_at_once_by_the_rigid_body_model() -> None:
-    """Nothing is steady: weight and inertia of every link are fitted beside; the cubic window errs by some per cent."""
+    """Nothing is steady: weight and inertia of every link are fitted too; the cubic window errs by some per cent."""
     rng = np.random.default_rng(3)
     size = rng.normal(size=(6, 4)) * np.array([0.4, 0.25, 0.25, 0.5, 0.5, 0.7])[:, None] / np.arange(1, 5)
     phase = rng.uniform(0.0, 2.0 * np.pi, (6, 4))

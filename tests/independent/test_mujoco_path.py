@@ -41,7 +41,7 @@ def path_of(torque: Floats, *springs: Spring, time: Floats | None = None, ramp: 
     return np.asarray(np.arctan2(place[:, 2], place[:, 0]))
 
 
-def test_friction_beside_a_spring_is_a_play() -> None:
+def test_friction_next_to_a_spring_is_a_play() -> None:
     """The slider stays until the torque is its friction ahead: loading and unloading by hand, for any step size."""
     slider = Spring(1, "turn", 5000.0, friction=40.0)
     torque = np.array([0.0, 30.0, 100.0, 60.0, 20.0, 0.0, -100.0, -30.0, 0.0, 100.0, 0.0])

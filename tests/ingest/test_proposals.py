@@ -129,7 +129,7 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _pasted(folder: Path, lines: list[str], name: str, file: str) -> Path:
-    """Return a campaign beside `folder` whose manifest has the proposed lines and a run."""
+    """Return a campaign next to `folder` whose manifest has the proposed lines and a run."""
     pasted = folder.parent / "pasted"
     shutil.copytree(folder, pasted, dirs_exist_ok=True)
     run = f'[[runs]]\nid = "r"\nfiles = {{ {name} = "{file}" }}\n'
@@ -155,8 +155,8 @@ def test_the_usual_exports_are_recognised_and_readable(empty: Path, device: str)
         source = source_type().model_validate(table)
         assert set(source.signals()) == {word for word in expected if " " not in word}
         assert source.time is not None
-        told = f"rate {source.time.rate_hz:g}" if source.time.rate_hz else f"column {source.time.column}"
-        assert told in expected
+        reported = f"rate {source.time.rate_hz:g}" if source.time.rate_hz else f"column {source.time.column}"
+        assert reported in expected
         # what is proposed is what the reader takes
         wanted = wanted_columns(source, None)
         (batch,) = find_reader(path).read_batches(path, reader_options(source, "csv"), wanted)

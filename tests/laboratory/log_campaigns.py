@@ -156,7 +156,7 @@ class Robot:
     seed : of poses, loads and noise.
     hidden : what the model lacks, in the catalogue's words.
     drives : (6,) N·m/rad, what a fit should find for joint-compliance.
-    springs, cables : MuJoCo's, beside ``mujoco_drives`` (6,), N·m/rad.
+    springs, cables : MuJoCo's, next to ``mujoco_drives`` (6,), N·m/rad.
     full_pose : the tracker sees orientation.
     poses, force : runs, and the largest force, N.
     loads, settings : further lines of ``[loads]``, and of simulate.toml.

@@ -31,7 +31,7 @@ PUSHED_BACK = 0.9
 """Share of what is beyond a stop that one step takes back; all of it would bounce off, and never come to rest."""
 
 STOP_SOFTNESS = (1.0 - IMPEDANCE) / IMPEDANCE / PUSHED_BACK
-"""By so much of the spring beside it a stop gives."""
+"""By so much of the spring next to it a stop gives."""
 
 FROZEN = 1e12
 """Damping over stiffness × STEP of what must not move while the rest settles."""

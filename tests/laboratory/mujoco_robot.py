@@ -50,8 +50,8 @@ class Spring:
     axis : (3,) in the body's frame.
     origin : (3,) m, a point on the axis, or the ball's centre, in the body's frame.
     cubic : N·m/rad³, added to the spring's torque; hinges only.
-    friction : N·m of dry friction beside the spring. reach : rad or m, stops on either side. time : s, of a damper
-        beside it (stiffness × time is its damping). These three need a path (`tests.laboratory.mujoco_path`).
+    friction : N·m of dry friction next to the spring. reach : rad or m, stops on either side. time : s, of a damper
+        next to it (stiffness × time is its damping). These three need a path (`tests.laboratory.mujoco_path`).
     """
 
     body: int
@@ -350,7 +350,7 @@ def _extra(springs: Sequence[Spring], body: int) -> list[str]:
 
 
 def _spring(spring: Spring) -> str:
-    """Write one spring, what acts beside it included."""
+    """Write one spring, what acts next to it included."""
     kind = {"turn": "hinge", "slide": "slide", "ball": "ball"}[spring.kind]
     text = f'<joint type="{kind}" pos="{_numbers(spring.origin)}" stiffness="{float(spring.stiffness)!r}'
     text += f' 0 {float(spring.cubic)!r}"' if spring.cubic else '"'

@@ -126,7 +126,7 @@ def draw_robot(rng: np.random.Generator) -> DrawnRobot:
 
 
 def draw_setup(rng: np.random.Generator, chain: Chain, point: Floats, force_only: bool) -> MeasurementSetup:
-    """Return a force sensor turned about the flange's axis and a target beside it.
+    """Return a force sensor turned about the flange's axis and a target next to it.
 
     Parameters
     ----------

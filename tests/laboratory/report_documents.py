@@ -71,27 +71,28 @@ def validate_document(
 ) -> dict[str, Any]:
     """The validate document; `names` are the run names of the states in use."""
     used = states.used
-    unseen = states.residual[used]
+    heldout = states.residual[used]
     loads = states.load[used]
     edges = np.quantile(loads, [0, 0.33, 0.67, 1.0])
     bins = np.clip(np.searchsorted(edges, loads, side="right") - 1, 0, 2)
     load_names = [f"{edges[i]:.0f} … {edges[i + 1]:.0f} N" for i in range(3)]
-    by_load = breakdown(np.array(load_names)[bins], unseen, load_names)
+    by_load = breakdown(np.array(load_names)[bins], heldout, load_names)
     axis = np.argmax(np.abs(states.force[used]), axis=1)
     positive = states.force[used][np.arange(len(axis)), axis] > 0
     mostly = np.array([f"mostly {'+' if up else '−'}{'xyz'[a]}" for a, up in zip(axis, positive, strict=True)])
     zero = measures(states.measured[used])
-    order = np.argsort(-np.linalg.norm(unseen[:, :3], axis=1))[:5]
+    order = np.argsort(-np.linalg.norm(heldout[:, :3], axis=1))[:5]
     return {
-        "schema": "stiffcal/validate/1", "warnings": [], "rms": measures(unseen), "max": largest(unseen),
-        "noise": noise, "relative": {k: (v / z if v and (z := zero[k]) else None) for k, v in measures(unseen).items()},
+        "schema": "stiffcal/validate/1", "warnings": [], "rms": measures(heldout), "max": largest(heldout),
+        "noise": noise,
+        "relative": {k: (v / z if v and (z := zero[k]) else None) for k, v in measures(heldout).items()},
         "zero_model": zero, "scheme": f"leave one pose out, {len(run_names)} folds",
-        "by_run": breakdown(names, unseen, run_names),
-        "by_direction": breakdown(mostly, unseen, [f"mostly {sign}{axis}" for axis in "xyz" for sign in "+−"]),
-        "by_load": by_load, "by_branch": breakdown(states.branch[used], unseen, ["loading", "unloading"]),
+        "by_run": breakdown(names, heldout, run_names),
+        "by_direction": breakdown(mostly, heldout, [f"mostly {sign}{axis}" for axis in "xyz" for sign in "+−"]),
+        "by_load": by_load, "by_branch": breakdown(states.branch[used], heldout, ["loading", "unloading"]),
         "by_joint_angle": [], "passed": True,
         "worst": [
-            {"run": str(names[i]), "row": int(i), "residual_m": float(np.linalg.norm(unseen[i, :3])),
+            {"run": str(names[i]), "row": int(i), "residual_m": float(np.linalg.norm(heldout[i, :3])),
              "load": float(loads[i]), "branch": str(states.branch[used][i])}
             for i in order
         ],
@@ -101,7 +102,7 @@ def validate_document(
 def history_document(
     zero: dict[str, float | None],
     fit: dict[str, float | None],
-    unseen: dict[str, float | None],
+    heldout: dict[str, float | None],
     noise: dict[str, float] | None,
 ) -> dict[str, Any]:
     """Three fits: two of a growing model, one that is not validated."""
@@ -115,7 +116,7 @@ def history_document(
              "heldout_rms": {k: (0.4 * v if v else None) for k, v in zero.items()},
              "fit_rms": {k: (0.38 * v if v else None) for k, v in zero.items()}, "noise": noise},
             {"id": "2", "time": "2026-11-21T10:09:40Z", "model": {"balance": "deformed", "effects": springs[1:]},
-             "heldout_rms": unseen, "fit_rms": fit, "noise": noise},
+             "heldout_rms": heldout, "fit_rms": fit, "noise": noise},
             {"id": "3", "time": "2026-11-21T10:12:02Z",
              "model": {"balance": "deformed", "effects": [springs[1], backlash]},
              "heldout_rms": None, "fit_rms": fit, "noise": noise},

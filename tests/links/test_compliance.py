@@ -70,28 +70,28 @@ def test_offset_of_each_run_is_taken_out() -> None:
 def test_five_rods_along_the_fibre_leave_the_twist_open() -> None:
     wrench, truth = loads(60, 5), compliance(SHAPE)
     found = regress_compliance(measured(paper_rods(NOISE), SHAPE, wrench, 6), wrench)
-    told = np.ones((6, 6), dtype=bool)
-    told[3], told[:, 3] = False, False
-    np.testing.assert_array_equal(np.isfinite(found.matrix), told)
+    reported = np.ones((6, 6), dtype=bool)
+    reported[3], reported[:, 3] = False, False
+    np.testing.assert_array_equal(np.isfinite(found.matrix), reported)
     assert "twist" in found.not_identifiable[0]
     low, high = found.interval
-    assert np.mean(((low <= truth) & (truth <= high))[told]) > 0.85
+    assert np.mean(((low <= truth) & (truth <= high))[reported]) > 0.85
 
 
-def test_predicts_unseen_loads_as_well_as_the_rods() -> None:
-    wrench, unseen = loads(60, 7), loads(200, 8)
+def test_predicts_held_out_loads_as_well_as_the_rods() -> None:
+    wrench, heldout = loads(60, 7), loads(200, 8)
     found = regress_compliance(measured(seven_rods(NOISE), SHAPE, wrench, 9), wrench)
-    truth = unseen @ compliance(SHAPE)
-    by_rods = measured(seven_rods(NOISE), SHAPE, unseen, 10).displacement
-    error, rods_error = np.std(found.predict(unseen) - truth, axis=0), np.std(by_rods - truth, axis=0)
+    truth = heldout @ compliance(SHAPE)
+    by_rods = measured(seven_rods(NOISE), SHAPE, heldout, 10).displacement
+    error, rods_error = np.std(found.predict(heldout) - truth, axis=0), np.std(by_rods - truth, axis=0)
     assert np.all(error < rods_error)
-    slopes = np.einsum("nj,ijp->nip", unseen, found.slopes.reshape(6, 6, -1))
+    slopes = np.einsum("nj,ijp->nip", heldout, found.slopes.reshape(6, 6, -1))
     std = np.sqrt(np.einsum("nip,pq,niq->ni", slopes, found.covariance, slopes))
-    pull = (found.predict(unseen) - truth) / std
+    pull = (found.predict(heldout) - truth) / std
     assert 0.5 < np.sqrt(np.mean(pull**2)) < 1.6
 
 
-def test_loads_in_one_direction_tell_one_column() -> None:
+def test_loads_in_one_direction_show_one_column() -> None:
     wrench = np.zeros((20, 6))
     wrench[:, 1] = np.linspace(-800.0, 800.0, 20)
     found = regress_compliance(measured(seven_rods(NOISE), SHAPE, wrench, 1), wrench)

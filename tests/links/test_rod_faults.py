@@ -79,7 +79,7 @@ def test_two_exchanged_rods_are_named_by_the_load(pair: tuple[int, int]) -> None
     assert "exchanged" in fault.sentence
 
 
-def test_without_the_load_rods_to_spare_tell() -> None:
+def test_without_the_load_rods_to_spare_show() -> None:
     rods = seven_rods(NOISE).pick([0, 1, 2, 3, 4, 6])
     assert rods.names == ("ids1", "ids2", "ids3", "ids4", "ids5", "ids7")
     read, _ = readings(rods)
@@ -90,7 +90,7 @@ def test_without_the_load_rods_to_spare_tell() -> None:
     assert only(find_rod_faults(rods, SHAPE, loose(read, 0))).kind in ("unexplained", "loose")
 
 
-def test_without_the_load_and_none_to_spare_nothing_is_seen() -> None:
+def test_without_the_load_and_none_to_spare_nothing_is_found() -> None:
     rods = paper_rods(NOISE)
     read, _ = readings(rods)
     assert find_rod_faults(rods, SHAPE, swapped(read, 1)) == ()
@@ -104,7 +104,7 @@ def test_nothing_wrong_nothing_named(seed: int) -> None:
 
 
 def test_a_rod_that_reads_a_little_less_is_no_fault() -> None:
-    """15 % less where one rod sits: a rib beside it, a thicker wall. The beam is no better than that."""
+    """15 % less where one rod sits: a rib next to it, a thicker wall. The beam is no better than that."""
     rods = paper_rods(NOISE)
     # ten times the loads: the noise hides nothing
     wrench = 10.0 * loads(STATES, 1)

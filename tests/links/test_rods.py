@@ -105,7 +105,7 @@ def test_the_load_bounds_the_twist_of_closed_sections(flat: float, wall: float |
     assert bounded_by_load(unknown, moment, np.array([np.nan, 1.0])) is unknown
 
 
-def test_warping_decay_or_an_oblique_rod_tell_the_twist() -> None:
+def test_warping_decay_or_an_oblique_rod_show_the_twist() -> None:
     plain = paper_rods()
     warping = np.array([[3e-3, 3e-3], [2e-3, 2e-3], [-2e-3, -2e-3], [-2e-3, -2e-3], [2e-3, 2e-3]])
     held = Rods(plain.link, plain.names, plain.start, plain.end, warping, plain.sigma)

@@ -43,7 +43,7 @@ def test_compliance_of_an_unsymmetric_section_is_symmetric() -> None:
     assert np.linalg.eigvalsh(compliance).min() > 0.0
 
 
-def test_force_beside_the_twist_centre_twists_and_one_beside_the_fibre_bends() -> None:
+def test_force_next_to_the_twist_centre_twists_and_one_next_to_the_fibre_bends() -> None:
     compliance = beam_compliance(OFF_AXIS, (3.1e6, 4.7e6), 2.2e6, 9e8)
     # A force and the moment that moves it to the twist centre do not twist.
     n2, n3 = OFF_AXIS.neutral

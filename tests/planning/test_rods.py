@@ -97,7 +97,7 @@ def test_what_helps_by_less_than_a_tenth_is_not_advised(n: int) -> None:
 
 
 @pytest.mark.parametrize("n", [7, 8, 9, 10])
-def test_each_rod_advised_tells_something_or_steadies_by_a_tenth(n: int) -> None:
+def test_each_rod_advised_shows_something_or_steadies_by_a_tenth(n: int) -> None:
     advice = rod_observability(box_rods(n), SHAPE).advice
     assert len(advice) == 3
     for rod in advice:
@@ -107,14 +107,14 @@ def test_each_rod_advised_tells_something_or_steadies_by_a_tenth(n: int) -> None
     assert gains == sorted(gains)
 
 
-def test_a_rod_that_tells_is_advised_though_it_steadies_nothing() -> None:
+def test_a_rod_that_shows_is_advised_though_it_steadies_nothing() -> None:
     """An oblique rod shows the twist; what the corner rods carry, it makes no better by a tenth."""
     best = rod_observability(paper_rods(1e-6), SHAPE).advice[0]
     assert "torsion" in best.determines
     assert best.gain_after >= 0.9 * best.gain_before
 
 
-def test_three_rods_are_advised_and_those_that_tell_most_come_first() -> None:
+def test_three_rods_are_advised_and_those_that_show_most_come_first() -> None:
     advice = rod_observability(paper_rods(1e-6).pick([0, 1, 2]), SHAPE).advice
     assert len(advice) == 3
     counts = [len(rod.determines) for rod in advice]

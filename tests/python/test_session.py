@@ -348,14 +348,14 @@ def test_notes_go_to_the_logger_and_nothing_is_printed(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
 ) -> None:
     folder = write_small_campaign(tmp_path / "small", poses=2)
-    told: list[str] = []
+    reported: list[str] = []
     with caplog.at_level(logging.INFO, logger="stiffcal"):
-        stiffcal.open(folder, progress=lambda text, fraction: told.append(text)).validate()
+        stiffcal.open(folder, progress=lambda text, fraction: reported.append(text)).validate()
     assert [record.message for record in caplog.records] == [
         "ingest first: nothing is ingested yet",
         "identify first: nothing is fitted yet",
     ]
-    assert "leaving poses out" in told
+    assert "leaving poses out" in reported
     assert capfd.readouterr() == ("", "")
 
 

@@ -1,4 +1,4 @@
-"""`make practice`: the campaigns whose truth is told, through the library as ingest and diagnose use it.
+"""`make practice`: the campaigns whose truth is known, through the library as ingest and diagnose use it.
 
 A table of what was hidden, what is named first and whether that is right, with the error in held-out poses before and
 after, over the noise. ``campaigns/hidden`` holds those of loads, ``campaigns/joints`` those of single joints,
@@ -43,7 +43,7 @@ class Answer:
     named : what is missing by the tool, with look-alikes in brackets.
     right : see `is_right`.
     before, after : error in held-out poses over the noise.
-    noise : mm, as the tool tells it.
+    noise : mm, as the tool reports it.
     seconds : of reading and searching.
     """
 

@@ -37,7 +37,7 @@ def recovered(folder: Path, seed: int) -> tuple[list[str], float, float, float]:
     words, away, index = [], [], []
     for one in fit.parameters:
         if one.value is None or not one.std:
-            words.append(f"{one.name} not told")
+            words.append(f"{one.name} not determined")
             continue
         deviation = one.value - truth[one.name]
         noise = " (within the noise)" if one.above_noise is False else ""
@@ -55,10 +55,10 @@ def main(words: list[str]) -> None:
     folder = CAMPAIGNS / words[0]
     total, count = 0.0, 0.0
     for seed in map(int, words[1:]):
-        told, chi2, n, reduced = recovered(folder, seed)
+        reported, chi2, n, reduced = recovered(folder, seed)
         total, count = total + chi2, count + n
         print(f"seed {seed}: χ² {chi2:.1f} of {n:.0f}, p {chdtrc(n, chi2):.3f}; fit's reduced χ² {reduced:.3f}")
-        print("   " + ", ".join(told), flush=True)
+        print("   " + ", ".join(reported), flush=True)
     print(f"together: χ² {total:.1f} of {count:.0f}, p {chdtrc(count, total):.3g}")
 
 

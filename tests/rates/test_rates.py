@@ -80,7 +80,7 @@ def test_a_motor_that_is_pushed_off_is_named() -> None:
     assert [one.candidate.name for one in search.found] == [name_of(campaign.hidden[0])]
     trial = search.first.trials[0]
     assert trial.candidate.name == name_of(campaign.hidden[0])
-    # What a right candidate foretells is what the error falls by: |e|² − |e − d|² is |d|² on average.
+    # What a right candidate predicts is what the error falls by: |e|² − |e − d|² is |d|² on average.
     fall = float(np.sum(search.first.base.heldout - trial.score.heldout))
     assert float(np.sum(trial.score.prediction_change)) == pytest.approx(fall, rel=0.1)
 

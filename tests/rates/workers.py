@@ -1,4 +1,4 @@
-"""Processes beside each other, one thread of linear algebra each: two cores are no use to four threads."""
+"""Processes next to each other, one thread of linear algebra each: two cores are no use to four threads."""
 
 from __future__ import annotations
 

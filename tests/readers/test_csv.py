@@ -213,7 +213,7 @@ def test_blocks_do_not_matter(monkeypatch: pytest.MonkeyPatch, block: int) -> No
     assert f"line {line}, column Fy: " in fault(broken)
 
 
-def test_a_stray_mark_at_the_border_of_two_blocks_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stray_mark_at_the_border_of_two_blocks_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(csv_module, "BLOCK", 64)
     for width in range(1, 20):
         filler = b"0.5," + b"1" * width + b",2\n"

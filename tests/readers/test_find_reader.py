@@ -40,7 +40,7 @@ ENDINGS = {
 
 
 @pytest.mark.parametrize(("file", "name"), [(file, name) for name, files in ENDINGS.items() for file in files])
-def test_the_ending_tells_the_format(file: str, name: str) -> None:
+def test_the_ending_shows_the_format(file: str, name: str) -> None:
     assert find_reader(Path(file)).name == name
 
 

@@ -181,8 +181,8 @@ def test_only_heaps_are_looked_through_in_a_large_file(tmp_path: Path, monkeypat
         with h5py.File(sound, "w") as file:
             numbers = file.create_dataset("t", data=np.arange(1000.0), chunks=chunks)
             numbers.attrs["unit"] = "s"
-            told = hdf5_heaps._regions(file)
-            assert sum(count for _, count in told) == 8000
+            reported = hdf5_heaps._regions(file)
+            assert sum(count for _, count in reported) == 8000
         columns = READER.read_header(sound, {})
         assert columns.units == {"t": "s"}
 

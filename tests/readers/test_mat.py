@@ -124,8 +124,8 @@ def test_a_cut_off_file_is_refused(tmp_path: Path, write: Any, keep: float) -> N
     path = write(tmp_path / "log.mat", {"t": TIME, "Fx": FORCE})
     content = path.read_bytes()
     path.write_bytes(content[: int(len(content) * keep)])
-    told = fault(path, WantedColumns(("t", "Fx")))
-    assert "raw/log.mat: " in told
+    reported = fault(path, WantedColumns(("t", "Fx")))
+    assert "raw/log.mat: " in reported
 
 
 def test_what_only_matlab_reads_is_named(tmp_path: Path) -> None:
@@ -133,9 +133,9 @@ def test_what_only_matlab_reads_is_named(tmp_path: Path) -> None:
     with h5py.File(path, "r+") as file:
         del file["T"]
         file.create_dataset("T", data=np.zeros((1, 6), np.uint32)).attrs["MATLAB_class"] = np.bytes_("timetable")
-    told = fault(path, WantedColumns(("x",)))
-    assert "'T' is a MATLAB timetable, which only MATLAB can read" in told
-    assert "table2struct" in told
+    reported = fault(path, WantedColumns(("x",)))
+    assert "'T' is a MATLAB timetable, which only MATLAB can read" in reported
+    assert "table2struct" in reported
 
 
 def test_damage_that_would_end_the_library_is_refused(tmp_path: Path) -> None:

@@ -71,7 +71,7 @@ def test_faults(tmp_path: Path) -> None:
     assert "the table has no rows" in fault(path, WantedColumns(("Fx",)))
 
 
-def test_a_flipped_bit_is_seen(tmp_path: Path) -> None:
+def test_a_flipped_bit_is_found(tmp_path: Path) -> None:
     path = tmp_path / "ft.parquet"
     table = pa.table({"Fx": np.random.default_rng(1).normal(size=1000)})
     parquet.write_table(table, path, write_page_checksum=True)

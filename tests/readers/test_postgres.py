@@ -128,9 +128,9 @@ def test_faults_are_one_clear_line(filled: Database, options: dict[str, Any], ex
 def test_no_password_is_shown(monkeypatch: pytest.MonkeyPatch, address: str, reason: str) -> None:
     monkeypatch.setenv(VARIABLES, "LAB")
     monkeypatch.setenv("LAB", address)
-    told = fault({"from": "ft", "uri_env": "LAB"}, WantedColumns(("t",)))
-    assert reason in told
-    assert "heim" not in told
+    reported = fault({"from": "ft", "uri_env": "LAB"}, WantedColumns(("t",)))
+    assert reason in reported
+    assert "heim" not in reported
 
 
 def test_the_fingerprint_follows_the_rows(filled: Database) -> None:

@@ -84,9 +84,9 @@ def test_faults_are_one_clear_line(bag: Path) -> None:
         bag, WantedColumns(("wrench.force.X",)), topic="/ft"
     )
     assert "transforms of several frames" in fault(bag, WantedColumns(("transform.translation.x",)), topic="/tf")
-    told = fault(bag, WantedColumns(("transform.translation.x",)), topic="/tf", child_frame="c")
-    assert "no transform of frame 'c' in /tf" in told
-    assert "there are 'a', 'b'" in told
+    reported = fault(bag, WantedColumns(("transform.translation.x",)), topic="/tf", child_frame="c")
+    assert "no transform of frame 'c' in /tf" in reported
+    assert "there are 'a', 'b'" in reported
     assert "types: no release 'humble'; did you mean 'ros2_humble'?" in fault(bag, wanted, topic="/ft", types="humble")
 
 

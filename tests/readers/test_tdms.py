@@ -70,17 +70,17 @@ def test_absolute_times_and_words(tmp_path: Path) -> None:
 
 def test_unequal_lengths_are_refused(tmp_path: Path) -> None:
     path = write(tmp_path / "log.tdms", n_force=990, segments=1)
-    told = fault(path, WantedColumns(("t", "Fx")))
-    assert "raw/log.tdms: column Fx: 990 rows, column t has 1000: writing was interrupted" in told
+    reported = fault(path, WantedColumns(("t", "Fx")))
+    assert "raw/log.tdms: column Fx: 990 rows, column t has 1000: writing was interrupted" in reported
 
 
 @pytest.mark.parametrize("missing", [8, 4000, 9000])
 def test_a_cut_off_file_is_refused(tmp_path: Path, missing: int, capfd: pytest.CaptureFixture[str]) -> None:
     path = write(tmp_path / "log.tdms")
     path.write_bytes(path.read_bytes()[:-missing])
-    told = fault(path, WantedColumns(("t", "Fx")))
-    assert "\n" not in told
-    assert "the last segment is not complete" in told or "no whole TDMS file" in told
+    reported = fault(path, WantedColumns(("t", "Fx")))
+    assert "\n" not in reported
+    assert "the last segment is not complete" in reported or "no whole TDMS file" in reported
     assert capfd.readouterr() == ("", "")  # the library's own log lines stay away
 
 

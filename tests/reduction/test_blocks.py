@@ -57,7 +57,7 @@ def test_samples_with_a_missing_value_are_left_out() -> None:
     assert blocks.mean["marker.a"][0, 0] == 2.0
 
 
-def test_noise_is_not_seen_in_ramps_and_steps() -> None:
+def test_noise_is_not_found_in_ramps_and_steps() -> None:
     generator = np.random.default_rng(2)
     values = generator.normal(0.0, 0.5, (4000, 2))
     values += 100.0 * np.floor(np.arange(4000) / 500.0)[:, None] + 0.3 * np.arange(4000)[:, None]

@@ -28,7 +28,7 @@ def test_sound_campaigns_pass(name: str) -> None:
     assert match_kinematics(states, chain).median_m < 0.006
 
 
-def test_a_sensor_upside_down_is_told_from_acts_on() -> None:
+def test_a_sensor_upside_down_is_distinguished_from_acts_on() -> None:
     states, chain = reduced("04").states, load_campaign(folder_of("04")).chain
     (fault,) = check_work(replace(states, wrench=-states.wrench), chain)
     assert fault.mend == 'acts_on is the wrong way round: write acts_on = "environment"'
@@ -60,17 +60,17 @@ def test_the_order_of_the_force_columns_is_named(name: str, order: tuple[int, ..
 def test_the_one_change_that_fits_is_named(estimated: bool) -> None:
     states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
 
-    def told(joints: Floats) -> str:
+    def reported(joints: Floats) -> str:
         (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated)
         return str(fault)
 
     for a, b in [(0, 1), (1, 2), (3, 5), (4, 5)]:
         swapped = states.joints.copy()
         swapped[:, [a, b]] = swapped[:, [b, a]]
-        assert f"joint columns A{a + 1} and A{b + 1} swapped" in told(swapped)
+        assert f"joint columns A{a + 1} and A{b + 1} swapped" in reported(swapped)
     turned = states.joints * np.where(np.arange(6) == 2, -1.0, 1.0)
-    assert "joint A3 counted the other way" in told(turned)
-    assert "at joint A2" in told(states.joints + np.where(np.arange(6) == 1, np.pi / 2, 0.0))
+    assert "joint A3 counted the other way" in reported(turned)
+    assert "at joint A2" in reported(states.joints + np.where(np.arange(6) == 1, np.pi / 2, 0.0))
 
 
 def test_tracker_axes_units_and_quaternion_order() -> None:
@@ -78,14 +78,14 @@ def test_tracker_axes_units_and_quaternion_order() -> None:
     there = states.setup.base_from_tracker
     own = (states.position[:, 0] - there[:3, 3]) @ there[:3, :3]
 
-    def told(readings: Floats) -> str:
+    def reported(readings: Floats) -> str:
         position = (readings @ there[:3, :3].T + there[:3, 3])[:, None]
         (fault,) = check_kinematics(replace(states, position=position), chain, estimated=False)
         return str(fault)
 
-    assert "(Y, X, Z)" in told(own[:, [1, 0, 2]])
-    assert 'position = "m"' in told(own / 1000.0)
-    assert 'position = "mm"' in told(own * 1000.0)
+    assert "(Y, X, Z)" in reported(own[:, [1, 0, 2]])
+    assert 'position = "m"' in reported(own / 1000.0)
+    assert 'position = "mm"' in reported(own * 1000.0)
     quaternion = quaternion_from_rotation(there[:3, :3].T @ states.rotation[:, 0])
     wrong = there[:3, :3] @ rotation_from_quaternion(quaternion[:, [1, 2, 3, 0]])
     (fault,) = check_kinematics(replace(states, rotation=wrong[:, None]), chain, estimated=False)

@@ -19,7 +19,7 @@ FOUR = Markers(("a", "b", "c", "d"), np.array([[0.1, 0.3, 0.0], [0.3, 0.3, 0.0],
 POINT_NOISE = 40e-6
 
 
-def test_markers_give_the_pose_while_three_are_seen() -> None:
+def test_markers_give_the_pose_while_three_are_found() -> None:
     turn = rotation_from_vector(np.array([0.3, -0.2, 1.4]))
     shown = np.stack([FOUR.places @ turn.T + [1.0, 2.0, 3.0]] * 3)
     shown[1, 0], shown[2, :2] = np.nan, np.nan
@@ -48,13 +48,13 @@ def test_covariance_is_that_of_the_fitted_poses() -> None:
         shown[:, list(hidden)] = np.nan
         position, rotation, seen = fitted_poses(FOUR, shown)
         away = np.concatenate([position - [1.5, 0.2, 0.9], vector_from_rotation(rotation @ turn.T)], axis=1)
-        told = POINT_NOISE**2 * FOUR.covariance(seen[:1], turn[None])[0]
-        size = np.sqrt(np.diag(told))
+        reported = POINT_NOISE**2 * FOUR.covariance(seen[:1], turn[None])[0]
+        size = np.sqrt(np.diag(reported))
         found = away.T @ away / n
         # 21 numbers, each within four of its standard uncertainties
-        assert np.all(np.abs(found - told) / np.outer(size, size) < 4.0 * np.sqrt(2.0 / n))
+        assert np.all(np.abs(found - reported) / np.outer(size, size) < 4.0 * np.sqrt(2.0 / n))
         # and the frame lies off the points: place and turn err together
-        assert np.abs(told[:3, 3:] / np.outer(size[:3], size[3:])).max() > 0.5
+        assert np.abs(reported[:3, 3:] / np.outer(size[:3], size[3:])).max() > 0.5
 
 
 def watched(share: float, seed: int = 3) -> LoadStates:

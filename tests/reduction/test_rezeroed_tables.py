@@ -49,8 +49,8 @@ def test_is_found(step: tuple[float, ...], start: int, table: tuple[LoadStates, 
     wrench[start:, :3] += step
     (line,) = rezeroed_table(replace(states, wrench=wrench), chain)
     assert f"from state {states.row[start]} on" in line
-    told = np.array([float(cell) for cell in line.split("with (")[1].split(")")[0].split(",")])
-    np.testing.assert_allclose(told, step, atol=6.0)
+    reported = np.array([float(cell) for cell in line.split("with (")[1].split(")")[0].split(",")])
+    np.testing.assert_allclose(reported, step, atol=6.0)
 
 
 def test_nothing_is_said_of_good_tables(table: tuple[LoadStates, Chain]) -> None:

@@ -85,7 +85,7 @@ def test_growth_that_is_not_known_is_named(robot: CompliantRobot, cold: LoadStat
     assert link.faults == ()
 
 
-def test_noise_told_by_repeats_does_not_hide_it(robot: CompliantRobot, warm: LoadStates) -> None:
+def test_noise_estimated_from_repeats_does_not_hide_it(robot: CompliantRobot, warm: LoadStates) -> None:
     """Between repeats a cycle apart the growth is noise: held against that noise nothing would be wrong."""
     (rods,) = warm.setup.rods
     first = np.searchsorted(warm.run, warm.run)

@@ -105,7 +105,7 @@ def test_gauges_alone_show_work_and_what_joints_see(tmp_path: Path) -> None:
     assert entries[1].torque > 100.0
 
 
-def test_a_device_that_pulls_the_other_way_is_told(tmp_path: Path) -> None:
+def test_a_device_that_pulls_the_other_way_is_reported(tmp_path: Path) -> None:
     manifest = MANIFEST.replace("direction = [0, -2, 0]", "direction = [0, 2, 0]").replace(
         'direction = [0, 0, 1], axes = "base"', 'direction = [0, 0, -1], axes = "base"'
     )

@@ -25,7 +25,7 @@ def test_targets_from_the_tool_inwards() -> None:
     assert [target.body for target in setup.targets] == [7, 5, 4, 3, 2, 1]
 
 
-def test_a_body_behind_a_joint_tells_what_the_tool_does_not() -> None:
+def test_a_body_behind_a_joint_shows_what_the_tool_does_not() -> None:
     chain = six_axes()
     robot = joint_springs(chain, SIX_STIFFNESS)
     tool = played(robot, runs=1, load_scatter=0.02)
@@ -43,5 +43,5 @@ def test_a_body_behind_a_joint_tells_what_the_tool_does_not() -> None:
         tool, position=position[:, :1], rotation=balance.target_rotation[:, :1], deflection=unknown[:, :1],
         position_scatter=unknown[:, :1, :3],
     )  # fmt: skip
-    told = [np.nanmax([one.relative_std for one in joint_excitation(states, chain)]) for states in (many, alone)]
-    assert told[0] < 0.5 * told[1]
+    reported = [np.nanmax([one.relative_std for one in joint_excitation(states, chain)]) for states in (many, alone)]
+    assert reported[0] < 0.5 * reported[1]

@@ -119,7 +119,7 @@ def test_a_known_mass_is_the_load(tmp_path: Path) -> None:
     np.testing.assert_allclose(states.wrench[:, 2], [-98.1, -196.2, -294.3], rtol=1e-3)
 
 
-def test_references_are_the_first_unless_told() -> None:
+def test_references_are_the_first_unless_stated() -> None:
     run = np.array([0, 0, 0, 1, 1])
     usable = np.array([False, True, True, True, True])
     assert reference_states(run, ["a", "b"], {}, usable).tolist() == [False, True, False, True, False]

@@ -181,7 +181,7 @@ def test_evidence_page() -> None:
     "change", [{}, {"picture": None, "path_run": "pose01", "component": "rotation", "lever": None}]
 )
 def test_evidence_is_drawn_the_same_every_time(tmp_path: Path, change: dict[str, Any]) -> None:
-    """Before and after share one scale; the example stands beside them on its own."""
+    """Before and after share one scale; the example stands next to them on its own."""
     figure = draw_evidence(shown(**change))
     without, with_it = figure.axes[:2]
     assert without.get_ylim() == with_it.get_ylim()

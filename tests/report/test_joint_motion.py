@@ -93,7 +93,7 @@ def test_pictures_have_units_and_say_what_rises() -> None:
     assert overview.axes[0].get_title(loc="left") == "joint 1 (A1): above the noise"
 
 
-def test_couplings_are_told_in_words() -> None:
+def test_couplings_are_reported_in_words() -> None:
     coupled = (replace(JOINTS[0], couplings=()), replace(JOINTS[1], couplings=(("rz", "tz"),)))
     for joints, words in (
         (JOINTS, "cannot be identified"),

@@ -44,7 +44,7 @@ def picture_of(with_model: bool = True) -> LinkPicture:
 
 def laid_out(picture: LinkPicture) -> ReportSection:
     content = made_up_content()
-    told = {
+    reported = {
         "link": "swing", "rods": ["ids1", "ids2", "ids3"], "n_states": 9, "carried": [], "spare": 0, "condition": None,
         "sigma": None, "sigma_source": "none", "displacement_std": [None] * 6, "compliance_structure": "symmetric",
         "compliance_std": np.zeros((6, 6)).tolist(), "reduced_chi2": None, "not_identifiable": [], "not_carried": [],
@@ -55,7 +55,7 @@ def laid_out(picture: LinkPicture) -> ReportSection:
             np.diag([9e-10, 3.1e-8, 4.1e-8, 4e-7, 1.5e-7, 1.3e-7]).tolist(),
         ],
     }  # fmt: skip
-    content = replace(with_fit(content, links=[told]), link_pictures=(picture,))
+    content = replace(with_fit(content, links=[reported]), link_pictures=(picture,))
     made = links.section(content)
     assert isinstance(made, ReportSection)
     return made
@@ -84,7 +84,7 @@ def test_rods_end_tool_and_the_bent_link_are_drawn() -> None:
     assert "the twist is not known" in items[0].texts[0]
 
 
-def test_the_links_compliance_says_what_is_not_told() -> None:
+def test_the_links_compliance_says_what_is_not_reported() -> None:
     (table,) = [block for block in laid_out(picture_of()).blocks if isinstance(block, TableBlock)]
     rows = {row[0]: row[1:] for row in table.rows}
     assert rows["u2 per force along x2"] == ("30.0 ± 1.0", "µm/kN")
@@ -132,10 +132,10 @@ def test_coupling_errors_stand_in_a_table_of_their_own() -> None:
     ways = [
         {"way": way, "says": "", **unknown} for way in ("links-rigid", "tool-alone", "links-taken-out", "with-rods")
     ]
-    told = {"value": 3e-7, "std": 3e-9, "against_rods": 0.163}
+    reported = {"value": 3e-7, "std": 3e-9, "against_rods": 0.163}
     entry = {
-        "name": "joint-compliance.j2.c", "links-rigid": told, "tool-alone": None, "links-taken-out": told,
-        "with-rods": told,
+        "name": "joint-compliance.j2.c", "links-rigid": reported, "tool-alone": None, "links-taken-out": reported,
+        "with-rods": reported,
     }  # fmt: skip
     coupling = {"links": ["swing"], "ways": ways, "parameters": [entry]}
     made = links.section(replace(with_fit(content, coupling=coupling), link_pictures=(picture_of(),)))

@@ -190,10 +190,10 @@ def test_a_failed_report_leaves_the_old_one(tmp_path: Path) -> None:
 
 
 def test_progress_runs_from_nought_to_one(tmp_path: Path) -> None:
-    told: list[float] = []
-    build_report(made_up_content(n_runs=1), tmp_path / "r.pdf", lambda _, share: told.append(share or 0.0))
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    reported: list[float] = []
+    build_report(made_up_content(n_runs=1), tmp_path / "r.pdf", lambda _, share: reported.append(share or 0.0))
+    assert reported == sorted(reported)
+    assert reported[-1] == 1.0
 
 
 def test_the_ladder_ends_with_the_present_fit_where_an_earlier_model_was_restored() -> None:

@@ -61,7 +61,7 @@ WORDS: dict[str, list[str]] = {
 
 @pytest.fixture(scope="module")
 def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A campaign for all commands here, every result in its store: what is told of it is asked, not its making."""
+    """A campaign for all commands here, every result in its store: its answers are checked, not how it was made."""
     folder = write_small_campaign(tmp_path_factory.mktemp("documents") / "small", poses=3)
     validate_campaign(folder)
     diagnose_campaign(folder)

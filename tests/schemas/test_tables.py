@@ -94,12 +94,12 @@ def test_tables_of_a_store_hold_to_their_schema(table: str, store: Store, logged
     for row in rows_of(found):
         validator.validate(row)
     for field in found.schema:
-        told = described(TABLES[table], field.name)
-        assert told["parquet"] == str(field.type)
+        reported = described(TABLES[table], field.name)
+        assert reported["parquet"] == str(field.type)
         # a unit in a column's name is the one that the schema tells
         unit = re.search(r"_(rad|Nm|N|m|s|K|kg|A)(_(measured|predicted|residual))?$", field.name)
         if unit is not None:
-            assert told["unit"].replace("·", "") == unit[1]
+            assert reported["unit"].replace("·", "") == unit[1]
     # and the schema is no empty promise
     row = rows_of(found)[0]
     for column in table_schema(TABLES[table])["required"]:

@@ -75,9 +75,9 @@ def listening() -> Iterator[tuple[int, list[bytes]]]:
 
 class TestWhatTheUserAllows:
     def test_no_variable_that_the_user_does_not_allow_is_read(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        told = fault({"uri_env": "AWS_SECRET_ACCESS_KEY"})
-        assert "you do not allow a campaign to take AWS_SECRET_ACCESS_KEY for a database's address" in told
-        assert "STIFFCAL_POSTGRES_ENV=" not in told  # no advice to open the way to a key
+        reported = fault({"uri_env": "AWS_SECRET_ACCESS_KEY"})
+        assert "you do not allow a campaign to take AWS_SECRET_ACCESS_KEY for a database's address" in reported
+        assert "STIFFCAL_POSTGRES_ENV=" not in reported  # no advice to open the way to a key
         monkeypatch.setenv("LAB_DB", f"postgresql://me:{SECRET}@127.0.0.1:1/ft")
         assert fault({"uri_env": "LAB_DB"}).endswith("export STIFFCAL_POSTGRES_ENV=LAB_DB")
         monkeypatch.setenv("STIFFCAL_POSTGRES_ENV", "OTHER,THIRD")
@@ -117,8 +117,8 @@ class TestWhatTheUserAllows:
 
     def test_no_byte_goes_to_a_host_that_the_user_does_not_allow(self) -> None:
         with listening() as (port, came):
-            told = fault({"host": "127.0.0.1", "port": port, "database": "ft", "user": "me"})
-            assert told.endswith(f"if it is yours: export STIFFCAL_POSTGRES=me@127.0.0.1:{port}/ft")
+            reported = fault({"host": "127.0.0.1", "port": port, "database": "ft", "user": "me"})
+            assert reported.endswith(f"if it is yours: export STIFFCAL_POSTGRES=me@127.0.0.1:{port}/ft")
         assert came == []
 
     def test_the_line_that_the_error_gives_allows_it(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -230,10 +230,10 @@ class TestQueries:
     def test_any_other_text_does(self, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("STIFFCAL_POSTGRES_ENV", "LAB_DB")
         monkeypatch.setenv("LAB_DB", "host=127.0.0.1 port=1")
-        told = fault({"uri_env": "LAB_DB", "from": text})
-        assert "you have not allowed this one" in told
-        assert "stiffcal trust DIR" in told
-        assert query_digest(text) in told
+        reported = fault({"uri_env": "LAB_DB", "from": text})
+        assert "you have not allowed this one" in reported
+        assert "stiffcal trust DIR" in reported
+        assert query_digest(text) in reported
 
     def test_nothing_is_sent_before_a_query_is_trusted(self, monkeypatch: pytest.MonkeyPatch) -> None:
         with listening() as (port, came):

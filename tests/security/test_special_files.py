@@ -101,7 +101,7 @@ class TestOpening:
                 open_regular(tmp_path / "ft.csv")
         assert len(list(Path("/proc/self/fd").iterdir())) == before
 
-    def test_a_pipe_that_took_the_place_of_a_file_meanwhile_is_seen_on_the_handle(
+    def test_a_pipe_that_took_the_place_of_a_file_meanwhile_is_found_on_the_handle(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         put(tmp_path / "ft.csv", "pipe")

@@ -100,7 +100,7 @@ def test_commands_are_no_motors_pushed_off(tmp_path: Path) -> None:
     assert np.allclose(turned, np.eye(3), atol=1e-5)
 
 
-def test_a_compensated_run_tells_the_same_stiffness(tmp_path: Path) -> None:
+def test_a_compensated_run_shows_the_same_stiffness(tmp_path: Path) -> None:
     folder = simulated(tmp_path)
     document = document_of(identify_campaign(folder))
     assert document["n_runs"] == 2

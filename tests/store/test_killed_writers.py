@@ -129,7 +129,7 @@ def test_a_hundred_kills(store: Store, writers: subprocess.Popen[str]) -> None:
     assert len(list((store.folder / "generations").iterdir())) == 1
 
 
-def test_readers_beside_two_writers_never_see_a_mix(store: Store, writers: subprocess.Popen[str]) -> None:
+def test_readers_next_to_two_writers_never_see_a_mix(store: Store, writers: subprocess.Popen[str]) -> None:
     children = [start(writers, 0), start(writers, 5000)]
     wait_for(writers.stdout, "committed")
     seen: set[int] = set()
@@ -141,7 +141,7 @@ def test_readers_beside_two_writers_never_see_a_mix(store: Store, writers: subpr
     assert len(seen) > 2
 
 
-def test_a_second_writer_waits_or_is_told_who_writes(store: Store) -> None:
+def test_a_second_writer_waits_or_is_reported_who_writes(store: Store) -> None:
     with store.begin("ingest") as writing:
         with (
             pytest.raises(InputError, match=rf"store: another stiffcal \(ingest, process {os.getpid()}\) is writing"),

@@ -115,7 +115,7 @@ def test_two_writers_come_one_after_the_other(bucket: Any, address: str) -> None
     assert elsewhere(address).read_document("count") == {"n": 9}  # nothing that one wrote was lost to another
 
 
-def test_a_writer_that_was_taken_for_dead_is_told(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_writer_that_was_taken_for_dead_is_reported(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     store, other = Store(address), elsewhere(address)
     fill(store, 1.0)
     monkeypatch.setattr(remote_module, "LEASE_S", 0.3)

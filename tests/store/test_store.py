@@ -214,7 +214,7 @@ def test_empty_and_damaged_stores_are_named(store: Store) -> None:
     assert store.read_document("fit") == {"value": 2.0}
 
 
-def test_a_flipped_bit_is_seen(store: Store) -> None:
+def test_a_flipped_bit_is_found(store: Store) -> None:
     store.commit({"states": pa.table({"Fx": np.random.default_rng(0).normal(size=1000)})})
     path = store.folder / "current" / "states.parquet"
     content = bytearray(path.read_bytes())

@@ -1,4 +1,4 @@
-"""Two at once on one store: one waits or is told; what either has written stays, and nothing is of both."""
+"""Two at once on one store: one waits or is refused; what either has written stays, and nothing is of both."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
-TOLD = "is writing to it"
+REPORTED = "is writing to it"
 """What a second writer hears when the first has not ended after twenty seconds, as on a machine that is very busy."""
 
 
@@ -25,19 +25,19 @@ def start(*words: str | Path) -> subprocess.Popen[str]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def ended_well_or_told(process: subprocess.Popen[str]) -> int:
-    """Wait for a command; return its exit code, 0, or 2 where it was told that another one writes."""
+def ended_well_or_reported(process: subprocess.Popen[str]) -> int:
+    """Wait for a command; return its exit code, 0, or 2 where it was refused because another one writes."""
     out, error = process.communicate(timeout=240)
     assert "Traceback" not in error
     document = json.loads(out)
-    assert process.returncode == 0 or (process.returncode == 2 and TOLD in document["error"]["reason"]), out + error
+    assert process.returncode == 0 or (process.returncode == 2 and REPORTED in document["error"]["reason"]), out + error
     return process.returncode
 
 
 def test_three_commands_at_once_on_a_new_campaign(tmp_path: Path) -> None:
     folder = write_small_campaign(tmp_path / "small", poses=2)
     running = [start(word, folder) for word in ("ingest", "validate", "validate")]
-    codes = [ended_well_or_told(process) for process in running]
+    codes = [ended_well_or_reported(process) for process in running]
     assert 0 in codes
     validate_campaign(folder)
     store = Store(folder / "store")

@@ -2,7 +2,7 @@
 
 Repository longton2001-pixel/breakthrough-surge-suppression-in-high-speed-robotic-drilling, ``data/stiffness_data``
 (MIT): cable-loaded, 43 poses, one load each, forces and displacements in base axes. Read here with numpy alone; the
-folder `shared/data/fanuc-r2000ic` beside the project, skipped where it is missing.
+folder `shared/data/fanuc-r2000ic` next to the project, skipped where it is missing.
 
 Conventions that give the figures: first order without weights of links; c times the torque of the force alone; rms is
 the root mean square *length* of the 3-vector residual; no offset (the displacement is given as taken); every reading
@@ -129,7 +129,7 @@ def test_all_poses() -> None:
     assert [k for k in range(1, 7) if fit.parameter(f"joint-compliance.j{k}.c").poorly_known] == [6]
 
 
-def test_unseen_poses_and_no_model() -> None:
+def test_held_out_poses_and_no_model() -> None:
     found = validate_fit(measurements(), identified())
     assert found.heldout.scheme == "leave-one-pose-out"
     assert found.rms.translation == pytest.approx(0.405e-3, abs=0.5e-6)

@@ -65,5 +65,5 @@ def test_the_lost_degree_of_freedom_is_counted() -> None:
     states = replace(states, position=states.position + 1e-4 * rng.normal(size=states.position.shape))
     runs = tuple(replace(info, holdout=True) for info in states.runs)
     fit = identify_parameters(played(medium_robot(), runs=4), joint_springs(six_axes()))
-    unseen = heldout_residuals(replace(states, runs=runs), fit)
-    assert rms_of(unseen.residual, unseen.data)["translation"] == pytest.approx(1e-4 * np.sqrt(3.0), rel=0.06)
+    residuals = heldout_residuals(replace(states, runs=runs), fit)
+    assert rms_of(residuals.residual, residuals.data)["translation"] == pytest.approx(1e-4 * np.sqrt(3.0), rel=0.06)

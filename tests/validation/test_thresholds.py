@@ -33,7 +33,7 @@ def compliance(joint: int, value: float | None, std: float = 1e-9, symbol: str =
     )
 
 
-def told(
+def reported(
     limits: dict[str, Any], *parameters: IdentifiedParameter, before: tuple[IdentifiedParameter, ...] = ()
 ) -> list[Any]:
     baseline = Baseline("before", {earlier.name: earlier for earlier in before}) if before else None
@@ -53,8 +53,8 @@ def told(
         ({"max_over_noise": 1.9}, False),
     ],
 )
-def test_errors_in_unseen_poses(limits: dict[str, float], held: bool) -> None:
-    assert told(limits) == [(next(iter(limits)), "", held)]
+def test_errors_in_held_out_poses(limits: dict[str, float], held: bool) -> None:
+    assert reported(limits) == [(next(iter(limits)), "", held)]
 
 
 def test_an_error_is_said_in_millimetres() -> None:
@@ -75,24 +75,24 @@ def test_what_is_not_known_is_not_judged_and_does_not_fail() -> None:
 def test_least_stiffness_by_joint_and_for_the_rest() -> None:
     parameters = [compliance(1, 1e-6), compliance(2, 4e-6), compliance(3, None)]
     asked = {"min_stiffness": {"all": 5e5, "A2": 2e5}}
-    assert told(asked, *parameters) == [
+    assert reported(asked, *parameters) == [
         ("min_stiffness", "A1", True), ("min_stiffness", "A2", True), ("min_stiffness", "A3", None),
     ]  # fmt: skip
-    assert told({"min_stiffness": 5e5}, parameters[1]) == [("min_stiffness", "A2", False)]
+    assert reported({"min_stiffness": 5e5}, parameters[1]) == [("min_stiffness", "A2", False)]
     # a compliance of zero: no give was seen
-    assert told({"min_stiffness": 5e5}, compliance(1, 0.0)) == [("min_stiffness", "A1", True)]
+    assert reported({"min_stiffness": 5e5}, compliance(1, 0.0)) == [("min_stiffness", "A1", True)]
 
 
 def test_drift_fails_where_it_is_large_and_sure() -> None:
     before = (compliance(1, 1.0e-6), compliance(2, 1.0e-6), compliance(3, 1.0e-6, 2e-7))
     after = [compliance(1, 1.05e-6), compliance(2, 1.25e-6), compliance(3, 1.25e-6, 2e-7)]
     # A1 has changed surely but little; A2 surely and much; A3 as much, which here is chance: not known well enough
-    assert told({"max_drift": 0.1}, *after, before=before) == [
+    assert reported({"max_drift": 0.1}, *after, before=before) == [
         ("max_drift", "A1", True), ("max_drift", "A2", False), ("max_drift", "A3", None),
     ]  # fmt: skip
     # without a limit every sure change counts, and chance does not
-    assert [held for _, _, held in told({}, *after, before=before)] == [False, False, True]
-    assert [held for _, _, held in told({"max_drift": {"A2": 0.3}}, *after, before=before)] == [False, True, True]
+    assert [held for _, _, held in reported({}, *after, before=before)] == [False, False, True]
+    assert [held for _, _, held in reported({"max_drift": {"A2": 0.3}}, *after, before=before)] == [False, True, True]
 
 
 def test_how_sure_a_drift_is() -> None:
@@ -107,11 +107,11 @@ def test_how_sure_a_drift_is() -> None:
 
 def test_a_baseline_without_these_joints_judges_none_of_them() -> None:
     other = compliance(1, 1e-6, symbol="other")
-    assert {held for _, _, held in told({}, compliance(1, 1e-6), before=(other,))} == {None}
+    assert {held for _, _, held in reported({}, compliance(1, 1e-6), before=(other,))} == {None}
 
 
-def test_several_stiffnesses_of_a_joint_are_told_apart() -> None:
+def test_several_stiffnesses_of_a_joint_are_distinguished() -> None:
     parameters = [compliance(1, 1e-5), compliance(1, 1e-5, symbol="x")]
-    assert [where for _, where, _ in told({"min_stiffness": 5e5}, *parameters)] == [
+    assert [where for _, where, _ in reported({"min_stiffness": 5e5}, *parameters)] == [
         "A1 (joint-compliance.j1.c)", "A1 (joint-compliance.j1.x)",
     ]  # fmt: skip

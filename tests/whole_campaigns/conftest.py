@@ -52,9 +52,9 @@ def command(capsys: pytest.CaptureFixture[str]) -> Command:
     def run(*words: str | Path, codes: tuple[int, ...] = (0,)) -> dict[str, Any]:
         with pytest.raises(SystemExit) as end:
             main([*map(str, words), "--json"])
-        told = capsys.readouterr()
-        assert end.value.code in codes, told.out[-2000:] + told.err
-        document: dict[str, Any] = json.loads(told.out)
+        reported = capsys.readouterr()
+        assert end.value.code in codes, reported.out[-2000:] + reported.err
+        document: dict[str, Any] = json.loads(reported.out)
         return document
 
     return run

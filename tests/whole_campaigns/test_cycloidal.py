@@ -20,7 +20,7 @@ PUBLISHED = {"base": (0.083, 1.87), "conic": (0.094, 9.57), "split": (0.090, 8.0
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
+def reported(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
     """What identify says of each reducer."""
     if not DATA.is_dir():
         pytest.skip("the real measurements (../shared/data) are not here")
@@ -37,8 +37,8 @@ def joint(document: dict[str, Any]) -> dict[str, Any]:
     return only
 
 
-def test_play_falls_in_the_published_order(told: dict[str, dict[str, Any]]) -> None:
-    base, conic, split = (joint(told[name]) for name in PUBLISHED)
+def test_play_falls_in_the_published_order(reported: dict[str, dict[str, Any]]) -> None:
+    base, conic, split = (joint(reported[name]) for name in PUBLISHED)
     assert np.rad2deg(base["play"]) == pytest.approx(2.0, abs=0.3)
     assert base["play"] > 5.0 * conic["play"] > 10.0 * split["play"]
     # intervals stand apart
@@ -46,37 +46,37 @@ def test_play_falls_in_the_published_order(told: dict[str, dict[str, Any]]) -> N
     assert conic["play_interval"][0] > split["play_interval"][1]
 
 
-def test_the_raw_width_in_the_play_test_is_what_was_published(told: dict[str, dict[str, Any]]) -> None:
+def test_the_raw_width_in_the_play_test_is_what_was_published(reported: dict[str, dict[str, Any]]) -> None:
     """Published 2.501°, 0.481° and 0.121°; in the preloaded ones that is friction over stiffness, not play."""
     widths = []
     for name in PUBLISHED:
-        run = next(run for run in told[name]["clamped"]["runs"] if run["run"] == "play")
+        run = next(run for run in reported[name]["clamped"]["runs"] if run["run"] == "play")
         widths.append(float(np.rad2deg(run["reversal_error"])))
     assert widths == pytest.approx([1.91, 0.510, 0.169], rel=0.05)
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_compliance_and_friction(told: dict[str, dict[str, Any]], name: str) -> None:
+def test_compliance_and_friction(reported: dict[str, dict[str, Any]], name: str) -> None:
     compliance, friction = PUBLISHED[name]
     # The description: in the fit the friction, which is in the motor's torque, goes into whatever the model holds.
-    seen = float(np.rad2deg(1.0 / joint(told[name])["chord_stiffness"]))
+    seen = float(np.rad2deg(1.0 / joint(reported[name])["chord_stiffness"]))
     # base: ours is of the spring alone, 33 % above; with friction in the torque, as published, 6 % (README)
     assert seen == pytest.approx(compliance, rel=0.35 if name == "base" else 0.2)
-    assert joint(told[name])["friction"] == pytest.approx(friction, rel=0.3)
-    assert joint(told[name])["torque_from"] == "motor torque"
-    assert any("friction is in it" in words for words in told[name]["warnings"])
+    assert joint(reported[name])["friction"] == pytest.approx(friction, rel=0.3)
+    assert joint(reported[name])["torque_from"] == "motor torque"
+    assert any("friction is in it" in words for words in reported[name]["warnings"])
 
 
-def test_the_torque_that_saturates_is_named(told: dict[str, dict[str, Any]]) -> None:
-    limits = [run["saturated"] for name in PUBLISHED for run in told[name]["clamped"]["runs"] if run["saturated"]]
+def test_the_torque_that_saturates_is_named(reported: dict[str, dict[str, Any]]) -> None:
+    limits = [run["saturated"] for name in PUBLISHED for run in reported[name]["clamped"]["runs"] if run["saturated"]]
     assert len(limits) == 1
     assert "stays at its limit of 25.2" in limits[0]
-    assert any("run ramp" in words and "25.2" in words for words in told["base"]["warnings"])
+    assert any("run ramp" in words and "25.2" in words for words in reported["base"]["warnings"])
 
 
-def test_base_with_friction_in_the_torque_is_as_published(told: dict[str, dict[str, Any]]) -> None:
-    run = next(run for run in told["base"]["clamped"]["runs"] if run["run"] == "ramp")
-    one = joint(told["base"])
+def test_base_with_friction_in_the_torque_is_as_published(reported: dict[str, dict[str, Any]]) -> None:
+    run = next(run for run in reported["base"]["clamped"]["runs"] if run["run"] == "ramp")
+    one = joint(reported["base"])
     ends = [one["friction"] + (1.0 + run["law"]["drag"]) * abs(torque) for torque in one["curve"]["torque"]]
     seen = np.rad2deg(run["motion"] - one["play"]) / sum(ends)
     assert seen == pytest.approx(PUBLISHED["base"][0], rel=0.1)

@@ -103,7 +103,7 @@ SLIPS = {
 
 
 @pytest.mark.parametrize("slip", SLIPS)
-def test_a_wrong_unit_that_passes_every_bound_is_told(slip: str, fanuc: Path) -> None:
+def test_a_wrong_unit_that_passes_every_bound_is_reported(slip: str, fanuc: Path) -> None:
     old, new, words, mend = SLIPS[slip]
     manifest = fanuc / "campaign.toml"
     manifest.write_text(manifest.read_text().replace(old, new))

@@ -58,10 +58,10 @@ def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> dict[str, s
     """Run a command that must end with code 2; return its one fault."""
     with pytest.raises(SystemExit) as end:
         main([*words, "--json"])
-    told = capsys.readouterr()
-    assert end.value.code == 2, told.out + told.err
-    assert "Traceback" not in told.err
-    fault: dict[str, str] = json.loads(told.out)["error"]
+    reported = capsys.readouterr()
+    assert end.value.code == 2, reported.out + reported.err
+    assert "Traceback" not in reported.err
+    fault: dict[str, str] = json.loads(reported.out)["error"]
     return fault
 
 
@@ -81,7 +81,7 @@ def test_friction_is_found_again(made: Path, command: Command) -> None:
     assert document["n_states"] == 0
 
 
-def test_unseen_speeds_and_verdict(made: Path, command: Command) -> None:
+def test_held_out_speeds_and_verdict(made: Path, command: Command) -> None:
     document = command("validate", made)
     assert "each speed left out" in document["scheme"]
     assert document["rms"]["torque"] < 1.3 * document["noise"]["torque"]
@@ -129,9 +129,9 @@ def test_pages_on_friction(made: Path) -> None:
     sections = {one.title: one for one in lay_out(content)}
     assert "Friction of the drives" in sections
     assert "Stiffness" not in sections
-    told = " ".join(str(block) for block in sections["In short"].blocks)
-    assert "2 drives" in told
-    assert "each speed left out in turn" in told
+    reported = " ".join(str(block) for block in sections["In short"].blocks)
+    assert "2 drives" in reported
+    assert "each speed left out in turn" in reported
 
 
 def test_pictures(made: Path, command: Command, tmp_path: Path) -> None:
@@ -232,8 +232,8 @@ def test_a_stated_speed_that_is_not_reached(tmp_path: Path, command: Command) ->
     """004, section 5.2: programmed velocities would make false points; strokes too short for one are dropped."""
     first, second = {"speeds_rad_s": [0.3, 0.9, 1.5, 6.0]}, {"speeds_rad_s": [0.3, 0.9, 1.5], "reachable_rad_s": 1.2}
     folder = small(tmp_path / "slow", simulate={"runs.0.friction": first, "runs.1.friction": second})
-    told = command("ingest", folder)
-    assert any("never held a velocity" in words for words in told["warnings"])
+    reported = command("ingest", folder)
+    assert any("never held a velocity" in words for words in reported["warnings"])
     passes = pd.read_parquet(folder / "store" / "current" / "friction.parquet")
     reached = passes["velocity_radps"].abs().groupby(passes["joint"]).max()
     assert reached["A1"] == pytest.approx(1.5, rel=0.01)

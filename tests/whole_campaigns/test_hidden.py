@@ -1,4 +1,4 @@
-"""Campaigns whose truth is told: what is missing is named, and where nothing is, nothing is."""
+"""Campaigns whose truth is known: what is missing is named, and where nothing is, nothing is."""
 
 from __future__ import annotations
 

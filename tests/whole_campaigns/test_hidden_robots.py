@@ -1,7 +1,7 @@
 """From raw logs to the fallen error, through the command line: robots with an effect that their model lacks.
 
 Half of the robots are played by our own exact balance (``stiffcal simulate``), half by MuJoCo, which knows none of our
-laws: hinges with springs, dry friction, stops and dampers beside them, ball joints that tilt, a tendon between two
+laws: hinges with springs, dry friction, stops and dampers next to them, ball joints that tilt, a tendon between two
 axes. Their truth in the catalogue's words follows from the springs by hand.
 """
 
@@ -113,10 +113,10 @@ OUTSIDE = Robot(11, springs=(Spring(2, "turn", 1.0 / 1e-6, (0.0, 1.0, 0.0), reac
 
 def tell(folder: Path, command: Command) -> dict[str, Document]:
     """Go the whole way; return each command's document, the fit after it as ``fit``."""
-    told = {name: command(name, folder) for name in ("ingest", "identify", "validate", "diagnose")}
-    told["improve"] = command("improve", folder, "--yes")
-    told["fit"], told["history"] = command("identify", folder), command("history", folder)
-    return told
+    reported = {name: command(name, folder) for name in ("ingest", "identify", "validate", "diagnose")}
+    reported["improve"] = command("improve", folder, "--yes")
+    reported["fit"], reported["history"] = command("identify", folder), command("history", folder)
+    return reported
 
 
 def is_named(hidden: Hidden, found: Document) -> bool:
@@ -125,34 +125,34 @@ def is_named(hidden: Hidden, found: Document) -> bool:
     return hidden.proposal in (first, *found["alternatives"])
 
 
-def check_found(robot: Robot, truth: Document, told: dict[str, Document]) -> None:
+def check_found(robot: Robot, truth: Document, reported: dict[str, Document]) -> None:
     """Check the way from raw logs to the fallen error, against what was hidden."""
     # some loads may be held too briefly to be read: they are remembered
-    assert told["ingest"]["n_states"] + told["ingest"]["n_set_aside"] == robot.poses * STATES_A_RUN
-    assert bool(told["ingest"]["n_set_aside"]) == (robot.loads == IRREGULAR)
-    check_clocks(truth, told["ingest"])
-    assert any("something is missing" in warning for warning in told["identify"]["warnings"])
-    assert told["validate"]["rms"]["translation"] > 1.15 * told["validate"]["noise"]["translation"]
-    diagnosis = told["diagnose"]
+    assert reported["ingest"]["n_states"] + reported["ingest"]["n_set_aside"] == robot.poses * STATES_A_RUN
+    assert bool(reported["ingest"]["n_set_aside"]) == (robot.loads == IRREGULAR)
+    check_clocks(truth, reported["ingest"])
+    assert any("something is missing" in warning for warning in reported["identify"]["warnings"])
+    assert reported["validate"]["rms"]["translation"] > 1.15 * reported["validate"]["noise"]["translation"]
+    diagnosis = reported["diagnose"]
     assert not diagnosis["adequate"]
     assert not diagnosis["unexplained"]
     assert len(diagnosis["missing"]) == len(robot.hidden)
     for hidden in robot.hidden:
         assert any(is_named(hidden, one) for one in diagnosis["missing"]), diagnosis["missing"]
     assert is_named(robot.hidden[0], diagnosis["missing"][0])
-    start, *added = told["improve"]["steps"]
+    start, *added = reported["improve"]["steps"]
     assert start["action"] == "start"
     assert [one["action"] for one in added] == ["add"] * len(robot.hidden)
-    assert told["improve"]["adequate"]
-    assert told["history"]["fits"][-1]["heldout_rms"] == told["improve"]["heldout_rms"]
-    for kind, noise in told["improve"]["noise"].items():
+    assert reported["improve"]["adequate"]
+    assert reported["history"]["fits"][-1]["heldout_rms"] == reported["improve"]["heldout_rms"]
+    for kind, noise in reported["improve"]["noise"].items():
         if noise is not None:
-            assert told["improve"]["heldout_rms"][kind] <= 1.05 * noise
+            assert reported["improve"]["heldout_rms"][kind] <= 1.05 * noise
     if [{key: one[key] for key in ("effect", "where")} for one in added] == [one.proposal for one in robot.hidden]:
         values = truth["parameters"].copy()
         for hidden in robot.hidden:
             values |= hidden.parameters
-        check_values(values, told["fit"])
+        check_values(values, reported["fit"])
 
 
 def check_clocks(truth: Document, ingested: Document) -> None:
@@ -192,12 +192,12 @@ def test_mujoco_robot(name: str, tmp_path: Path, command: Command) -> None:
 def test_nothing_hidden(tmp_path: Path, command: Command) -> None:
     folder = tmp_path / "measured"
     truth = measure_mujoco(NOTHING, write_source(tmp_path / "source", NOTHING), folder)
-    told = tell(forget(folder), command)
-    assert told["diagnose"]["adequate"]
-    assert told["diagnose"]["missing"] == []
-    assert {one["verdict"] for one in told["diagnose"]["findings"]} <= {"rejected", "possible"}
-    assert [one["action"] for one in told["improve"]["steps"]] == ["start"]
-    check_values(truth["parameters"], told["fit"])
+    reported = tell(forget(folder), command)
+    assert reported["diagnose"]["adequate"]
+    assert reported["diagnose"]["missing"] == []
+    assert {one["verdict"] for one in reported["diagnose"]["findings"]} <= {"rejected", "possible"}
+    assert [one["action"] for one in reported["improve"]["steps"]] == ["start"]
+    check_values(truth["parameters"], reported["fit"])
 
 
 def test_what_the_catalogue_does_not_know(tmp_path: Path, command: Command) -> None:

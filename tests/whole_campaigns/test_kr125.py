@@ -33,9 +33,9 @@ def joint_of(document: dict[str, Any], joint: int) -> dict[str, Any]:
 
 def content_of(folder: Path) -> ReportContent:
     data = up_to_date_states(folder, RunContext())
-    told = up_to_date_fit(data, RunContext())
+    reported = up_to_date_fit(data, RunContext())
     return report_content(
-        data, told, up_to_date_validation(data, told, RunContext()), read_history(folder, RunContext())
+        data, reported, up_to_date_validation(data, reported, RunContext()), read_history(folder, RunContext())
     )
 
 
@@ -59,18 +59,18 @@ def identified(campaign: Path) -> dict[str, Any]:
 @pytest.mark.parametrize("joint", TABLE_2)
 def test_table_2_comes_back(identified: dict[str, Any], joint: int) -> None:
     play, p3, p2, p1 = TABLE_2[joint]
-    told, known = joint_of(identified, joint), values(identified)
+    reported, known = joint_of(identified, joint), values(identified)
     width = known[f"backlash.j{joint}.width"]
     # joint 4 is crossed within 0.05 N·m, less than what the force sensor's noise makes of a torque
     assert abs(width["value"] - play * DEGREE) < (0.004 if joint == 4 else 0.002) * DEGREE
     # the definition's own number, the paper's resolution
-    assert abs(told["play"] - play * DEGREE) < 0.01 * DEGREE
+    assert abs(reported["play"] - play * DEGREE) < 0.01 * DEGREE
     # joint 1's printed cubic turns over at 0.096°
-    low, high = told["curve"]["reach"]
+    low, high = reported["curve"]["reach"]
     x = np.linspace(low, min(high, 0.09 * DEGREE if joint == 1 else high), 41)
-    curve = np.array([told["curve"][name] for name in ("p1", "p2", "p3")])
+    curve = np.array([reported["curve"][name] for name in ("p1", "p2", "p3")])
     powers = np.stack([x, x**2, x**3])
-    spread = np.sqrt(np.einsum("in,ij,jn->n", powers, np.array(told["curve"]["covariance"]), powers))
+    spread = np.sqrt(np.einsum("in,ij,jn->n", powers, np.array(reported["curve"]["covariance"]), powers))
     truth = np.array([1e3 * p1 / DEGREE, 1e3 * p2 / DEGREE**2, 1e3 * p3 / DEGREE**3])
     error = np.abs((curve - truth) @ powers)
     assert np.all(error < 2.5 * spread + 1e-9)
@@ -81,7 +81,7 @@ def test_table_2_comes_back(identified: dict[str, Any], joint: int) -> None:
         assert fitted["value"] == pytest.approx(value, abs=3.0 * fitted["std"] * (2.0 if joint in (1, 4) else 1.0)), (
             name
         )
-    assert not told["friction_found"]
+    assert not reported["friction_found"]
 
 
 def test_the_poor_pose_is_named_for_joints_2_and_3(identified: dict[str, Any]) -> None:
@@ -161,18 +161,18 @@ def test_a_soft_fixture_changes_nothing_but_the_correction(tmp_path: Path) -> No
 
     out = simulated(tmp_path, ("a-joint3",), settings=yields, manifest=known)
     corrected = document_of(identify_campaign(out))
-    told = joint_of(corrected, 3)
-    assert told["play"] == pytest.approx(0.10 * DEGREE, abs=0.005 * DEGREE)
-    assert told["curve"]["p1"] == pytest.approx(1470.0 / DEGREE, rel=0.01)
+    reported = joint_of(corrected, 3)
+    assert reported["play"] == pytest.approx(0.10 * DEGREE, abs=0.005 * DEGREE)
+    assert reported["curve"]["p1"] == pytest.approx(1470.0 / DEGREE, rel=0.01)
     text = (out / "campaign.toml").read_text().replace(f"fixture_compliance = {soft}", "")
     (out / "campaign.toml").write_text(text)
     rigid = joint_of(document_of(identify_campaign(out)), 3)
     # taken for rigid, the fixture's give counts as the joint's: softer, with the same play
-    assert rigid["curve"]["p1"] < 0.97 * told["curve"]["p1"]
-    assert rigid["play"] == pytest.approx(told["play"], abs=0.005 * DEGREE)
+    assert rigid["curve"]["p1"] < 0.97 * reported["curve"]["p1"]
+    assert rigid["play"] == pytest.approx(reported["play"], abs=0.005 * DEGREE)
 
 
-def test_motor_currents_alone_tell_friction_and_no_play(tmp_path: Path) -> None:
+def test_motor_currents_alone_show_friction_and_no_play(tmp_path: Path) -> None:
     """No force sensor, no play, dry friction: torque from the current, friction in it and said."""
 
     def logged(text: str) -> str:
@@ -198,13 +198,13 @@ def test_motor_currents_alone_tell_friction_and_no_play(tmp_path: Path) -> None:
 
     out = simulated(tmp_path, ("a-joint3",), manifest=logged, settings=noisy, model=dry)
     document = document_of(identify_campaign(out))
-    told = joint_of(document, 3)
-    assert told["torque_from"] == "motor torque"
+    reported = joint_of(document, 3)
+    assert reported["torque_from"] == "motor torque"
     assert any("friction is in it" in words for words in document["warnings"])
-    assert not told["play_found"]
-    assert told["friction"] == pytest.approx(14.0, rel=0.03)
-    # the raw width at zero torque, which friction alone makes, is told apart: F/k either way
-    assert told["reversal_error"] == pytest.approx(2.0 * 14.0 / (1470.0 / DEGREE), rel=0.1)
+    assert not reported["play_found"]
+    assert reported["friction"] == pytest.approx(14.0, rel=0.03)
+    # the raw width at zero torque, which friction alone makes, is distinguished: F/k either way
+    assert reported["reversal_error"] == pytest.approx(2.0 * 14.0 / (1470.0 / DEGREE), rel=0.1)
     # the model of this fit holds no friction: what its laws make of it is stated to be wrong
     assert any("times the noise: something is missing" in words for words in document["warnings"])
 
@@ -257,8 +257,8 @@ def test_a_force_sensor_at_its_limit_is_named(one_run: Path) -> None:
     table[:, axis] = np.clip(table[:, axis], -limit, limit)
     log.write_text("\n".join([header, *(",".join(f"{cell:.9g}" for cell in row) for row in table)]) + "\n")
     document = document_of(identify_campaign(one_run))
-    told = next(run for run in document["clamped"]["runs"] if run["run"] == "a-joint5")
-    assert "stays at its limit" in told["saturated"]
+    reported = next(run for run in document["clamped"]["runs"] if run["run"] == "a-joint5")
+    assert "stays at its limit" in reported["saturated"]
     assert any("nothing is known of the joint beyond" in words for words in document["warnings"])
     assert joint_of(document, 5)["play"] == pytest.approx(0.14 * DEGREE, abs=0.01 * DEGREE)
 
@@ -328,8 +328,8 @@ def test_clamped_and_tracker_runs_are_fitted_together(tmp_path: Path) -> None:
     document = document_of(identify_campaign(out))
     known = values(document)
     for joint, compliance in COMPLIANCE.items():
-        told = known[f"joint-compliance.j{joint}.c"]
-        assert told["value"] == pytest.approx(compliance, abs=3.5 * told["std"]), joint
+        reported = known[f"joint-compliance.j{joint}.c"]
+        assert reported["value"] == pytest.approx(compliance, abs=3.5 * reported["std"]), joint
     assert known["backlash.j3.width"]["value"] == pytest.approx(6e-4, rel=0.02)
     assert document["rms"]["translation"] < 3e-5
     assert document["rms"]["motor_angle"] < 3e-5

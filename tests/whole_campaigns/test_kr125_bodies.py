@@ -194,9 +194,9 @@ def test_the_whole_matrices(played: TrueRun) -> None:
     assert away @ np.linalg.solve(fit.covariance[np.ix_(drives, drives)], away) < CHI2_OF_SIX
     # of 90 couplings one is beyond four standard uncertainties by chance once in 175 campaigns. Their χ² is not held:
     # 149 where chance stays below 137 in all but one of a thousand campaigns; what makes it so large is not known
-    told = [one for one in fit.parameters if is_coupling(one) and one.std]
-    assert len(told) == 90
-    assert max(abs((one.value or 0.0) / (one.std or 1.0)) for one in told) < 4.0
+    reported = [one for one in fit.parameters if is_coupling(one) and one.std]
+    assert len(reported) == 90
+    assert max(abs((one.value or 0.0) / (one.std or 1.0)) for one in reported) < 4.0
 
 
 def is_coupling(one: Parameter) -> bool:

@@ -69,7 +69,7 @@ def compliances() -> dict[str, float]:
 
 
 @pytest.mark.parametrize("way", ["tool-alone", "links-taken-out", "with-rods"])
-def test_what_is_told_is_table_1(document: dict[str, Any], way: str) -> None:
+def test_what_is_reported_is_table_1(document: dict[str, Any], way: str) -> None:
     found, truth = of_way(document, way), compliances()
     off = np.array([(value - truth[name]) / std for name, (value, std) in found.items()])
     assert len(off) >= 10
@@ -92,7 +92,7 @@ def test_rods_make_the_swing_known(document: dict[str, Any]) -> None:
         name = f"link-springs.swing.{spring}"
         assert rods[name][0] == pytest.approx(truth[name], rel=0.01)
         assert alone[name][1] > 8.0 * rods[name][1]
-    # the twist, and the tilt that looks like it, cannot be told from the tool alone
+    # the twist, and the tilt that looks like it, cannot be determined from the tool alone
     assert "link-springs.swing.k1" in rods
     assert "link-springs.swing.k1" not in alone
     assert "bearing-tilt.j2.x" in rods

@@ -107,7 +107,9 @@ def test_the_swing_from_its_rods(fitted: dict[str, Any]) -> None:
     assert link["compliance_structure"] == "beam"
 
 
-def test_adding_the_link_lowers_the_error_on_unseen_poses(folder: Path, fitted: dict[str, Any], tmp_path: Path) -> None:
+def test_adding_the_link_lowers_the_error_on_held_out_poses(
+    folder: Path, fitted: dict[str, Any], tmp_path: Path
+) -> None:
     gears = tmp_path / "gears"
     shutil.copytree(folder, gears)
     edit_model(gears, "remove", "link-beam", where={"links": "swing"})

@@ -96,7 +96,7 @@ def test_tables_in_the_noise(arm: str, tmp_path: Path) -> None:
     covariance = fit.covariance[np.ix_(free, free)]
     assert np.all(np.abs(away) < 3.0 * np.sqrt(np.diag(covariance)))
     assert away @ np.linalg.solve(covariance, away) < CHI2_OF_EIGHT
-    # joint 8 too is told: it turns 0.7 µrad, a hundredth of what one reading of the T-MAC errs by
+    # joint 8 too is reported: it turns 0.7 µrad, a hundredth of what one reading of the T-MAC errs by
     last = fit.parameter("joint-compliance.j8.c")
     assert last.above_noise
     assert last.interval is not None

@@ -15,12 +15,12 @@ from tests.reduction.test_states import MANIFEST, folder_of
 
 def test_a_raw_run_is_understood(tmp_path: Path) -> None:
     document = document_of(check_campaign(first_run_alone(tmp_path)))
-    told = {source["source"]: source for source in document["sources"]}
-    assert told["ft"]["rate_hz"] == pytest.approx(100.0, rel=0.01)
-    assert told["tracker"]["rate_hz"] == pytest.approx(25.0, rel=0.01)
-    assert told["tracker"]["span_s"] == pytest.approx(140.08)
-    assert told["ft"]["rows"] == 13915
-    column = next(entry for entry in told["tracker"]["columns"] if entry["column"] == "X")
+    reported = {source["source"]: source for source in document["sources"]}
+    assert reported["ft"]["rate_hz"] == pytest.approx(100.0, rel=0.01)
+    assert reported["tracker"]["rate_hz"] == pytest.approx(25.0, rel=0.01)
+    assert reported["tracker"]["span_s"] == pytest.approx(140.08)
+    assert reported["ft"]["rows"] == 13915
+    column = next(entry for entry in reported["tracker"]["columns"] if entry["column"] == "X")
     assert column["unit"] == "mm"
     assert column["low_si"] == pytest.approx(1.805, abs=0.001)
     assert document["kinematics"]["median_m"] < 0.02

@@ -26,7 +26,7 @@ from tests.laboratory.fits import fit_of, parameter
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS, write_small_campaign
 
 NAMES = "A1,A2,A3,A4,A5,A6"
-# what gives on a real robot beside its drives: bearings, foundation, and a drive that is softer one way
+# what gives on a real robot next to its drives: bearings, foundation, and a drive that is softer one way
 OTHERS = """
 [[effects]]
 type = "bearing-tilt"
@@ -104,7 +104,7 @@ def test_joint_compliance_alone_takes_60_per_cent_on_a_robot_that_has_more(tmp_p
     assert any("something is missing in it" in text for text in document["warnings"])
 
 
-def test_what_the_data_do_not_tell_is_said() -> None:
+def test_what_the_data_do_not_show_is_said() -> None:
     names = ["joint-compliance.j1.c", "joint-compliance.j2.c"]
     fit = fit_of(
         parameters=[document_of(parameter(names[0], None)), document_of(parameter(names[1], 1e-6))],

@@ -39,7 +39,7 @@ def test_shapes_are_those_of_the_laws() -> None:
 
 
 def test_drawn_to_a_file(tmp_path: Path) -> None:
-    """A picture; a wrong ending and a missing folder are told in one line."""
+    """A picture; a wrong ending and a missing folder are reported in one line."""
     assert "backlash" in draw_effect("backlash", tmp_path / "one.svg")
     assert (tmp_path / "one.svg").read_text().startswith("<?xml")
     with pytest.raises(InputError, match="no picture format"):

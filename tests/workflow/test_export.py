@@ -33,8 +33,8 @@ def test_states_hold_measured_predicted_and_residual(campaign: Path, ending: str
 
 
 def test_store_tables_are_read_in_one_line(campaign: Path) -> None:
-    unseen = pd.read_parquet(campaign / "store" / "current" / "unseen.parquet")
-    assert {"state", "run", "row", "target_dx_m_residual"} <= set(unseen.columns)
+    heldout = pd.read_parquet(campaign / "store" / "current" / "unseen.parquet")
+    assert {"state", "run", "row", "target_dx_m_residual"} <= set(heldout.columns)
 
 
 def test_model_as_json(campaign: Path) -> None:

@@ -51,7 +51,7 @@ def test_every_format_gives_the_same_stiffness(
     assert stiffness == pytest.approx(by_csv, rel=1e-9)
 
 
-def test_changed_rows_of_a_database_are_seen(tmp_path: Path, database: Database) -> None:
+def test_changed_rows_of_a_database_are_found(tmp_path: Path, database: Database) -> None:
     folder = write_campaign(tmp_path / "campaign", "postgres", database)
     with trusted(folder):
         assert ingest_campaign(folder).unchanged is False
@@ -64,7 +64,7 @@ def test_changed_rows_of_a_database_are_seen(tmp_path: Path, database: Database)
     assert b"postgresql://" not in store
 
 
-def test_changed_parts_of_a_bag_are_seen(tmp_path: Path) -> None:
+def test_changed_parts_of_a_bag_are_found(tmp_path: Path) -> None:
     folder = write_campaign(tmp_path / "campaign", "rosbag2")
     ingest_campaign(folder)
     assert is_stale(folder) == ""

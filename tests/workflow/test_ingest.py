@@ -27,7 +27,7 @@ def ingested(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_document_tells_clocks_states_and_what_was_dropped(ingested: Path) -> None:
+def test_the_document_shows_clocks_states_and_what_was_dropped(ingested: Path) -> None:
     document = Store(ingested / "store").read_document("ingest")
     (run,) = document["runs"]
     assert run["id"] == "pose01"
@@ -226,10 +226,10 @@ def test_each_fault_is_one_clear_line(fault: str, tmp_path: Path) -> None:
     spoil(folder)
     with pytest.raises(InputError) as raised:
         ingest_campaign(folder)
-    told = str(raised.value.faults[0])
-    assert "\n" not in told
+    reported = str(raised.value.faults[0])
+    assert "\n" not in reported
     for word in words:
-        assert word in told, told
+        assert word in reported, reported
     assert all((entry.reason and entry.mend) for entry in raised.value.faults)
     assert store.generation == before
     assert (folder / "store/current/states.parquet").read_bytes() == states
@@ -261,9 +261,9 @@ def test_each_fault_of_a_log_is_one_clear_line(fault: str, tmp_path: Path) -> No
     spoil(folder)
     with pytest.raises(InputError) as raised:
         ingest_campaign(folder)
-    told = str(raised.value.faults[0])
+    reported = str(raised.value.faults[0])
     for word in words:
-        assert word in told, told
+        assert word in reported, reported
     assert not Store(folder / "store").exists
 
 

@@ -1,6 +1,6 @@
 """Logs as instruments leave them: each fault put into the raw logs of a run of campaigns/irb4400, and what is said.
 
-A fault is refused with its place, or told with what was done and what is left to decide; nothing is mended silently.
+A fault is refused with its place, or reported with what was done and is left to decide; nothing is mended silently.
 """
 
 from __future__ import annotations
@@ -63,9 +63,9 @@ def change(path: Path, act: Callable[[Table], Table]) -> None:
 
 def said(folder: Path) -> list[str]:
     """Return the warnings of ingest, which are check's too."""
-    told = list(ingest_campaign(folder).warnings)
-    assert sorted(document_of(check_campaign(folder))["warnings"]) == sorted(told)
-    return told
+    reported = list(ingest_campaign(folder).warnings)
+    assert sorted(document_of(check_campaign(folder))["warnings"]) == sorted(reported)
+    return reported
 
 
 def refused(folder: Path) -> str:
@@ -87,7 +87,7 @@ def test_nothing_is_said_of_a_clean_log(folder: Path) -> None:
     assert said(folder) == []
 
 
-def test_gaps_are_told_one_by_one(folder: Path) -> None:
+def test_gaps_are_reported_one_by_one(folder: Path) -> None:
     def cut(table: Table) -> Table:
         time = table[:, 0] / 1e3
         return table[~((time > 30) & (time < 31)) & ~((time > 60) & (time < 60.5))]
@@ -165,9 +165,9 @@ def test_a_clock_that_is_set_by_a_minute(folder: Path) -> None:
         return table
 
     change(folder / DIGITIZER, set_clock)
-    told = said(folder)
-    assert any("holds lie outside the log of digitizer" in line and "a clock that was set" in line for line in told)
-    assert any(line.startswith(f"{DIGITIZER}: a gap of 60.4 s") for line in told)
+    reported = said(folder)
+    assert any("holds lie outside the log of digitizer" in line and "a clock that was set" in line for line in reported)
+    assert any(line.startswith(f"{DIGITIZER}: a gap of 60.4 s") for line in reported)
 
 
 def test_a_sensor_at_its_end(folder: Path) -> None:
@@ -176,9 +176,9 @@ def test_a_sensor_at_its_end(folder: Path) -> None:
         return table
 
     change(folder / FORCE, clip)
-    told = said(folder)
-    assert any(line.startswith(FORCE) and "stays at its extreme" in line and "saturated?" in line for line in told)
-    assert not any("was stuck" in line for line in told)
+    reported = said(folder)
+    assert any(line.startswith(FORCE) and "stays at its extreme" in line and "saturated?" in line for line in reported)
+    assert not any("was stuck" in line for line in reported)
 
 
 def test_a_channel_that_sticks(folder: Path) -> None:
@@ -217,8 +217,10 @@ def test_a_channel_that_is_dead_in_one_run(folder: Path) -> None:
         return table
 
     change(folder / FORCE, stick)
-    told = said(folder)
-    assert any(line.startswith(f"{FORCE}: column Fy reads 0 all through, in other logs it does not") for line in told)
+    reported = said(folder)
+    assert any(
+        line.startswith(f"{FORCE}: column Fy reads 0 all through, in other logs it does not") for line in reported
+    )
 
 
 def test_a_lost_target_given_as_zeros(folder: Path) -> None:
@@ -268,11 +270,11 @@ def test_a_sensor_that_is_zeroed_in_the_middle(loaded: bool, folder: Path) -> No
 
     change(folder / FORCE, zero)
     # zeroed under load, the sensor reads loads where there are none: no result is better than that one
-    told = [refused(folder)] if loaded else [line for line in said(folder) if "zero was set anew" in line]
-    assert len(told) == 1
-    assert "run pose1: between states" in told[0]
-    assert "the force sensor's zero was set anew" in told[0]
-    assert "split the run there" in told[0]
+    reported = [refused(folder)] if loaded else [line for line in said(folder) if "zero was set anew" in line]
+    assert len(reported) == 1
+    assert "run pose1: between states" in reported[0]
+    assert "the force sensor's zero was set anew" in reported[0]
+    assert "split the run there" in reported[0]
 
 
 @pytest.mark.parametrize("hours", [-1, 1])

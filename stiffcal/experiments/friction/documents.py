@@ -305,7 +305,7 @@ def heldout_columns(rows: FrictionRows, residual: Floats, joint_names: tuple[str
 def part_of(rows: FrictionRows, part: PartFit) -> Floats:
     """Return (k,) N·m of the effects of a part that are no laws of velocity alone: ripple, temperature, load."""
     torque = np.zeros(len(rows))
-    torque[np.isin(rows.joint, part.joints)] = part.beside_velocity()
+    torque[np.isin(rows.joint, part.joints)] = part.other_than_velocity()
     return torque
 
 

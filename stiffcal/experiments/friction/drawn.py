@@ -42,12 +42,12 @@ def drawn_friction(data: MeasuredRuns, identified: IdentifiedModel) -> DrawnRows
     measured = np.full(len(rows), np.nan)
     # what friction is to explain: the torque without weight, inertia and zeros as fitted
     measured[fitted] = values_of(table.column("friction_measured_Nm"))
-    beside = np.zeros(len(rows))
+    other_torque = np.zeros(len(rows))
     parts = _parts(data, identified, rows)
     velocity_alone = values_of(table.column("friction_Nm"))
-    beside[fitted] = sum((part.values for part in parts), np.zeros(len(rows)))[fitted] - velocity_alone
+    other_torque[fitted] = sum((part.values for part in parts), np.zeros(len(rows)))[fitted] - velocity_alone
     return DrawnRows(
-        run=rows.run, measured=measured + beside, fitted=fitted, judged=judged, fit_table=FRICTION_FIT,
+        run=rows.run, measured=measured + other_torque, fitted=fitted, judged=judged, fit_table=FRICTION_FIT,
         heldout_table=FRICTION_HELDOUT, residual="residual_Nm", direction="direction",
         variables=_variables(data, rows), parts=parts, readings=_readings(data, rows),
     )  # fmt: skip

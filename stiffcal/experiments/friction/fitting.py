@@ -199,12 +199,12 @@ def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]], placed: t
         reduced_chi2=None if scaled or dof <= 0 else chi2 / dof,
         condition=condition,
         scaled=scaled,
-        placed=tuple(_valued(effect, values) for effect in placed),
+        placed=tuple(_with_values(effect, values) for effect in placed),
         parts=tuple(fit for _, fit in groups),
     )
 
 
-def _valued(placed: PlacedEffect, values: dict[str, float]) -> PlacedEffect:
+def _with_values(placed: PlacedEffect, values: dict[str, float]) -> PlacedEffect:
     """Return an effect with what was found of it."""
     own = {spec.symbol: placed.parameter_name(spec.symbol) for spec in placed.effect.parameters}
     found = {symbol: values[name] for symbol, name in own.items() if name in values}

@@ -337,7 +337,7 @@ class PartFit:
                 torque += self.amplitude[law.placed.parameter_name(symbol)] * column
         return torque
 
-    def beside_velocity(self) -> Floats:
+    def other_than_velocity(self) -> Floats:
         """Return (k,) N·m of the laws that follow more than the velocity."""
         torque = np.zeros(len(self.rows))
         for law in self.laws:

@@ -48,8 +48,8 @@ def _mostly_along(force: Floats, axis: int) -> Integers:
     size = np.linalg.norm(force, axis=1)
     along_axis = np.abs(force[:, axis]) > 0.7 * size
     idle = size < 0.02 * size.max(initial=1.0)
-    beside = np.convolve(along_axis, [1, 1, 1], mode="same") > 0
-    return np.flatnonzero((along_axis & ~idle) | (idle & beside))
+    adjacent = np.convolve(along_axis, [1, 1, 1], mode="same") > 0
+    return np.flatnonzero((along_axis & ~idle) | (idle & adjacent))
 
 
 @canvas.styled

@@ -147,10 +147,10 @@ def _against_the_force(states: ReportStates, number: int) -> list[str]:
         top = int(members[np.argmax(states.load[members])])
         force, deflection = states.force[top], states.measured[top, :3]
         for axis, letter in enumerate(AXES_NAMES):
-            telling = abs(force[axis]) > 0.1 * states.load[top] and abs(deflection[axis]) > 0.1 * np.linalg.norm(
+            significant = abs(force[axis]) > 0.1 * states.load[top] and abs(deflection[axis]) > 0.1 * np.linalg.norm(
                 deflection
             )
-            if telling and force[axis] * deflection[axis] < 0:
+            if significant and force[axis] * deflection[axis] < 0:
                 phrases.append(f"along {letter} under load {label} ({wording.length(float(abs(deflection[axis])))})")
     return phrases
 

@@ -76,19 +76,19 @@ def answer(work: Path, job: dict[str, Any]) -> dict[str, Any]:
     prepared = time.process_time()
     result = fitted.solve(enable_logging=False)
     solved = time.process_time()
-    unseen = calibration(work, {**job}, job["predict"])
+    heldout = calibration(work, {**job}, job["predict"])
     places = calc_updated_fkm(
-        unseen.model,
-        unseen.data,
+        heldout.model,
+        heldout.data,
         result.x,
-        unseen.q_measured,
-        fitted.calib_config | {"NbSample": len(unseen.q_measured)},
+        heldout.q_measured,
+        fitted.calib_config | {"NbSample": len(heldout.q_measured)},
     )
     return {
         "prepare_s": prepared - start,
         "fit_s": solved - prepared,
         "predicted": np.asarray(places).tolist(),
-        "measured": np.asarray(unseen.PEE_measured).tolist(),
+        "measured": np.asarray(heldout.PEE_measured).tolist(),
         "parameters": list(fitted.calib_config["param_name"]),
         "values": np.asarray(result.x).tolist(),
     }

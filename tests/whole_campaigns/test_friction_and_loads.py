@@ -1,4 +1,4 @@
-"""Load states and friction runs in one campaign: both are told, neither changes the other."""
+"""Load states and friction runs in one campaign: both are reported, neither changes the other."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def both(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_both_are_told(both: Path, command: Command) -> None:
+def test_both_are_reported(both: Path, command: Command) -> None:
     document = command("identify", both)
     found = {p["name"]: p for p in document["parameters"]}
     for joint, stiffness in enumerate(STIFFNESS[:3], start=1):
