@@ -21,6 +21,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.scoring import fold_products, solve_within
 from stiffcal.identification.observation import ParameterColumn, free_columns
+from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.identification.rows import GAUGE, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import members_of
@@ -69,6 +70,10 @@ class EffectEvidence:
     """Rms of the residual vector in held-out poses with the effect."""
     by_run: tuple[tuple[int, float, float], ...]
     """(run number, rms before, rms after) of the same kind as ``before``, m or rad."""
+    along: Floats
+    """(n, 3) the direction, base axes: its inner product with a residual of the first target's translation (or
+    rotation) is ``before``; NaN where nothing can be read, and where no such residual is read.
+    """
 
 
 def evidence_for(
@@ -155,6 +160,7 @@ def _evidence(
         _along(direction, before, rows), _along(direction, after, rows), law,
         Rms.of(rms_of(before, data)), Rms.of(rms_of(after, data)),
         _by_run(data.run, before[rows], after[rows], np.any(data.measured_mask[rows], axis=0)),
+        _vectors(data, direction, rows),
     )  # fmt: skip
 
 
@@ -303,6 +309,16 @@ def _is_size_of(covariate: Floats, drive: Floats) -> bool:
 
 def _along(direction: Floats, residual: Floats, rows: Integers) -> Floats:
     return np.asarray(np.sum(direction[rows] * residual[rows], axis=0))
+
+
+def _vectors(data: Observations, direction: Floats, rows: Integers) -> Floats:
+    """Return (n, 3) directions in base axes; NaN where they are not of the first target's translation or rotation."""
+    vectors = np.full((data.n_states, 3), np.nan)
+    if set(data.kind[rows]) <= {TRANSLATION, ROTATION}:
+        vectors[:] = 0.0
+        for row in rows:
+            vectors[:, int(data.component[row]) % 3] = direction[row]
+    return vectors
 
 
 def _by_run(run: Integers, before: Floats, after: Floats, measured: Booleans) -> tuple[tuple[int, float, float], ...]:

@@ -1,12 +1,12 @@
-"""What the model would leave with one more effect, or with one fewer: refitted, state by state.
+"""What the model would leave with one more effect, with all that are missing, or with one fewer: state by state.
 
 `diagnose` stores these, so that a page can switch between them without fitting anything.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -14,44 +14,39 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.evidence import refitted_without
 from stiffcal.diagnosis.heldout_error import left_out_residual, with_values_of
-from stiffcal.diagnosis.results import Finding
-from stiffcal.documents import Number
+from stiffcal.diagnosis.refit_values import RefitValue, refit_values
+from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.scan import Trial
+from stiffcal.identification.observation import free_columns
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Place
-from stiffcal.model.summary import Where
+from stiffcal.model.summary import EffectAt, Where
 from stiffcal.validation.validate import rms_of
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.load_scan import LoadScan
+    from stiffcal.diagnosis.search_results import Search
 
 MOST_CANDIDATES = 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RefitValue:
-    """A parameter's value in a refit."""
-
-    name: str
-    """``effect.place.symbol``."""
-    value: Number
-    """SI; null where it is not known."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RefitSummary:
-    """The present model refitted with one more effect, or without one of its own."""
+    """The present model refitted with one more effect, with all that are missing, or without one of its own."""
 
-    change: Literal["with", "without"]
-    """Whether the effect was added or taken out."""
+    change: Literal["with", "without", "all"]
+    """Whether the effect was added or taken out, or all that are missing were added."""
     effect: str
-    """Its name."""
+    """Its name; "" of all."""
     where: Where
     """Its place."""
     heldout_rms: Rms
     """In poses left out of the fit."""
     values: list[RefitValue]
     """Of all parameters; empty for a model without one of its effects."""
+    added: list[EffectAt] = field(default_factory=list)
+    """Of all: which ones."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,33 +69,30 @@ class Refit:
     """(m, n) m and rad, each pose by a fit without it; rows and states of the scan's observations."""
 
 
-def refits_of(scan: LoadScan, findings: Sequence[Finding]) -> Iterator[Refit]:
-    """Refit the present model with each of the leading candidates, and without each of its own effects.
+def refits_of(search: Search, diagnosis: DiagnoseResult) -> Iterator[Refit]:
+    """Refit the present model with each of the leading candidates, with all that is missing, and without each effect.
 
     Parameters
     ----------
-    scan : of the present model.
-    findings : the ranking, best first.
+    search : that was made.
+    diagnosis : its result.
 
     Yields
     ------
     Refit
-        Linear about the present fit, as the ranking of candidates is.
+        Linear about the present fit, as the ranking of candidates is; with all that is missing about its own fit.
     """
+    scan = search.first
     data = scan.fit.data
-    leading = [(finding.effect, finding.where) for finding in findings[:MOST_CANDIDATES]]
+    leading = [(finding.effect, finding.where) for finding in diagnosis.findings[:MOST_CANDIDATES]]
     places = [(trial.candidate.effect.name, Where.of(trial.candidate.place)) for trial in scan.trials]
+    if search.found:
+        residual = left_out_residual(search.final_scan, None)
+        yield Refit(refit_with_all(diagnosis, Rms.of(rms_of(residual, search.final.data))), residual)
     for trial in (scan.trials[places.index(place)] for place in leading if place in places):
         residual = left_out_residual(scan, trial)
-        values = [
-            RefitValue(name=name, value=float(value)) for name, value in with_values_of(scan, trial).values().items()
-        ]
-        yield Refit(
-            _summary(
-                "with", trial.candidate.effect.name, trial.candidate.place, Rms.of(rms_of(residual, data)), values
-            ),
-            residual,
-        )
+        candidate, rms = trial.candidate, Rms.of(rms_of(residual, data))
+        yield Refit(_summary("with", candidate.effect.name, candidate.place, rms, _values_with(scan, trial)), residual)
     robot: CompliantRobot = scan.fit.robot
     for number, placed in enumerate(robot.placed):
         left = refitted_without(scan, number)
@@ -108,6 +100,35 @@ def refits_of(scan: LoadScan, findings: Sequence[Finding]) -> Iterator[Refit]:
             yield Refit(
                 _summary("without", placed.effect.name, placed.place, Rms.of(rms_of(left, data)), []), np.asarray(left)
             )
+
+
+def refit_with_all(diagnosis: DiagnoseResult, otherwise: Rms) -> RefitSummary:
+    """Return the summary of the model with all that is missing.
+
+    Parameters
+    ----------
+    diagnosis : the result of the search.
+    otherwise : the error in held-out poses where the diagnosis states none.
+    """
+    return RefitSummary(
+        change="all",
+        effect="",
+        where=Where(),
+        heldout_rms=diagnosis.heldout_rms_with_missing or otherwise,
+        values=[
+            RefitValue(name=parameter.name, value=parameter.value, interval=parameter.interval)
+            for parameter in diagnosis.parameters_with_missing
+        ],
+        added=[EffectAt(effect=missing.effect, where=missing.where) for missing in diagnosis.missing],
+    )
+
+
+def _values_with(scan: LoadScan, trial: Trial) -> list[RefitValue]:
+    """Return the values with a candidate, with the intervals of what the linear refit determines."""
+    robot, fit = with_values_of(scan, trial), scan.fit
+    fixed = frozenset(fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed})
+    own = [fit.robot.placed[column.placed].parameter_name(column.symbol) for column in free_columns(fit.robot, fixed)]
+    return refit_values(robot, scan, trial, own)
 
 
 def _summary(

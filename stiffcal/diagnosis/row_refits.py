@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.judge import fitted_values
-from stiffcal.diagnosis.refits import MOST_CANDIDATES, Refit, RefitSummary, RefitValue
-from stiffcal.diagnosis.results import Finding
-from stiffcal.diagnosis.row_document import free_of_constants, left_out_residual, rms_of_rows
+from stiffcal.diagnosis.refit_values import RefitValue, refit_values
+from stiffcal.diagnosis.refits import MOST_CANDIDATES, Refit, RefitSummary, refit_with_all
+from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.row_document import RowSearch, free_of_constants, left_out_residual, rms_of_rows
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.scoring import fold_products, solve_within
@@ -20,20 +22,24 @@ from stiffcal.model.effect import ParameterRole
 from stiffcal.model.summary import Where
 
 
-def row_refits_of(scan: RowScan, problem: RowProblem, findings: Sequence[Finding]) -> Iterator[Refit]:
-    """Refit the present model of rows with each of the leading candidates, and without each of its own effects.
+def row_refits_of(search: RowSearch, problem: RowProblem, diagnosis: DiagnoseResult) -> Iterator[Refit]:
+    """Refit the present model of rows with each leading candidate, with all that is missing, and without each effect.
 
     Parameters
     ----------
-    scan : of the present model. problem : its rows.
-    findings : the ranking, best first.
+    search : that was made. problem : its rows.
+    diagnosis : its result.
 
     Yields
     ------
     Refit
-        Linear about the present fit; the residual is (1, k).
+        As `refits_of`; the residual is (1, k).
     """
-    leading = [(finding.effect, finding.where) for finding in findings[:MOST_CANDIDATES]]
+    scan = search.first
+    if search.found:
+        residual = left_out_residual(search.final_scan, None)
+        yield Refit(refit_with_all(diagnosis, rms_of_rows(residual, problem)), residual[None])
+    leading = [(finding.effect, finding.where) for finding in diagnosis.findings[:MOST_CANDIDATES]]
     places = [(trial.candidate.effect.name, Where.of(trial.candidate.place)) for trial in scan.trials]
     for trial in (scan.trials[places.index(place)] for place in leading if place in places):
         residual = left_out_residual(scan, trial)
@@ -63,9 +69,9 @@ def _values_with(scan: RowScan, trial: Trial) -> list[RefitValue]:
     values = dict(scan.fit.robot.values())
     for name, step in zip(scan.fit.names, trial.score.solution, strict=False):
         values[name] = values[name] + float(step)
-    added = PlacedEffect(trial.candidate.effect, trial.candidate.place)
-    values |= {added.parameter_name(symbol): value for symbol, value in fitted_values(trial).items()}
-    return [RefitValue(name=name, value=float(value)) for name, value in values.items()]
+    robot = scan.fit.robot.with_values(values)
+    added = PlacedEffect(trial.candidate.effect, trial.candidate.place, fitted_values(trial))
+    return refit_values(replace(robot, placed=(*robot.placed, added)), scan, trial, scan.fit.names)
 
 
 def _without(scan: RowScan, placed: PlacedEffect) -> Floats | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 
 # ---- words ----------------------------------------------------------------------------------------------------------
 
@@ -113,6 +113,10 @@ class Marks:
     """(n,) half the height of a bar through the point; None: no bar."""
     note: str = ""
     """Written above the last point, upright."""
+    run: str = ""
+    """The run that all points are of; "" of several."""
+    rows: Integers | None = None
+    """(n,) rows of the kind's table of fitted readings; None where a point is not one of them."""
 
 
 @dataclass(frozen=True)

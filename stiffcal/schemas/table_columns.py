@@ -165,6 +165,7 @@ EVIDENCE: Mapping[str, ColumnDescription] = {
     "law": ColumnDescription(
         "what the effect adds in that direction, since the state under weight alone", "", missing=True
     ),
+    **{f"along_{axis}": ColumnDescription(f"{axis} of that direction, base axes", "1", missing=True) for axis in "xyz"},
 }
 
 ROW_REFITS: Mapping[str, ColumnDescription] = {

@@ -14,11 +14,12 @@
     const proposals = S.make("ol", { className: "proposals" });
     const panel = S.panel({
       id: "against", title: "2 Residual against any variable", height: 420,
-      about: "Drag a rectangle to select states in all panels; with Shift they are added; Escape clears the selection; left and right arrows step through the states, Enter selects one. The band is the noise, ± 2σ.",
+      about: "Band: noise, ± 2σ. Points outside it are what the model does not explain.",
+      how: "Drag a rectangle: select states in all panels; with Shift they are added. Left and right arrows: step through the states; Enter selects one; Escape clears the selection.",
       controls: [x, y, colour, kind], draw, table, key,
       depends: () => S.everything() + (drag ? drag.to.join() : ""),
     });
-    const heading = S.make("h3", {}, "Variables ranked by the share of the residual that they explain (all states)");
+    const heading = S.make("h3", {}, "What explains the residual, by its share of the variance (all states)");
     panel.section.insertBefore(heading, panel.details);
     panel.section.insertBefore(proposals, panel.details);
 
@@ -88,17 +89,20 @@
       kind.select.options[0].disabled = !S.residual().model.residual_heldout;
       kind.select.options[1].disabled = !S.residual().model.residual_fit;
       const { g, width, height } = S.begin(canvas), { theme } = S, { across, up, count, stateOf, valueOf } = points();
+      const { numbers, legend, scale } = colours(count, valueOf);
       const xs = new Float64Array(count), shown = new Float64Array(count);
       for (let p = 0; p < count; p++) {
         const used = states.used[stateOf(p)];
         xs[p] = valueOf(across, p);
         shown[p] = used ? valueOf(up, p) : NaN;
       }
-      const box = { x: 74, y: 26, w: width - 92, h: height - 70 }, named = up.levels.length > 0;
+      const palette = scale ? theme.scale : theme.series;
+      const top = scale ? 26 : S.legend(g, { x: 74, w: width - 92 }, legend, palette, scale);
+      const box = { x: 74, y: top, w: width - 92, h: height - 44 - top }, named = up.levels.length > 0;
       const yEnds = named ? [-0.5, up.levels.length - 0.5] : S.span(shown), oneSided = S.state.y === "r.length";
       const sigma = up.sigma > 0 ? 2 * up.sigma : 0;
       if (sigma && !oneSided) { yEnds[0] = Math.min(yEnds[0], -1.2 * sigma); yEnds[1] = Math.max(yEnds[1], 1.2 * sigma); }
-      const ends = across.levels.length ? [-0.5, across.levels.length - 0.5] : S.span(xs);
+      const ends = across.levels.length ? [-0.5, across.levels.length - 0.5] : S.span(xs.map((value, p) => (Number.isFinite(shown[p]) ? value : NaN)));
       const words = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
       const { toX, toY } = S.axes(g, box, { x: ends, y: yEnds, xLabel: words(across), yLabel: words(up), xNames: across.levels, yNames: up.levels });
       if (sigma) {
@@ -110,14 +114,13 @@
         const left = toX(Math.max(-2 * across.sigma, ends[0])), right = toX(Math.min(2 * across.sigma, ends[1]));
         g.fillRect(left, box.y, right - left, box.h);
       }
-      const px = new Float64Array(count), py = new Float64Array(count), { numbers, legend, scale } = colours(count, valueOf);
+      const px = new Float64Array(count), py = new Float64Array(count);
       const spread = (p) => 0.3 * (((p * 0.618034) % 1) - 0.5);
       for (let p = 0; p < count; p++) {
         px[p] = toX(across.levels.length ? xs[p] + spread(p) : xs[p]);
         py[p] = toY(named ? shown[p] + spread(p) : shown[p]);
       }
       axes = { px, py, stateOf };
-      const palette = scale ? theme.scale : theme.series;
       const r = count > 2500 ? 1.8 : 2.8;
       for (let group = -1; group < palette.length; group++) {
         g.beginPath();
@@ -137,7 +140,7 @@
         if (Number.isFinite(px[p] + py[p])) { g.beginPath(); g.rect(px[p] - 7, py[p] - 7, 14, 14); g.strokeStyle = theme.ink; g.stroke(); }
       }
       if (drag) { g.strokeStyle = theme.accent; g.setLineDash([4, 3]); g.strokeRect(drag.from[0], drag.from[1], drag.to[0] - drag.from[0], drag.to[1] - drag.from[1]); g.setLineDash([]); }
-      S.legend(g, box, legend, palette, scale);
+      if (scale) S.legend(g, box, legend, palette, scale);
       propose();
       const sentence = data.n_states > S.n ? ` Shown ${S.count(S.n)} of ${S.count(data.n_states)} states.` : "";
       return `${up.label} against ${across.label}, ${S.residual().model.label}. ${S.count(S.nSelected)} states selected.${sentence}`;
@@ -148,9 +151,14 @@
       if (key === listed) return;
       listed = key;
       const variable = (share) => S.variableByName.get(share.variable);
-      const rows = model.shares.filter(variable).slice(0, 8).map((share) => S.make("li", {}, S.make("button", {
-        type: "button", onclick: () => S.set({ x: share.variable, y: `r.${share.component}` }),
-      }, `${S.scalar ? "" : `${share.component} `}against ${variable(share).label}: ${S.percent(share.share)}`)));
+      const named = (component) => data.evidence[/^e\d+$/.test(component) ? Number(component.slice(1)) - 1 : -1]?.name;
+      const button = (share, words) => S.make("li", {}, S.make("button", { type: "button", onclick: () => S.set({ x: share.variable, y: `r.${share.component}` }) }, words));
+      // what the diagnosis reads of each missing effect stands first, whatever share a curve over its variable explains
+      const first = data.evidence.map((one, k) => ({ component: `e${k + 1}`, variable: one.variable })).filter(variable);
+      const isFirst = (share) => first.some((one) => one.component === share.component && one.variable === share.variable);
+      const words = (share) => `${S.scalar ? "" : named(share.component) ? `along ${named(share.component)} ` : `${share.component} `}against ${variable(share).label}`;
+      const rows = [...first.map((share) => button(share, `missing: ${words(share)}`)),
+        ...model.shares.filter((share) => variable(share) && !isFirst(share)).slice(0, 8).map((share) => button(share, `${words(share)}: ${S.percent(share.share)}`))];
       proposals.replaceChildren(...(rows.length ? rows : [S.make("li", {}, "No variable explains more than 2 % of the residual.")]));
     }
 

@@ -85,9 +85,11 @@ class ViewModel:
     """A model that the panels can show: a fit of the history, or a refit that `diagnose` stored."""
 
     id: str
-    """For the URL: "fit3", "with2", "without1"."""
-    kind: Literal["fit", "with", "without"]
-    """A fit of the history; the present model with a candidate; the present model without one of its effects."""
+    """For the URL: "fit3", "all1", "with2", "without1"."""
+    kind: Literal["fit", "with", "without", "all"]
+    """A fit of the history; the present model with a candidate, without one of its effects, or with all that is
+    missing.
+    """
     label: str
     """As it is printed."""
     present: bool = False
@@ -99,7 +101,7 @@ class ViewModel:
     values: list[ViewValue] = field(default_factory=list)
     """Parameters; empty where they are not known."""
     effect: str = ""
-    """Of a refit: ``effect place``."""
+    """Of a refit: ``effect place``; of all that is missing their names."""
     residual_fit: Floats | None = None
     """(n, 3) or (n, 6) m and rad; None where the store does not hold it."""
     residual_heldout: Floats | None = None
@@ -122,6 +124,20 @@ class ViewEffect:
     """Of the squares of the predicted deflection."""
     part: Floats
     """(n, 3) or (n, 6): prediction less that of the model without it, m and rad."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewEvidence:
+    """An effect that is missing, with what it follows and the direction in which it acts."""
+
+    name: str
+    """``effect place``."""
+    variable: str
+    """Name of the variable that it follows."""
+    turns: bool
+    """True where the direction is of rotations, False of translations."""
+    along: Floats
+    """(n, 3): its inner product with a residual is the residual along the effect; NaN where it cannot be read."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,6 +207,10 @@ class ViewContent:
     models: list[ViewModel]
     """Fits, oldest first, then refits."""
     effects: list[ViewEffect]
+    evidence: list[ViewEvidence]
+    """In the order of the diagnosis."""
+    diagnosed: Rms | None
+    """The error of the present fit as the diagnosis judges it, with which candidates compare; None without one."""
     readings: dict[str, Floats]
     """What the store holds of each drawn state, (n,) each, by column; empty with ``--no-raw``."""
     raw: bool
@@ -199,3 +219,9 @@ class ViewContent:
     """What other kinds of experiment show."""
     refits_missing: str
     """Why candidates cannot be shown, "" where they can."""
+    fitted_rows: Integers | None = None
+    """Of each row of the fit's table the drawn one, −1 where it is not drawn; None where states are drawn."""
+    others: list[ViewContent] = field(default_factory=list)
+    """Readings of another kind in the same campaign, which have a page of panels of their own: torques of moving joints
+    next to load states; their ``pages`` are empty.
+    """

@@ -50,15 +50,26 @@ const stiffcal = {};
     return { length, angle, main: { torque: { factor: 1, unit: "N·m" }, motor_angle: angle }[data.measure] || length };
   }
 
-  /** Read the data of the page. @returns {Promise<any>} */
+  let cached = { key: "", value: null };
+  /** Read the data of the page: its parts, one of each kind of readings. */
   S.load = async function () {
     const whole = await inflate(bytesOf(document.getElementById("data").textContent));
     const length = new DataView(whole.buffer).getUint32(0, true);
     const text = new TextDecoder().decode(whole.subarray(4, 4 + length));
-    S.data = resolve(JSON.parse(text), whole.subarray(4 + length));
+    const data = resolve(JSON.parse(text), whole.subarray(4 + length));
+    S.parts = [data, ...data.others];
+  };
+  /** Name of a part, by what was measured. */
+  S.partName = (data) => ({ torque: "friction of moving joints", motor_angle: "clamped robot" })[data.measure] || "displacements under load";
+
+  /** Show a part of the data. @param {number} part */
+  S.use = function (part) {
+    S.part = S.parts[part] ? part : 0;
+    S.data = S.parts[S.part];
     const states = S.data.states;
     S.n = states ? states.run.length : 0;
     S.selected = new Uint8Array(S.n);
+    S.nSelected = 0;
     S.modelById = new Map(S.data.models.map((model) => [model.id, model]));
     S.variableByName = new Map(S.data.variables.map((variable) => [variable.name, variable]));
     S.members = S.data.runs.map(() => []);
@@ -66,6 +77,7 @@ const stiffcal = {};
     S.scalar = S.data.measure !== "translation";
     S.units = unitsOf(S.data);
     S.components = S.scalar ? ["x"] : S.data.rotation ? ["x", "y", "z", "rx", "ry", "rz"] : ["x", "y", "z"];
+    cached = { key: "", value: null };
     return S.data;
   };
 
@@ -77,7 +89,6 @@ const stiffcal = {};
   /** Whether a model has something to draw. */
   S.isDrawable = (model) => Boolean(model.residual_fit || model.residual_heldout);
 
-  let cached = { key: "", value: null };
   /**
    * The residual that all panels show: of the model that is chosen, the parts of effects added that are taken out.
    * @returns {{move: Float64Array, turn: Float64Array|null, model: any, heldout: boolean, exact: boolean}}
@@ -125,7 +136,7 @@ const stiffcal = {};
   S.residualKeys = function () {
     if (S.scalar) return [["r.x", S.data.measure === "torque" ? "torque" : "angle of the moved motor"]];
     return [...S.components.map((name, k) => [`r.${name}`, k < 3 ? `along ${name}` : `about ${name.slice(1)}`]), ["r.length", "length"],
-      ["r.all", "along x, y and z together"], ...S.data.effects.map((effect) => [`r.along ${effect.name}`, `along the effect ${effect.name}`])];
+      ["r.all", "along x, y and z together"], ...S.data.evidence.map((one, k) => [`r.e${k + 1}`, `along ${one.name} (missing)`]), ...S.data.effects.map((effect) => [`r.along ${effect.name}`, `along the effect ${effect.name}`])];
   };
 
   /**
@@ -153,6 +164,12 @@ const stiffcal = {};
       }
       const words = S.scalar ? (S.data.measure === "torque" ? " torque" : " angle of the moved motor") : ` ${axis < 3 ? "along" : "about"} ${"xyz"[axis % 3]}`;
       return { values, label: kind + words, unit, levels: [], sigma: factor * (axis < 3 ? sigma : (noise?.rotation ?? NaN) / Math.sqrt(3)), wide: false };
+    }
+    const one = S.data.evidence[/^e\d+$/.test(name) ? Number(name.slice(1)) - 1 : -1];
+    if (one) {
+      const scale = one.turns ? S.units.angle : length, source = one.turns ? shown.turn : shown.move;
+      for (let i = 0; i < S.n; i++) values[i] = scale.factor * [0, 1, 2].reduce((sum, k) => sum + one.along[3 * i + k] * source[3 * i + k], 0);
+      return { values, label: `${kind} along ${one.name}`, unit: scale.unit, levels: [], sigma: scale.factor * (one.turns ? (noise?.rotation ?? NaN) / Math.sqrt(3) : sigma), wide: false };
     }
     const effect = S.data.effects.find((entry) => `along ${entry.name}` === name);
     for (let i = 0; i < S.n; i++) {

@@ -48,6 +48,37 @@
     return marks.map((mark) => mark.toFixed(decimals).replace("-", "−"));
   };
 
+  /** @param {number[]} values @returns {number} NaN of none */
+  S.median = function (values) {
+    const sorted = [...values].sort((a, b) => a - b), half = sorted.length / 2;
+    return sorted.length % 2 ? sorted[Math.floor(half)] : (sorted[half - 1] + sorted[half]) / 2;
+  };
+
+  /**
+   * Share of the weighted variance that a parabola explains, for its three numbers corrected; 0 where it is none.
+   * @param {number[]} x @param {number[]} y @param {number[]} weight
+   */
+  S.parabolaShare = function (x, y, weight) {
+    const n = x.length, whole = weight.reduce((sum, w) => sum + w, 0), [low, high] = S.span(x, 0);
+    if (n < 4 || !(whole > 0) || !(high > low)) return 0;
+    const u = x.map((v) => (2 * (v - low)) / (high - low) - 1);
+    const inner = (a, b) => a.reduce((sum, v, i) => sum + weight[i] * v * b[i], 0);
+    const basis = [];
+    let rest = y;
+    // one power after the other, made orthogonal to those before (Gram and Schmidt)
+    const squares = [0, 1, 2].map((power) => {
+      let column = u.map((v) => v ** power);
+      for (const one of basis) { const c = inner(one, column) / inner(one, one); column = column.map((v, i) => v - c * one[i]); }
+      if (!(inner(column, column) > 1e-9 * whole)) return inner(rest, rest);
+      basis.push(column);
+      const c = inner(column, rest) / inner(column, column);
+      rest = rest.map((v, i) => v - c * column[i]);
+      return inner(rest, rest);
+    });
+    const free = n - basis.length;
+    return free > 0 && squares[0] > 0 ? Math.max(0, 1 - squares[2] / free / (squares[0] / (n - 1))) : 0;
+  };
+
   /** Ends of finite numbers, with a margin. @param {Iterable<number>} values */
   S.span = function (values, margin = 0.05) {
     let low = Infinity, high = -Infinity;
@@ -70,7 +101,7 @@
     g.textBaseline = "top";
     g.textAlign = "center";
     const names = axes.xNames || [];
-    const marks = names.length ? names.map((_, k) => k) : S.ticks(axes.x[0], axes.x[1], Math.max(2, box.w / 80));
+    const marks = names.length ? names.map((_, k) => k) : S.ticks(axes.x[0], axes.x[1], Math.max(2, box.w / 60));
     const every = names.length ? Math.ceil(names.length / Math.max(1, box.w / 84)) : 1;
     const texts = names.length ? names.map((name) => S.visible(name).slice(0, 12)) : S.tickTexts(marks);
     g.beginPath();
@@ -118,7 +149,7 @@
     }
   };
 
-  /** Words above a picture: categories with their markers, or the ends of a scale. */
+  /** Words above a picture: categories with their markers, or the ends of a scale; returns where the picture can begin. */
   S.legend = function (g, box, words, palette, scale) {
     g.textAlign = "left"; g.textBaseline = "middle";
     let right = box.x;
@@ -127,13 +158,25 @@
       right += g.measureText(S.visible(words[0])).width + 6;
       palette.forEach((c) => { g.fillStyle = c; g.fillRect(right, 6, 10, 12); right += 10; });
       g.fillStyle = S.theme.ink; g.fillText(S.visible(words[1]), right + 6, 12);
-      return;
+      return 26;
     }
-    words.forEach((word, k) => {
-      g.beginPath(); S.marker(g, k, right + 6, 12, 4); g.fillStyle = palette[k]; g.fill();
-      g.fillStyle = S.theme.ink; g.fillText(S.visible(word), right + 14, 12);
-      right += 26 + g.measureText(S.visible(word)).width;
-    });
+    return 10 + 16 * S.keys(g, box, words.map((word, k) => ({ word, mark: (x, y) => { g.beginPath(); S.marker(g, k, x + 6, y, 4); g.fillStyle = palette[k]; g.fill(); } })));
+  };
+
+  /**
+   * Words with their marks, in as many lines as the width needs; returns their number.
+   * @param {{x: number, w: number}} box @param {{word: string, mark: (x: number, y: number) => void}[]} entries @param {boolean} [dry] only count
+   */
+  S.keys = function (g, box, entries, dry) {
+    let x = box.x, y = 12;
+    g.textAlign = "left"; g.textBaseline = "middle";
+    for (const { word, mark } of entries) {
+      const text = S.shortened(g, S.visible(word), box.w - 20), wide = 20 + g.measureText(text).width;
+      if (x > box.x && x + wide > box.x + box.w) { x = box.x; y += 16; }
+      if (!dry) { mark(x, y); g.fillStyle = S.theme.ink; g.fillText(text, x + 16, y); }
+      x += wide + 12;
+    }
+    return 1 + (y - 12) / 16;
   };
 
   /** A text cut to a width, in pixels. @param {CanvasRenderingContext2D} g @param {string} text @param {number} width */
@@ -146,7 +189,8 @@
 
   /** Bars with names, one below the other; returns where each is. */
   S.bars = function (g, width, rows, options) {
-    const left = Math.min(Math.max(0.42 * width, 150), 320), right = width < 420 ? 96 : 128, height = options.rowHeight;
+    const right = Math.max(64, ...rows.map((row) => g.measureText(row.text).width + 12)), height = options.rowHeight;
+    const left = Math.max(90, Math.min(0.47 * width, 320, width - right - 70));
     const most = Math.max(...rows.map((row) => Math.max(row.value || 0, row.second || 0)), options.line || 0) || 1;
     const least = options.log ? Math.min(...rows.flatMap((row) => [row.value, row.second]).filter((v) => v > 0), options.line || most) / 2 : 0;
     const toX = (v) => left + (options.log ? Math.max(Math.log(v / least), 0) / Math.log((most * 1.15) / least) : v / (most * 1.15)) * (width - left - right);

@@ -13,7 +13,8 @@
     const checks = data.effects.map((effect) => S.check(effect.name, true, (on) => turn(effect, on)));
     const panel = S.panel({
       id: "effects", title: "4 Effects of the present model", height: 44 + ROW * Math.max(data.effects.length, 1),
-      about: "Uncheck an effect, or click its bar, to take it out in all panels. “Its part taken out”: the prediction without it, all other values unchanged, exact for one effect. “Refitted without it”: a refit that diagnose stored, one effect at a time.",
+      about: "What is left without an effect. “Its part taken out”: the prediction without it, all other values unchanged (exact for one effect, no fit). “Refitted without it”: all other values fitted again, one effect at a time.",
+      how: "Uncheck an effect, or click its bar: it is taken out in all panels.",
       controls: [mode, ...checks], draw, table, depends: S.shownKey,
     });
     let find = () => -1;

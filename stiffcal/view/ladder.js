@@ -16,7 +16,7 @@
     const rows = () => [
       { name: "no model", value: S.main(data.zero), text: S.error(data.zero), grey: true },
       ...data.models.filter((model) => model.kind !== "without").map((model) => ({
-        id: model.id, name: model.kind === "fit" ? model.label : `with ${model.effect}`, value: S.main(model.heldout_rms) ?? S.main(model.fit_rms),
+        id: model.id, name: model.kind === "fit" ? model.label : `${model.kind === "all" ? "all missing: " : "with "}${model.effect}`, value: S.main(model.heldout_rms) ?? S.main(model.fit_rms),
         second: S.main(model.fit_rms), text: S.error(S.main(model.heldout_rms) !== null ? model.heldout_rms : model.fit_rms) + (S.main(model.heldout_rms) !== null ? "" : " (fit)"),
         grey: !selectable(model), chosen: model.id === S.state.model,
       })),
@@ -24,7 +24,8 @@
     const height = 44 + ROW * rows().length;
     const panel = S.panel({
       id: "ladder", title: "3 Ladder of models", height,
-      about: `Error ${S.leftOut()} (bars) and of the fit (frames), all states; logarithmic. A click, or up and down arrows, shows a model in all panels. Grey: the store does not hold its predictions.`,
+      about: `Error ${S.leftOut()} (bars) and of the fit (frames), all states, logarithmic scale. Choose a model to show it in all panels.${data.models.every(selectable) ? "" : " Grey: the store does not hold its predictions."}`,
+      how: "A click, or up and down arrows: show a model in all panels. The table below has a button for each.",
       draw, table: list, key, depends: S.shownKey,
     });
     let find = () => -1;
@@ -55,7 +56,9 @@
       numbers.dataset.heldout = String(S.main(model.heldout_rms) ?? "");
       numbers.dataset.fit = String(S.main(model.fit_rms) ?? "");
       if (listed !== model.id) { listed = model.id; compare(model, before(model)); }
-      return data.refits_missing ? `Candidates of the diagnosis: ${data.refits_missing}` : "";
+      const present = data.models.find((entry) => entry.present), own = S.main(present?.heldout_rms), judged = S.main(data.diagnosed);
+      const other = own > 0 && judged > 0 && Math.abs(judged / own - 1) > 0.02 && data.models.some((entry) => entry.kind === "with" || entry.kind === "all");
+      return (data.refits_missing ? `Candidates of the diagnosis: ${data.refits_missing}.` : "") + (other ? `The diagnosis leaves out other groups of poses than the fits' errors do; the present fit has ${S.error(data.diagnosed)} there, which candidates compare with.` : "");
     }
 
     function compare(model, earlier) {
@@ -64,24 +67,31 @@
         S.fill(values, ["parameter"], [], `The store holds no values of this model${model.kind === "without" ? ": refits without an effect are stored by their residuals" : ""}.`);
         return;
       }
-      const names = [...new Set([...old.keys(), ...model.values.map((entry) => entry.name)])];
+      // what only readings of another kind show stands on their page
+      const elsewhere = new Set(S.parts.filter((part) => part !== S.data).flatMap((part) => part.effects.map((effect) => effect.name.replace(" ", "."))));
+      const own = new Set(S.data.effects.map((effect) => effect.name.replace(" ", ".")));
+      const isShown = (name) => { const effect = name.split(".").slice(0, 2).join("."); return own.has(effect) || !elsewhere.has(effect); };
+      const names = [...new Set([...old.keys(), ...model.values.map((entry) => entry.name)])].filter(isShown);
       const now = new Map(model.values.map((entry) => [entry.name, entry]));
+      // lengths and angles in the units of the page; of a stiffness that is N·m/rad and the like
+      const scaleOf = (unit) => ({ m: S.units.length, rad: S.units.angle })[unit] || { factor: 1, unit };
       const words = (entry) => {
         if (!entry) return "not in the model";
         if (entry.value === null) return "not identified";
+        const { factor } = scaleOf(entry.unit);
         const low = entry.low !== null ? entry.value - entry.low : NaN, high = entry.high !== null ? entry.high - entry.value : NaN;
         const half = Number.isFinite(low + high) ? Math.max(low, high) : NaN;
-        return S.withHalf(entry.value, half);
+        return S.withHalf(factor * entry.value, factor * half);
       };
       const rows = names.map((name) => {
         const a = old.get(name), b = now.get(name);
         const change = a && b && a.value && b.value !== null ? S.percent(b.value / a.value - 1) : "–";
-        return earlier ? [name, words(a), words(b), change, (b || a).unit] : [name, words(b), b.unit];
+        return earlier ? [name, words(a), words(b), change, scaleOf((b || a).unit).unit] : [name, words(b), scaleOf(b.unit).unit];
       });
-      const short = (entry) => (entry.kind === "fit" ? `fit ${entry.id.slice(3)}` : entry.label);
+      const short = (entry) => (entry.kind === "fit" ? `fit ${entry.id.slice(3)}` : entry.kind === "all" ? "with all that is missing" : entry.label);
       const head = earlier ? ["parameter", `before: ${short(earlier)}`, `after: ${short(model)}`, "change", "unit"] : ["parameter", short(model), "unit"];
       S.fill(values, head, rows,
-        `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " Candidates are linear refits; intervals come with stiffcal add and identify." : ""}`);
+        `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " A candidate is a linear refit about the present fit; no ± for what is chosen among a few values." : ""}`);
     }
 
     function list() {

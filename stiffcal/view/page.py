@@ -54,14 +54,14 @@ def _hash(text: str) -> str:
 def pack(content: ViewContent) -> str:
     """Return the content as the text that the scripts read."""
     packer = Packer()
-    noise = content.noise
-    main = None if noise is None else getattr(noise, content.measure)
-    steps = (_step(main), _step(None if noise is None else noise.rotation))
 
-    def plain(value: Any, name: str = "", whole: bool = False) -> Any:
+    def plain(value: Any, steps: tuple[float | None, float | None], name: str = "", whole: bool = False) -> Any:
         if is_dataclass(value) and not isinstance(value, type):
             whole = isinstance(value, ViewVariable) and bool(value.levels)
-            document = {entry.name: plain(getattr(value, entry.name), entry.name, whole) for entry in fields(value)}
+            steps = _steps(value) if isinstance(value, ViewContent) else steps
+            document = {
+                entry.name: plain(getattr(value, entry.name), steps, entry.name, whole) for entry in fields(value)
+            }
             return document | {"kind_": type(value).__name__}
         if isinstance(value, np.ndarray):
             if value.dtype.kind in "biu":
@@ -73,14 +73,14 @@ def pack(content: ViewContent) -> str:
         if isinstance(value, dict) and name == "readings":
             return {key: packer.add(item, _fine(item)) for key, item in value.items()}
         if isinstance(value, dict):
-            return {key: plain(item, name) for key, item in value.items()}
+            return {key: plain(item, steps, name) for key, item in value.items()}
         if isinstance(value, list | tuple | frozenset):
-            return [plain(item) for item in (sorted(value) if isinstance(value, frozenset) else value)]
+            return [plain(item, steps) for item in (sorted(value) if isinstance(value, frozenset) else value)]
         if isinstance(value, float | np.floating):
             return float(value) if math.isfinite(value) else None
         return value.item() if isinstance(value, np.generic) else value
 
-    document: Document = plain(content)
+    document: Document = plain(content, _steps(content))
     return packer.packed(document)
 
 
@@ -93,6 +93,14 @@ _STEPS = {"chain": 1e-4, "target": 1e-4}
 def _fine(values: Floats) -> float | None:
     """Return the step of readings: nine digits of the largest."""
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0)) * 1e-9 or None
+
+
+def _steps(content: ViewContent) -> tuple[float | None, float | None]:
+    """Return the steps of the first three and of the further columns: readings of each kind have noise of their own."""
+    noise = content.noise
+    if noise is None:
+        return None, None
+    return _step(getattr(noise, content.measure)), _step(noise.rotation)
 
 
 def _step(noise: float | None) -> float | None:

@@ -43,6 +43,28 @@
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   }
 
+  /** Save a canvas. @param {string} name @param {HTMLCanvasElement} canvas */
+  S.savePicture = (name, canvas) => canvas.toBlob((blob) => save(`${name}.png`, blob));
+
+  /** Save texts, one line each, as a picture. @param {string} name @param {string[][]} rows columns of each line */
+  S.saveText = function (name, rows) {
+    const canvas = S.make("canvas"), g = canvas.getContext("2d"), font = "13px ui-monospace, monospace", high = 19, most = 1600;
+    g.font = font;
+    const columns = Math.max(...rows.map((row) => row.length));
+    const wide = Array.from({ length: columns }, (_, k) => Math.max(0, ...rows.filter((row) => row.length > 1).map((row) => g.measureText(S.visible(row[k] ?? "")).width)) + 18);
+    const whole = Math.max(wide.reduce((sum, value) => sum + value, 0), ...rows.filter((row) => row.length === 1).map((row) => g.measureText(S.visible(row[0])).width));
+    canvas.width = 2 * Math.min(whole + 24, most);
+    canvas.height = 2 * (rows.length * high + 16);
+    g.scale(2, 2);
+    g.fillStyle = S.theme.ground; g.fillRect(0, 0, canvas.width, canvas.height);
+    g.fillStyle = S.theme.ink; g.font = font; g.textBaseline = "middle";
+    rows.forEach((row, k) => {
+      let x = 12;
+      row.forEach((text, column) => { g.fillText(S.shortened(g, S.visible(text), most - x), x, 8 + high * (k + 0.5)); x += wide[column]; });
+    });
+    S.savePicture(name, canvas);
+  };
+
   /** Save a text as a CSV file. @param {string} name @param {string} text */
   S.save = (name, text) => save(name, new Blob([`\ufeff${text}\r\n`], { type: "text/csv" }));
 
@@ -59,7 +81,7 @@
   const MOST_ROWS = 100, MOST_HIGH = 640;
   /**
    * A panel: heading, controls, canvas with a table behind it, PNG and CSV.
-   * @param {{id: string, title: string, about: string, height: number, controls?: any[], draw: Function, table: Function, key?: Function, depends?: () => string}} options
+   * @param {{id: string, title: string, about: string, how?: string, height: number, controls?: any[], draw: Function, table: Function, key?: Function, depends?: () => string}} options
    *   depends: of what the picture depends; it is drawn anew where that has changed
    */
   S.panel = function (options) {
@@ -68,7 +90,7 @@
     canvas.style.height = `${options.height}px`;
     if (options.least) canvas.style.minWidth = `${options.least}px`;
     const table = S.make("table", { className: "behind" });
-    const details = S.make("details", { ontoggle: () => fillTable() }, S.make("summary", {}, "Table of this picture"),
+    const details = S.make("details", { className: "data", ontoggle: () => fillTable() }, S.make("summary", {}, "Table of this picture"),
       S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": `${options.title}: table` }, table));
     const csv = () => {
       const { head, rows } = options.table();
@@ -78,9 +100,10 @@
     const note = S.make("p", { className: "note", id: `${options.id}-note` });
     const section = S.make("section", { id: options.id, className: "panel", "aria-labelledby": `${options.id}-title` },
       S.make("div", { className: "heading" }, S.make("h2", { id: `${options.id}-title` }, options.title),
-        S.make("button", { type: "button", onclick: () => canvas.toBlob((blob) => save(`${options.id}.png`, blob)), title: "Save this picture" }, "PNG"),
+        S.make("button", { type: "button", onclick: () => S.savePicture(options.id, canvas), title: "Save this picture" }, "PNG"),
         S.make("button", { type: "button", onclick: csv, title: "Save the numbers of this picture" }, "CSV")),
       ...(options.about ? [S.make("p", { className: "about" }, options.about)] : []),
+      ...(options.how ? [S.make("details", { className: "how" }, S.make("summary", {}, "Mouse and keys"), S.make("p", { className: "about" }, options.how))] : []),
       ...(options.controls ? [S.make("div", { className: "controls" }, ...options.controls.map((entry) => entry.element || entry))] : []),
       options.height > MOST_HIGH || options.least ? S.make("div", { className: "scroll tall" }, canvas) : canvas, note, details);
     function fillTable() {

@@ -1,5 +1,5 @@
 (function (S) {
-  const ROW = 20, LEAST_ROW = 15, MOST_HEIGHT = 8000;
+  const ROW = 20, HEAD = 34, LEAST_ROW = 15, MOST_HEIGHT = 8000;
 
   S.matrixPanel = function () {
     const { data } = S, direction = S.variableByName.get(data.direction);
@@ -7,19 +7,22 @@
     const byComponent = !S.scalar && S.n < 2 * data.runs.length;
     const { factor, unit } = S.units.main;
     const words = byComponent ? ["x", "y", "z"] : direction ? direction.levels : ["all"];
-    const height = Math.min(60 + (data.runs.length > 40 ? LEAST_ROW : ROW) * data.runs.length, MOST_HEIGHT);
+    // runs of another kind of experiment have nothing in this measure
+    const runs = [...data.runs.keys()].filter((run) => S.members[run].some((i) => Number.isFinite(data.states.measured[0][3 * i])));
+    const height = Math.min(HEAD + 34 + (runs.length > 40 ? LEAST_ROW : ROW) * runs.length, MOST_HEIGHT);
     const cell = (run, k) => S.members[run].filter((i) => byComponent || !direction || direction.values[i] === k);
     const of = byComponent ? "component" : direction ? direction.label : "all states";
     const panel = S.panel({
-      id: "poses", title: "5 Poses", height, least: 100 + 48 * words.length,
-      about: `Error of the shown residual by run and ${of}, rms in ${unit} over the drawn states. A click on a cell selects its states in all panels; up and down arrows choose a run, Enter selects it.`,
+      id: "poses", title: "5 Poses", height, least: 80 + 42 * words.length,
+      about: `Error by run and ${of}, rms in ${unit} over the drawn states.`,
+      how: "A click on a cell: select its states in all panels; with Shift they are added. Up and down arrows: choose a run; Enter selects it; Escape clears the selection.",
       draw, table, key, depends: () => `${S.shownKey()}/${S.state.run}/${S.version}`,
     });
     let place = null;
     panel.canvas.addEventListener("click", (event) => {
       const rect = panel.canvas.getBoundingClientRect();
-      const k = Math.floor((event.clientX - rect.left - place.left) / place.w), run = Math.floor((event.clientY - rect.top - 26) / place.h);
-      if (run >= 0 && run < data.runs.length) S.select(k >= 0 ? cell(run, k) : S.members[run], event.shiftKey);
+      const k = Math.floor((event.clientX - rect.left - place.left) / place.w), run = runs[Math.floor((event.clientY - rect.top - HEAD) / place.h)];
+      if (run !== undefined) S.select(k >= 0 ? cell(run, k) : S.members[run], event.shiftKey);
     });
     function key(event) {
       if (event.key === "ArrowDown") S.stepRun(1);
@@ -29,39 +32,44 @@
       else return false;
       return true;
     }
-    /** (run, column) rms, SI. */
+    /** (row, column) rms, SI. */
     function errors() {
       const move = S.residual().move, used = data.states.used;
-      return data.runs.map((_, run) => words.map((__, k) => {
-        if (byComponent) {
-          const squares = S.members[run].filter((i) => used[i] && Number.isFinite(move[3 * i + k])).map((i) => move[3 * i + k] ** 2);
-          return squares.length ? Math.sqrt(squares.reduce((sum, value) => sum + value, 0) / squares.length) : NaN;
+      return runs.map((run) => {
+        const sums = words.map(() => [0, 0]);
+        const add = (k, square) => { if (sums[k] && Number.isFinite(square)) { sums[k][0] += square; sums[k][1]++; } };
+        for (const i of S.members[run]) {
+          if (!used[i]) continue;
+          if (byComponent) for (let k = 0; k < 3; k++) add(k, move[3 * i + k] ** 2);
+          else add(direction ? direction.values[i] : 0, move[3 * i] ** 2 + move[3 * i + 1] ** 2 + move[3 * i + 2] ** 2);
         }
-        const chosen = new Set(cell(run, k));
-        return chosen.size ? S.rms(move, (i) => chosen.has(i)) : NaN;
-      }));
+        return sums.map(([sum, count]) => (count ? Math.sqrt(sum / count) : NaN));
+      });
     }
     let kept = { of: null, rows: [] };
     const rowsOf = () => { const shown = S.residual(); if (kept.of !== shown) kept = { of: shown, rows: errors() }; return kept.rows; };
     function draw(canvas) {
-      const { g, width, height: h } = S.begin(canvas), rows = rowsOf(), left = Math.min(140, width - 48 * words.length);
-      place = { left, w: (width - left - 8) / words.length, h: (h - 34) / data.runs.length };
+      const { g, width, height: h } = S.begin(canvas), rows = rowsOf(), left = Math.min(140, width - 42 * words.length);
+      place = { left, w: (width - left - 8) / words.length, h: (h - HEAD - 8) / Math.max(runs.length, 1) };
       const every = Math.ceil(13 / place.h), most = Math.max(...rows.flat().filter(Number.isFinite), 1e-12), count = S.theme.scale.length;
       const decimals = Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(factor * most))));
       g.textBaseline = "middle"; g.textAlign = "center"; g.fillStyle = S.theme.ink;
-      words.forEach((word, k) => g.fillText(S.visible(word), left + (k + 0.5) * place.w, 14, place.w - 4));
-      rows.forEach((row, run) => {
-        const y = 26 + run * place.h, selected = S.members[run].some((i) => S.selected[i]);
+      words.forEach((word, k) => {
+        const text = S.visible(word), parts = g.measureText(text).width > place.w - 4 ? text.split(" ") : [text];
+        parts.slice(0, 2).forEach((part, line) => g.fillText(S.shortened(g, part, place.w - 2), left + (k + 0.5) * place.w, HEAD - 20 + (parts.length > 1 ? 13 * line : 8)));
+      });
+      rows.forEach((row, number) => {
+        const run = runs[number], y = HEAD + number * place.h, selected = S.members[run].some((i) => S.selected[i]);
         g.textAlign = "left"; g.fillStyle = S.theme.ink;
         if (selected) { g.fillStyle = S.theme.chosen; g.fillRect(0, y, left - 2, place.h - 1); g.fillStyle = S.theme.ink; }
-        if (run % every === 0) g.fillText((run === S.state.run ? "▸ " : "") + (selected ? "● " : "") + S.visible(data.runs[run].name), 4, y + place.h / 2, left - 8);
+        if (number % every === 0) g.fillText((run === S.state.run ? "▸ " : "") + (selected ? "● " : "") + S.visible(data.runs[run].name), 4, y + place.h / 2, left - 8);
         row.forEach((value, k) => {
           const x = left + k * place.w;
           if (!Number.isFinite(value)) { g.strokeStyle = S.theme.line; g.strokeRect(x + 1.5, y + 1.5, place.w - 3, place.h - 3); return; }
           const shade = Math.min(count - 1, Math.floor((value / most) * count));
           g.fillStyle = S.theme.scale[shade];
           g.fillRect(x + 1, y + 1, place.w - 2, place.h - 2);
-          if (place.h >= 12 && place.w >= 34) {
+          if (place.h >= 12 && place.w >= 30) {
             g.fillStyle = light(S.theme.scale[shade]) ? "#000000" : "#ffffff";
             g.textAlign = "center";
             g.fillText((factor * value).toFixed(decimals), x + place.w / 2, y + place.h / 2, place.w - 4);
@@ -75,7 +83,7 @@
       return 0.3 * r + 0.59 * gr + 0.11 * b > 130;
     };
     function table() {
-      return { head: ["run", ...words.map((word) => `${word} [${unit}]`)], rows: rowsOf().map((row, run) => [data.runs[run].name, ...row.map((value) => factor * value)]) };
+      return { head: ["run", ...words.map((word) => `${word} [${unit}]`)], rows: rowsOf().map((row, number) => [data.runs[runs[number]].name, ...row.map((value) => factor * value)]) };
     }
   };
 
@@ -85,14 +93,45 @@
     if (!data.effects.length || !angles.length) return;
     const effect = S.choice("Effect", data.effects.map((entry, k) => [String(k), entry.name]), (value) => S.set({ joint: Number(value) }));
     const over = S.choice("Over", angles.map((variable, k) => [String(k), variable.label]), (value) => S.set({ over: Number(value) }));
-    const chosenAngle = () => angles[Math.min(S.state.over, angles.length - 1)];
+    const FEWEST = 6, FEWEST_OF_SCATTER = 4;
+    let trends = { key: "", found: [] };
+    /** Effects over angles, by the share of the scatter between runs that a parabola over the angle explains; best first. */
+    function ranked() {
+      const key = S.shownKey();
+      if (trends.key === key) return trends.found;
+      const found = [];
+      data.effects.forEach((_, k) => angles.forEach((angle, a) => {
+        const at = values(k, angle).filter((entry) => entry.half > 0), middle = S.median(at.map((entry) => entry.value));
+        if (at.length < FEWEST) return;
+        const spread = S.median(at.map((entry) => (entry.value - middle) ** 2));
+        // scatter that the noise makes is none
+        if (S.median(at.map((entry) => ((entry.value - middle) / entry.half) ** 2)) * 1.96 ** 2 < FEWEST_OF_SCATTER) return;
+        const share = S.parabolaShare(at.map((entry) => entry.angle), at.map((entry) => entry.value), at.map((entry) => 1 / (entry.half ** 2 / 3.84 + spread)));
+        if (share > 0.2) found.push({ joint: k, over: a, share });
+      }));
+      found.sort((one, other) => other.share - one.share);
+      trends = { key, found };
+      return found;
+    }
+    const chosenEffect = () => (S.state.joint >= 0 ? S.state.joint : ranked()[0]?.joint ?? 0);
+    const chosenAngle = () => angles[Math.min(S.state.over >= 0 ? S.state.over : ranked()[0]?.over ?? 0, angles.length - 1)];
     const title = S.scalar && data.measure === "torque" ? "5b Apparent size of an effect" : "5b Apparent compliance by pose";
     const panel = S.panel({
       id: "compliance", title, height: 360,
-      about: "How large an effect appears in each run against its fitted size: 1 plus the part of the residual along the effect, as a share of it, with ± 95 % from the noise. A trend shows an effect that the model lacks, also one outside the catalogue. Left and right arrows choose a run, Enter selects it.",
+      about: "How large an effect appears in each run against its fitted size, ± 95 % from the noise. A trend, or scatter far beyond the bars, is an effect that the model lacks, also one outside the catalogue.",
+      how: "1 plus the part of the residual along the effect, as a share of the effect. A click on a point, or left and right arrows and Enter: select its run in all panels.",
       controls: [effect, over], draw, table, key, depends: () => `${S.shownKey()}/${S.state.joint}/${S.state.over}/${S.version}/${S.state.run}`,
     });
-    let points = [];
+    const proposals = S.make("ol", { className: "proposals" });
+    panel.section.insertBefore(S.make("h3", {}, "Where it follows an angle, by the share of the scatter between runs"), panel.details);
+    panel.section.insertBefore(proposals, panel.details);
+    let points = [], listed = "";
+    function propose() {
+      if (listed === S.shownKey()) return;
+      listed = S.shownKey();
+      const rows = ranked().slice(0, 5).map(({ joint, over: at, share }) => S.make("li", {}, S.make("button", { type: "button", onclick: () => S.set({ joint, over: at }) }, `${data.effects[joint].name} over ${angles[at].label}: ${S.percent(share)}`)));
+      proposals.replaceChildren(...(rows.length ? rows : [S.make("li", {}, "No effect follows an angle by more than the noise allows.")]));
+    }
     panel.canvas.addEventListener("click", (event) => {
       const rect = panel.canvas.getBoundingClientRect(), x = event.clientX - rect.left, y = event.clientY - rect.top;
       const near = points.filter((point) => Math.hypot(point.px - x, point.py - y) < 12)[0];
@@ -118,8 +157,8 @@
       else for (let k = 0; k < PIECES; k++) found.push({ name: String(k + 1), members: ordered.slice(Math.floor((k * ordered.length) / PIECES), Math.floor(((k + 1) * ordered.length) / PIECES)) });
       return found;
     }
-    function values() {
-      const chosen = data.effects[S.state.joint], shown = S.residual().move, part = chosen.part[0], sigma = S.sigma(), angle = chosenAngle();
+    function values(k = chosenEffect(), angle = chosenAngle()) {
+      const chosen = data.effects[k], shown = S.residual().move, part = chosen.part[0], sigma = S.sigma();
       return pieces(angle).map(({ name, members: all }) => {
         let rp = 0, pp = 0, sum = 0, count = 0;
         const mean = [0, 0, 0, 0, 0, 0], members = all.filter((i) => data.states.used[i] && Number.isFinite(shown[3 * i]));
@@ -136,8 +175,9 @@
       }).filter((entry) => Number.isFinite(entry.angle + entry.value) && !(entry.half > 1));
     }
     function draw(canvas) {
-      effect.select.value = String(S.state.joint);
-      over.select.value = String(Math.min(S.state.over, angles.length - 1));
+      effect.select.value = String(chosenEffect());
+      over.select.value = String(angles.indexOf(chosenAngle()));
+      propose();
       const { g, width, height } = S.begin(canvas), found = values(), angle = chosenAngle();
       const box = { x: 74, y: 16, w: width - 92, h: height - 62 };
       const { toX, toY } = S.axes(g, box, { x: S.span(found.map((entry) => entry.angle)), y: S.span([1, ...found.flatMap((entry) => [entry.value - (entry.half || 0), entry.value + (entry.half || 0)])]), xLabel: `${angle.label}${angle.unit ? ` [${angle.unit}]` : ""}, mean`, yLabel: "apparent over fitted size" });
@@ -150,7 +190,7 @@
         if (point.members.includes(S.state.at)) { g.beginPath(); g.rect(point.px - 8, point.py - 8, 16, 16); g.strokeStyle = S.theme.ink; g.stroke(); }
       }
       const left = pieces(angle).length - found.length;
-      return `${data.effects[S.state.joint].name}, ${found.length} ${data.runs.length > 2 ? "runs" : "pieces"}${left ? `; ${left} more, in which it is too small to be judged, are left out` : ""}.`;
+      return `${data.effects[chosenEffect()].name}, ${found.length} ${data.runs.length > 2 ? "runs" : "pieces"}${left ? `; ${left} more, in which it is too small to be judged, are left out` : ""}.`;
     }
     function table() {
       const angle = chosenAngle();

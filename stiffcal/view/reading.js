@@ -15,9 +15,12 @@
       const rows = [...states.run.keys()].filter((i) => !S.nSelected || S.selected[i]).map((i) => [data.runs[states.run[i]].name, states.row[i], ...names.map((name) => data.readings[name][i])]);
       S.save("reading.csv", [head, ...rows].map((row) => row.map(S.csvCell).join(",")).join("\r\n"));
     };
+    const picture = () => S.saveText("reading", [[about.textContent], ...[...table.rows].map((row) => [...row.cells].map((cell) => cell.textContent)),
+      ...(rawLines.hidden ? [] : rawLines.textContent.split("\n").map((line) => [line])), ...lines.textContent.split("\n").map((line) => [line])]);
     S.place(S.make("section", { id: "reading", className: "panel", "aria-labelledby": "reading-title" },
-      S.make("div", { className: "heading" }, S.make("h2", { id: "reading-title" }, "6 Reading"), S.make("button", { type: "button", onclick: csv, title: "Save the readings of the selected states, of all where none is selected" }, "CSV")),
-      S.make("p", { className: "about" }, "The chosen state as the store holds it (SI units), between its neighbours, and where it stands in the logs."),
+      S.make("div", { className: "heading" }, S.make("h2", { id: "reading-title" }, "6 Reading"),
+        S.make("button", { type: "button", onclick: picture, title: "Save this panel as a picture" }, "PNG"), S.make("button", { type: "button", onclick: csv, title: "Save the readings of the selected states, of all where none is selected" }, "CSV")),
+      S.make("p", { className: "about" }, "The chosen state between its neighbours, in SI units, and where it stands in the logs."),
       S.make("div", { className: "controls" }, S.make("button", { type: "button", onclick: () => S.goTo(S.state.at - 1) }, "Previous state"),
         S.make("button", { type: "button", onclick: () => S.goTo(S.state.at + 1) }, "Next state")),
       about, S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Reading and its neighbours" }, table), rawHead, rawLines,
@@ -56,7 +59,7 @@
       const raw = neighbours.filter((j) => j !== undefined && states.lines[j]);
       rawHead.hidden = rawLines.hidden = !raw.length;
       rawLines.textContent = [`columns: ${run.columns.map(S.visible).join(" | ")}`, ...raw.map((j) => `line ${states.line_number[j]}${j === i ? " (chosen)" : ""}: ${S.visible(states.lines[j])}`)].join("\n");
-      const cells = names.map((name) => [name, ...neighbours.map((j) => (j === undefined ? "–" : String(Number(data.readings[name][j].toPrecision(7)))))]);
+      const cells = names.map((name) => [name, ...neighbours.map((j) => (j === undefined ? "–" : Number.isFinite(data.readings[name][j]) ? String(Number(data.readings[name][j].toPrecision(7))).replace("-", "−") : "–"))]);
       S.fill(table, ["quantity", "previous", "chosen", "next"], [["run", ...neighbours.map((j) => (j === undefined ? "–" : data.runs[states.run[j]].name))], ["row", ...neighbours.map((j) => (j === undefined ? "–" : String(states.row[j])))], ...cells], data.raw ? (run.source ? "As read, in SI units" : "Averages over the state, in SI units") : "Readings are left out of this page (--no-raw).");
     };
     S.onChange(list);

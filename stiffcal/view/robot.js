@@ -1,5 +1,5 @@
 (function (S) {
-  const ARROWS = [["m", "measured"], ["p", "predicted"], ["r", "residual"], ["f", "force"]];
+  const KINDS = [["m", "measured"], ["p", "predicted"], ["r", "residual"], ["f", "force"]];
 
   /** Middle and half the size of a box about points. @param {Iterable<number>} values x, y, z of one point after the other */
   function boxOf(values) {
@@ -27,6 +27,7 @@
     const longest = sizes(), K = data.joints.length + 2;
     const natural = longest.m > 0 ? (0.25 * longest.chain) / longest.m : 1;
     let timer = 0;
+    const ARROWS = KINDS.filter(([letter]) => letter !== "f" || longest.f > 0);
     const run = S.choice("Run", data.runs.map((entry, k) => [String(k), entry.name]), (value) => {
       const first = S.members[Number(value)][0];
       if (first !== undefined) S.goTo(first);
@@ -36,8 +37,9 @@
       S.set({ arrows: ARROWS.map(([l]) => l).filter((l) => (l === letter ? on : S.state.arrows.includes(l))).join("") });
     }));
     const still = matchMedia("(prefers-reduced-motion: reduce)");
+    S.stopPlaying = () => { clearInterval(timer); timer = 0; };
     const play = S.make("button", { type: "button", onclick: () => {
-      if (timer) { clearInterval(timer); timer = 0; } else timer = setInterval(next, 400);
+      if (timer) S.stopPlaying(); else timer = setInterval(next, 400);
       play.textContent = timer ? "Stop" : "Play run";
       play.setAttribute("aria-pressed", String(Boolean(timer)));
     } }, "Play run");
@@ -58,7 +60,7 @@
     const nowhere = data.suspects.filter((name) => name.endsWith(" setup"));
     const largest = data.effects.filter((effect) => effect.share >= 0.01).sort((a, b) => b.share - a.share).slice(0, 5).map((effect) => `${effect.name} ${S.percent(effect.share)}`);
     const standing = (largest.length ? ` Largest shares of the deflection: ${largest.join(", ")}.` : "")
-      + (data.suspects.length ? ` Suspected: ${data.suspects.join(", ")}${nowhere.length ? " (the set-up has no place on the robot)" : ""}.` : "");
+      + (data.suspects.length ? ` Missing: ${data.suspects.join(", ")}${nowhere.length ? " (the set-up has no place on the robot)" : ""}.` : "");
     const small = (label, text, change) => S.make("button", { type: "button", "aria-label": label, title: label, onclick: change }, text);
     const view = S.make("span", { role: "group", "aria-label": "Camera", className: "camera" },
       small("Turn left", "◂", () => S.set({ turn: S.state.turn - 0.2 })), small("Turn right", "▸", () => S.set({ turn: S.state.turn + 0.2 })),
@@ -68,7 +70,8 @@
 
     const panel = S.panel({
       id: "robot", title: "1 Robot", height: 420,
-      about: "The chain at rest (dashed) and deformed. Discs (drives), rings (bearings) and links are as large or wide as their share of the tool's deflection; a diamond marks a suspected place. Drag or arrow keys turn the picture, + and − or the wheel (after a click) zoom, N and P step.",
+      about: "At rest (dashed) and deformed. Size of discs (drives), rings (bearings) and links: share of the deflection at the tool. Diamond: where an effect is missing.",
+      how: "Drag or arrow keys: turn. + and −, or the wheel after a click: zoom. N and P: next and previous state.",
       controls: [run, S.make("button", { type: "button", onclick: () => step(-1) }, "Previous state"),
         S.make("button", { type: "button", onclick: next }, "Next state"), play, view, exaggeration, ...arrows],
       draw, table, key,

@@ -1,10 +1,20 @@
 (function (S) {
   /** What the page shows; all of it is in the address after the "#". */
-  S.state = {
-    model: "", kind: "heldout", off: [], mode: "part", x: "", y: "r.x", colour: "", run: 0, at: 0, scale: 0,
-    arrows: "mprf", turn: 0.9, tilt: 0.35, zoom: 1, joint: 0, over: 0,
+  const first = () => ({
+    part: 0, model: "", kind: "heldout", off: [], mode: "part", x: "", y: "", colour: "", run: 0, at: 0, scale: 0,
+    arrows: "mprf", turn: 0.9, tilt: 0.35, zoom: 1, joint: -1, over: -1,
+  });
+  S.state = first();
+  /** Replaced by the panel that plays a run. */
+  S.stopPlaying = () => {};
+  /** Forget all that was chosen, and who listens. @param {number} part the part of the data that comes */
+  S.reset = function (part) {
+    S.state = { ...first(), part };
+    S.stopPlaying();
+    listeners = [];
+    written = "";
   };
-  const listeners = [];
+  let listeners = [];
   let waiting = false;
 
   /** Call a function whenever the state or the selection changes. @param {() => void} draw */
@@ -82,7 +92,7 @@
   /** Counts changes of the selection. */
   S.version = 0;
   /** Which residual is shown, as a text: what errors depend on, whatever is selected. */
-  S.shownKey = () => [S.state.model, S.state.kind, S.state.off.join("|"), S.state.mode].join("/");
+  S.shownKey = () => [S.part, S.state.model, S.state.kind, S.state.off.join("|"), S.state.mode].join("/");
   /** The state but for the camera, as a text: what most pictures depend on. */
   S.everything = function () {
     const { turn, tilt, zoom, scale, arrows, ...rest } = S.state;
@@ -160,14 +170,17 @@
     state.off = state.off.filter((name) => names.includes(name));
     const proposed = S.modelById.get(state.model)?.shares?.[0];
     const keys = new Set([...S.residualKeys().map(([key]) => key), ...data.variables.map((variable) => variable.name), ...(S.scalar ? [] : ["component"])]);
+    const [missing] = data.evidence;
+    if (missing && !keys.has(state.x) && !keys.has(state.y)) { state.x = missing.variable; state.y = "r.e1"; }
     if (!keys.has(state.x)) state.x = proposed ? proposed.variable : data.variables[0]?.name ?? "";
-    if (state.colour !== "none" && !keys.has(state.colour)) state.colour = ["branch", data.direction, "run"].find((key) => keys.has(key)) ?? "none";
+    if (state.colour !== "none" && !keys.has(state.colour)) state.colour = ["branch", "joint", data.direction, "run"].find((key) => keys.has(key)) ?? "none";
     if (!keys.has(state.y) || state.y === "component") state.y = proposed ? `r.${proposed.component}` : "r.x";
     const clamp = (value, most) => Math.max(0, Math.min(most, Math.round(value)));
     state.run = clamp(state.run, Math.max(data.runs.length - 1, 0));
     state.at = clamp(state.at, Math.max(S.n - 1, 0));
-    state.joint = clamp(state.joint, Math.max(data.effects.length - 1, 0));
-    state.over = clamp(state.over, data.joints.length - 1);
+    state.part = S.part;
+    state.joint = Math.max(-1, Math.min(data.effects.length - 1, Math.round(state.joint)));
+    state.over = Math.max(-1, Math.min(data.joints.length - 1, Math.round(state.over)));
     if (S.n) state.run = data.states.run[state.at];
     if (!["part", "refit"].includes(state.mode)) state.mode = "part";
     if (!["fit", "heldout"].includes(state.kind)) state.kind = "heldout";

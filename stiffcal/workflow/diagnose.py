@@ -32,14 +32,14 @@ from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_documen
 from stiffcal.workflow.suspects import described, suspicion_of
 
 if TYPE_CHECKING:
-    import pyarrow as pa
-
     from stiffcal.arrays import Booleans
     from stiffcal.diagnosis.drive_parts import DrivePart
     from stiffcal.diagnosis.refits import StoredRefits
     from stiffcal.diagnosis.search_results import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.results.identify_result import IdentifyResult
+    from stiffcal.workflow.diagnose_rows import RowDiagnoses
+    from stiffcal.workflow.evidence import Columns
 
 DIAGNOSE = "diagnose"
 NOT_JUDGED = HeldoutSection(scheme="none", n_readings=0, rms={}, noise={}, zero_model={})
@@ -80,7 +80,7 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
         refitted = StoredRefits(key=key, entries=rows.entries)
         data.commit(
             {ROW_REFITS: rows.columns()},
-            {DIAGNOSE: document_of(diagnosis), REFITS: document_of(refitted)},
+            {DIAGNOSE: document_of(diagnosis), ROW_REFITS: document_of(refitted)},
             command="diagnose",
         )
         return replace(diagnosis, origin=cast(Origin, data.origin))
@@ -96,13 +96,15 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     table, evidence = evidence_of(sound, search)
     diagnosis = replace(diagnosis, evidence=evidence, fit_id=fit_id, key=key, registration=data.registration)
     diagnosis = _with_suspects(diagnosis, suspicion, (data, sound), search, loss, context)
-    refits = list(refits_of(search.first, diagnosis.findings))
-    kept = np.flatnonzero(_kept(data, suspicion))[search.first.fit.data.index]
+    refits = list(refits_of(search, diagnosis))
+    sound_index = np.flatnonzero(_kept(data, suspicion))
+    table["state"] = sound_index[np.asarray(table["state"], dtype=np.int64)]
+    kept = sound_index[search.first.fit.data.index]
     stored_refits = StoredRefits(key=key, entries=[refit.summary for refit in refits])
     falls = tuple(missing.judgement.fall for missing in search.found)
     diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, falls, len(sound.states)), *rows.parts])
     refit_table = refit_columns(sound.states, search.first.fit.data, refits, kept)
-    return _stored(data, diagnosis, stored_refits, {EVIDENCE: table, REFITS: refit_table})
+    return _stored(data, diagnosis, stored_refits, rows, {EVIDENCE: table, REFITS: refit_table})
 
 
 def _diagnosis_of_drives(
@@ -121,7 +123,8 @@ def _diagnosis_of_drives(
 
     key = diagnosis_key(data, identified)
     answers = diagnose_drives(sound, drives, np.flatnonzero(_kept(data, suspicion)), identified.loss, context)
-    diagnosis = merged_diagnosis([*answers.parts, *diagnose_rows(data, context).parts])
+    rows = diagnose_rows(data, context)
+    diagnosis = merged_diagnosis([*answers.parts, *rows.parts])
     diagnosis = replace(
         diagnosis,
         fit_id=identified.fit_id,
@@ -131,17 +134,22 @@ def _diagnosis_of_drives(
         suspects_not_checked=suspicion.not_checked,
     )
     stored_refits = StoredRefits(key=key, entries=answers.refit_entries)
-    return _stored(data, diagnosis, stored_refits, {EVIDENCE: answers.evidence, REFITS: answers.refits})
+    return _stored(data, diagnosis, stored_refits, rows, {EVIDENCE: answers.evidence, REFITS: answers.refits})
 
 
 def _stored(
-    data: Ingested, diagnosis: DiagnoseResult, refits: StoredRefits, tables: Mapping[str, pa.Table]
+    data: Ingested,
+    diagnosis: DiagnoseResult,
+    refits: StoredRefits,
+    rows: RowDiagnoses,
+    tables: Mapping[str, Columns],
 ) -> DiagnoseResult:
     """Write a diagnosis into the store with its tables and refits, and return it with the origin of the data."""
     data.commit(
-        tables,
+        {**tables, **({ROW_REFITS: rows.columns()} if rows.parts else {})},
         lambda stored: {
             REFITS: document_of(refits),
+            **({ROW_REFITS: document_of(replace(refits, entries=rows.entries))} if rows.parts else {}),
             DIAGNOSE: document_of(diagnosis),
             DIAGNOSES: diagnoses_with(stored(DIAGNOSES), data, diagnosis),
         },

@@ -79,7 +79,7 @@ def _diagnose_drive(data: Ingested, drive: DrivePart, n_searches: int, index: In
     diagnosis = diagnosis_of(own, search)
     evidence, summaries = evidence_of(own, search)
     evidence["state"] = chosen[np.asarray(evidence["state"], dtype=np.int64)]
-    refits = list(refits_of(search.first, diagnosis.findings))
+    refits = list(refits_of(search, diagnosis))
     observations = search.first.fit.data
     part = PartialDiagnosis(
         replace(diagnosis, evidence=summaries),

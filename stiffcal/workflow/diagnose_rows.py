@@ -67,7 +67,7 @@ def diagnose_rows(data: Ingested, context: RunContext) -> RowDiagnoses:
         result = replace(row_diagnosis(bench, search), superfluous=[effect_at(candidate) for candidate in redundant])
         falls = tuple(missing.judgement.fall for missing in search.found)
         answers.parts.append(PartialDiagnosis(result, falls, len(fit.residual), problem.joints, Subject.MOTION))
-        refits = list(row_refits_of(search.first, problem, result.findings))
+        refits = list(row_refits_of(search, problem, result))
         answers.refits += refits
         answers.index += [problem.index] * len(refits)
     return answers

@@ -136,6 +136,7 @@ def evidence_columns(states: LoadStates, evidence_by_name: Mapping[str, EffectEv
         "before": joined("before"),
         "after": joined("after"),
         "law": joined("law"),
+        **{f"along_{axis}": joined("along").reshape(-1, 3)[:, k] for k, axis in enumerate("xyz")},
     }
 
 

@@ -100,6 +100,7 @@ def _document_types() -> dict[str, tuple[Any, str]]:
         "diagnose": (DiagnoseResult, "stiffcal/diagnose/1"),
         "ingest": (IngestResult, "stiffcal/ingest/1"),
         "refits": (StoredRefits, "stiffcal/refits/1"),
+        "row_refits": (StoredRefits, "stiffcal/refits/1"),
         "provenance": (Provenance, "stiffcal/provenance/1"),
         "report": (StoredReport, "stiffcal/report-made/1"),
     }

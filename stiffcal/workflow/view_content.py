@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.results import ProposedEffect
+from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
 from stiffcal.experiments import all_kinds
 from stiffcal.identification.state_loads import torques_about_joints
 from stiffcal.measurements.load_states import Attachment, LoadStates
@@ -33,6 +33,7 @@ from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_content import report_states_of
 from stiffcal.workflow.steps import FIT_STATES, Ingested
 from stiffcal.workflow.view_effects import view_effects
+from stiffcal.workflow.view_evidence import picked_evidence, view_evidence
 from stiffcal.workflow.view_models import place_words, tables_of_states, view_models
 from stiffcal.workflow.view_motors import motor_states
 from stiffcal.workflow.view_rows import content_of_rows
@@ -61,7 +62,9 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
     campaign = data.campaign
     diagnosis, reason = current_diagnosis(data, identified)
     measured = runs_with_fits(data)
-    pages = [page for kind in all_kinds() if (page := kind.page(measured, identified)) is not None]
+    kinds = [(kind.page(measured, identified), kind.drawn_rows(measured, identified)) for kind in all_kinds()]
+    rows, of_rows = [row for _, row in kinds if row is not None], bool(len(data.states))
+    pages = [page for page, row in kinds if page is not None and (row is None or not of_rows)]
     missing = [] if diagnosis is None else diagnosis.missing
     joints, links, suspects = _places_of(missing, placed_robot(campaign))
     content = ViewContent(
@@ -85,14 +88,27 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
         variables=[],
         models=[],
         effects=[],
+        evidence=[],
+        diagnosed=None if diagnosis is None else diagnosis.rms,
         readings={},
         raw=raw,
         pages=pages,
         refits_missing="",
     )
     if len(data.states):
-        return _with_states(content, data, identified, raw, reason)
-    rows = [made for kind in all_kinds() if (made := kind.drawn_rows(measured, identified)) is not None]
+        content = _with_states(content, data, identified, diagnosis, reason)
+        bare = replace(
+            content,
+            variables=[],
+            effects=[],
+            evidence=[],
+            readings={},
+            diagnosed=None,
+            suspected_links=[],
+            measure="torque",
+            pages=[page for page, row in kinds if page is not None and row is not None],
+        )
+        return replace(content, others=[content_of_rows(bare, row, data, identified, reason) for row in rows[:1]])
     if rows:
         return content_of_rows(content, rows[0], data, identified, reason)
     return replace(content, models=view_models(data, identified, [], np.zeros(0, dtype=np.bool_), None))
@@ -120,8 +136,9 @@ def _places_of(missing: Sequence[ProposedEffect], robot: CompliantRobot) -> tupl
 
 
 def _with_states(
-    content: ViewContent, data: Ingested, identified: IdentifyResult, raw: bool, reason: str
+    content: ViewContent, data: Ingested, identified: IdentifyResult, diagnosis: DiagnoseResult | None, reason: str
 ) -> ViewContent:
+    raw = content.raw
     states, drawn = data.states, report_states_of(data)
     robot = placed_robot(data.campaign).with_values(identified.robot_values())
     torque = torques_about_joints(states, robot)
@@ -132,7 +149,10 @@ def _with_states(
         label = "angle that the moved motor turned"
         variables.insert(0, ViewVariable(name="motor", label=label, unit="°", values=DEGREES * measured[:, 0]))
     tables = tables_of_states(data, measured.shape[1], own is not None)
-    models = view_models(data, identified, variables, drawn.used, tables, own)
+    evidence, followed = view_evidence(data, diagnosis, variables)
+    variables += followed
+    evidence = [one for one in evidence if drawn.has_rotation or not one.turns] if own is None else []
+    models = view_models(data, identified, variables, drawn.used, tables, own, evidence)
     variables += _rod_residuals(data)  # no candidates for what a residual follows: they are residuals themselves
     pick = sample_of(drawn.residual if own is None else own)
     shown = data.states.select(pick)
@@ -141,7 +161,7 @@ def _with_states(
     runs, lines, line_number = content.runs, [""] * len(pick), np.zeros(len(pick), dtype=np.int64)
     if raw:
         runs, lines, line_number = with_raw_rows(data, runs, states.run[pick], states.row[pick])
-    missing = [model for model in models if model.kind == "with"]
+    missing = [model for model in models if model.kind in ("with", "all")]
     return replace(
         content,
         direction="direction" if any(variable.name == "direction" for variable in variables) else "branch",
@@ -163,6 +183,7 @@ def _with_states(
         variables=[replace(variable, values=variable.values[pick]) for variable in variables],
         models=[picked_model(model, pick) for model in models],
         effects=view_effects(robot, states, pick, measured.shape[1]),
+        evidence=[picked_evidence(one, pick) for one in evidence],
         readings=_readings(data.table, pick) if raw else {},
         refits_missing="" if missing else reason or "the store holds no refits: run stiffcal diagnose again",
     )

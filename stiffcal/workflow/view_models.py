@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.diagnosis.refits import MOST_CANDIDATES, StoredRefits
+from stiffcal.diagnosis.refit_values import RefitValue
+from stiffcal.diagnosis.refits import StoredRefits
 from stiffcal.identification.before_after import EstimatedParameter, estimated_parameters, stiffness_unit
 from stiffcal.identification.state_tables import component_block, gauge_block, motor_block
-from stiffcal.measurements.rms import Rms
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.effect import Effect
 from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
 from stiffcal.reduction.motion import gauge_directions
-from stiffcal.view.content import ViewModel, ViewShare, ViewValue, ViewVariable
+from stiffcal.view.content import ViewEvidence, ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.shares import share_explained
 from stiffcal.workflow.diagnose import diagnosis_key
 from stiffcal.workflow.evidence import REFITS
 from stiffcal.workflow.history import stored_fits
+from stiffcal.workflow.refits_of_joints import is_of_one_joint, of_all_joints
 from stiffcal.workflow.steps import (
     FIT_STATES,
     HELDOUT_STATES,
@@ -60,6 +61,8 @@ class ResidualTables:
     """Reads the second, likewise."""
     of_refit: Callable[[pa.Table], Floats]
     """Reads the part of the third that is of one refit."""
+    documents: tuple[str, ...] = (REFITS,)
+    """The document with the summaries of the refits, the first that there is."""
 
 
 def tables_of_states(data: Ingested, width: int, of_motors: bool) -> ResidualTables:
@@ -103,6 +106,7 @@ def view_models(
     used: Booleans,
     tables: ResidualTables | None,
     own: Floats | None = None,
+    evidence: Sequence[ViewEvidence] = (),
 ) -> list[ViewModel]:
     """Return every fit of the history, oldest first, then the refits of the present diagnosis; over all n states.
 
@@ -112,7 +116,9 @@ def view_models(
     variables : what residuals may follow, over all states. used : (n,) states that are judged.
     tables : where residuals are; None where nothing of the campaign can be drawn.
     own : (n, …) residual of the present fit, which is taken where the store's tables hold none.
+    evidence : directions along which residuals are read too.
     """
+    share_of = partial(_shares, variables, used=used, evidence=evidence)
     states_key = key_of_table(data.table)
 
     models = []
@@ -135,67 +141,16 @@ def view_models(
                 else [_value(entry) for entry in fit.parameters or ()],
                 residual_fit=inside,
                 residual_heldout=outside,
-                shares=_shares(variables, outside if outside is not None else inside, used),
+                shares=share_of(outside if outside is not None else inside),
             )
         )
     if tables is None:
         return models
-    refits = _refits(data, identified, variables, used, tables)
+    refits = _refits(data, identified, share_of, tables)
     present_fit = next((model for model in models if model.present), None)
-    if present_fit is None or not any(_is_of_one_joint(refit, present_fit, used) for refit in refits):
+    if present_fit is None or not any(is_of_one_joint(refit, present_fit, used) for refit in refits):
         return [*models, *refits]
-    return [*models, *_of_all_joints(refits, present_fit, variables, used)]
-
-
-def _is_of_one_joint(refit: ViewModel, present: ViewModel, used: Booleans) -> bool:
-    """Return whether a refit is of one joint's states alone: those of each drive are searched by themselves."""
-    if refit.residual_heldout is None or present.residual_heldout is None:
-        return False
-    by_joint = refit.heldout_rms is not None and refit.heldout_rms.translation is None
-    known = np.isfinite(present.residual_heldout[:, 0])
-    return by_joint and bool((used & known & np.isnan(refit.residual_heldout[:, 0])).any())
-
-
-def _of_all_joints(
-    refits: Sequence[ViewModel], present: ViewModel, variables: Sequence[ViewVariable], used: Booleans
-) -> list[ViewModel]:
-    """Return refits of single joints with what the present fit leaves of all others; the best of them.
-
-    Errors are of all states then, as those of the fits. Of candidates of one name, which several joints' searches
-    ranked, the best is kept, and of all the ten best.
-    """
-    whole: dict[tuple[str, str], ViewModel] = {}
-    for refit in refits:
-        if refit.residual_heldout is None or present.residual_heldout is None or refit.heldout_rms is None:
-            continue
-        left = np.where(np.isnan(refit.residual_heldout), present.residual_heldout, refit.residual_heldout)
-        size = float(np.sqrt(np.nanmean(np.sum(left[used] ** 2, axis=1))))
-        measure = "torque" if refit.heldout_rms.torque is not None else "motor_angle"
-        rms = Rms.of({"translation": None, "rotation": None, measure: size})
-        names = {value.name for value in refit.values}
-        others = [] if not names else [value for value in present.values if value.name not in names]
-        model = replace(
-            refit,
-            heldout_rms=rms,
-            values=[*refit.values, *others],
-            residual_heldout=left,
-            shares=_shares(variables, left, used),
-        )
-        key = (refit.kind, refit.effect)
-        if key not in whole or size < _size(whole[key]):
-            whole[key] = model
-    ordered = sorted(whole.values(), key=_size)
-    return [
-        *[model for model in ordered if model.kind == "with"][: 2 * MOST_CANDIDATES],
-        *[model for model in ordered if model.kind == "without"],
-    ]
-
-
-def _size(model: ViewModel) -> float:
-    """Return the error of a model of rows or clamped states."""
-    rms = model.heldout_rms
-    value = None if rms is None else rms.torque if rms.torque is not None else rms.motor_angle
-    return np.inf if value is None else value
+    return [*models, *of_all_joints(refits, present_fit, used, share_of)]
 
 
 def _residuals(
@@ -228,43 +183,57 @@ def _value(entry: EstimatedParameter) -> ViewValue:
 def _refits(
     data: Ingested,
     identified: IdentifyResult,
-    variables: Sequence[ViewVariable],
-    used: Booleans,
+    share_of: Callable[[Floats | None], list[ViewShare]],
     tables: ResidualTables,
 ) -> list[ViewModel]:
-    stored = stored_result(data.store, REFITS, StoredRefits)
+    found = (stored_result(data.store, name, StoredRefits) for name in tables.documents)
+    stored = next((document for document in found if document is not None), None)
     if stored is None or stored.key != diagnosis_key(data, identified) or tables.refits not in data.store.tables:
         return []
     table = data.store.read_table(tables.refits)
     entry = table.column("entry").to_numpy()
     catalogue, _ = all_effects(data.campaign)
+    # one effect that is missing is shown by its own fit, not by the linear refit too
+    alone = [(refit.added[0].effect, refit.added[0].where) for refit in stored.entries if len(refit.added) == 1]
     models = []
     for number, summary in enumerate(stored.entries):
+        if summary.change == "with" and (summary.effect, summary.where) in alone:
+            continue
         values = tables.of_refit(table.filter(entry == number))
         residual = values if np.isfinite(values).any() else None
-        place = place_words(summary.where)
-        name = f"{summary.effect} {place}".strip()
+        name = f"{summary.effect} {place_words(summary.where)}".strip()
+        label = f"{summary.change} {name}"
+        if summary.change == "all":
+            name = ", ".join(f"{added.effect} {place_words(added.where)}" for added in summary.added)
+            label = f"with all that is missing: {name}"
         models.append(
             ViewModel(
                 id=f"{summary.change}{number + 1}",
                 kind=summary.change,
-                label=f"{'with' if summary.change == 'with' else 'without'} {name}",
+                label=label,
                 heldout_rms=summary.heldout_rms,
-                values=[_refit_value(value.name, value.value, catalogue) for value in summary.values],
+                values=[_refit_value(value, catalogue) for value in summary.values],
                 effect=name,
                 residual_heldout=residual,
-                shares=_shares(variables, residual, used),
+                shares=share_of(residual),
             )
         )
     return models
 
 
-def _refit_value(name: str, value: float | None, catalogue: dict[str, Effect]) -> ViewValue:
-    effect, _, symbol = name.split(".")
+def _refit_value(entry: RefitValue, catalogue: dict[str, Effect]) -> ViewValue:
+    effect, _, symbol = entry.name.split(".")
     spec = (FramePose() if effect == FRAME else catalogue[effect].form((symbol,))).spec(symbol)
+    low, high = entry.interval or (None, None)
     if not spec.compliance:
-        return ViewValue(name=name, unit=spec.unit, value=value)
-    return ViewValue(name=name, unit=stiffness_unit(spec.unit), value=1.0 / value if value else None)
+        return ViewValue(name=entry.name, unit=spec.unit, value=entry.value, low=low, high=high)
+    return ViewValue(
+        name=entry.name,
+        unit=stiffness_unit(spec.unit),
+        value=1.0 / entry.value if entry.value else None,
+        low=1.0 / high if high else None,
+        high=1.0 / low if low else None,
+    )
 
 
 def place_words(where: Where) -> str:
@@ -274,21 +243,25 @@ def place_words(where: Where) -> str:
     return ", ".join(words) or "setup"
 
 
-def _shares(variables: Sequence[ViewVariable], residual: Floats | None, used: Booleans) -> list[ViewShare]:
+def _shares(
+    variables: Sequence[ViewVariable], residual: Floats | None, used: Booleans, evidence: Sequence[ViewEvidence]
+) -> list[ViewShare]:
     if residual is None:
         return []
+    # a component is exactly zero where it was not measured: gauges read along one direction
+    parts = {
+        COMPONENTS[axis]: np.where(residual[:, axis] != 0.0, residual[:, axis], np.nan)
+        for axis in range(residual.shape[1])
+    }
+    for number, one in enumerate(evidence):
+        parts[f"e{number + 1}"] = np.sum(one.along * (residual[:, 3:] if one.turns else residual[:, :3]), axis=1)
     shares = [
         ViewShare(
             variable=variable.name,
-            component=COMPONENTS[axis],
-            share=share_explained(
-                # a component is exactly zero where it was not measured: gauges read along one direction
-                np.where(used & (residual[:, axis] != 0.0), variable.values, np.nan),
-                residual[:, axis],
-                bool(variable.levels),
-            ),
+            component=component,
+            share=share_explained(np.where(used, variable.values, np.nan), values, bool(variable.levels)),
         )
         for variable in variables
-        for axis in range(residual.shape[1])
+        for component, values in parts.items()
     ]
     return sorted((share for share in shares if share.share >= FEWEST_SHARE), key=lambda share: -share.share)

@@ -11,7 +11,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments.drawn_rows import DrawnRows
 from stiffcal.store import values_of
 from stiffcal.view.content import ViewContent, ViewEffect, ViewRun, ViewStates, ViewVariable
-from stiffcal.workflow.evidence import ROW_REFITS
+from stiffcal.workflow.evidence import REFITS, ROW_REFITS
 from stiffcal.workflow.steps import Ingested
 from stiffcal.workflow.view_models import ResidualTables, view_models
 from stiffcal.workflow.view_sample import picked_model, sample_of
@@ -51,9 +51,12 @@ def content_of_rows(
     for k in range(len(names)):
         number[run == k] = np.arange(1, np.count_nonzero(run == k) + 1)
     total = float(np.nansum(rows.measured[rows.judged] ** 2))
+    drawn = np.full(len(run), -1, dtype=np.int64)
+    drawn[pick] = np.arange(len(pick))
     return replace(
         content,
         n_states=len(run),
+        fitted_rows=drawn[rows.fitted],
         direction=rows.direction,
         runs=[
             ViewRun(name=name, chain=np.zeros((0, 3)), holdout=name in described and described[name].holdout,
@@ -86,7 +89,7 @@ def content_of_rows(
         ],
         readings={name: values[pick] for name, values in rows.readings.items()} if content.raw else {},
         refits_missing=""
-        if any(model.kind == "with" for model in models)
+        if any(model.kind in ("with", "all") for model in models)
         else reason or "the store holds no refits: run stiffcal diagnose again",
     )  # fmt: skip
 
@@ -122,6 +125,7 @@ def _tables(rows: DrawnRows) -> ResidualTables:
         of_fit=lambda table: scattered(table, rows.fitted),
         of_heldout=lambda table: scattered(table, rows.judged),
         of_refit=of_refit,
+        documents=(ROW_REFITS, REFITS),
     )
 
 

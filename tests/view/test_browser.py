@@ -47,6 +47,16 @@ def content(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.fixture(scope="module")
+def friction_content(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    folder, context = tmp_path_factory.mktemp("friction") / "07", RunContext()
+    shutil.copytree(Path(__file__).parents[2] / "campaigns" / "joints" / "07", folder)
+    diagnose_campaign(folder)
+    data = up_to_date_states(folder, context)
+    identified = up_to_date_fit(data, context)
+    return view_content(data, identified, up_to_date_validation(data, identified, context), raw=True)
+
+
+@pytest.fixture(scope="module")
 def file(content: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "view.html"
     path.write_text(build_page(content[0]), encoding="utf-8")
@@ -176,7 +186,7 @@ def test_matrix_and_apparent_compliance_are_those_of_numpy(page: Any, content: A
     direction = next(variable for variable in made.variables if variable.name == made.direction)
 
     def row(panel: str, number: int) -> list[float]:
-        page.locator(f"#{panel} details summary").click()
+        page.locator(f"#{panel} details.data summary").click()
         cells_of_row = page.locator(f"#{panel} table.behind tbody tr").nth(number).locator("td")
         cells_of_row.first.wait_for()
         cells = cells_of_row.all_inner_texts()
@@ -193,12 +203,74 @@ def test_matrix_and_apparent_compliance_are_those_of_numpy(page: Any, content: A
     assert row("compliance", 1)[1:] == pytest.approx([1.0 + np.sum(p * r) / np.sum(p**2), half], rel=0.01)
 
 
+def test_readings_of_two_kinds_have_pages_of_their_own(
+    browser: Any, content: Any, friction_content: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / "view.html"
+    file.write_text(build_page(replace(content[0], others=[friction_content])), encoding="utf-8")
+    page, complaints = opened(browser, file)
+    assert not page.locator("#kind1").count()
+    page.get_by_label("Readings").select_option("1")
+    settled(page)
+    present = next(model for model in friction_content.models if model.present)
+    assert page.evaluate("stiffcal.main(stiffcal.data.noise)") == friction_content.noise.torque
+    for panel in ("against", "ladder", "effects", "poses", "compliance", "kind1"):
+        assert colours_of(page, panel) > 5, panel
+    # numbers of the second kind are rounded by its own noise
+    shown = np.array(page.evaluate("Array.from(stiffcal.residual().move)")).reshape(-1, 3)[:, 0]
+    assert np.nanmax(np.abs(shown - present.residual_heldout[:, 0])) <= 0.01 * friction_content.noise.torque
+    # a selection in one picture is one in the others: a reading of the kind's own picture, and back
+    before = page.locator("#kind1-canvas").screenshot()
+    page.evaluate("stiffcal.select(stiffcal.members[0])")
+    settled(page)
+    assert page.locator("#kind1-canvas").screenshot() != before
+    page.locator("#kind1-canvas").focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    settled(page)
+    assert page.evaluate("stiffcal.nSelected") == 1
+    again = page.context.new_page()
+    again.goto(page.url)
+    again.wait_for_selector("body[data-ready]")
+    assert again.evaluate("stiffcal.data.measure") == "torque"
+    assert again.evaluate("stiffcal.nSelected") == 1
+    assert complaints == []
+    page.context.close()
+
+
+def test_a_step_with_all_that_is_missing(browser: Any, tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=4)
+    model = folder / "model.toml"
+    model.write_text(model.read_text("utf-8").replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
+    diagnosis = diagnose_campaign(folder)
+    assert diagnosis.heldout_rms_with_missing is not None
+    view_campaign(folder)
+    page, complaints = opened(browser, folder / "view.html")
+    # the picture that is drawn first is what the diagnosis read of the missing effect
+    assert page.evaluate("[stiffcal.state.x, stiffcal.state.y]") == ["torque6", "r.e1"]
+    size = """(() => { const known = stiffcal.quantity("r.e1").values.filter(Number.isFinite);
+        return Math.hypot(...known) / Math.sqrt(known.length); })()"""
+    before = page.evaluate(size)
+    page.get_by_role("button", name="With joint-compliance j6").click()
+    settled(page)
+    numbers = page.locator("#ladder-numbers")
+    stated = diagnosis.heldout_rms_with_missing.translation
+    assert float(numbers.get_attribute("data-heldout")) == pytest.approx(stated, rel=1e-12)
+    assert page.evaluate("stiffcal.rms(stiffcal.residual().move)") == pytest.approx(stated, rel=0.02)
+    assert page.evaluate(size) < 0.5 * before
+    cells = page.locator("#values tbody tr", has_text="joint-compliance.j6.c").locator("td").all_inner_texts()
+    assert cells[0] == "not in the model"
+    assert "±" in cells[1]
+    assert complaints == []
+    page.context.close()
+
+
 def test_any_quantity_is_drawn_against_any_other(page: Any) -> None:
     page.evaluate("stiffcal.set({ x: 'component', y: 'r.all', colour: 'r.length' })")
     settled(page)
     assert colours_of(page, "against") > 8
     n = page.evaluate("stiffcal.n")
-    page.locator("#against details summary").click()
+    page.locator("#against details.data summary").click()
     page.locator("#against table.behind td").first.wait_for()
     assert f"of {3 * n} rows" in page.locator("#against table.behind caption").inner_text()
     # a click on a point selects its state, whose three components then stand in the table
@@ -272,14 +344,12 @@ def test_hostile_names_are_texts(browser: Any, content: Any, tmp_path: Path) -> 
     assert "\u202e" not in page.locator("body").inner_text()
 
 
-def test_a_friction_page_is_linked_and_axe_finds_nothing(browser: Any, tmp_path: Path) -> None:
+def test_a_friction_page_is_linked_and_axe_finds_nothing(browser: Any, friction_content: Any, tmp_path: Path) -> None:
     from axe_playwright_python.sync_playwright import Axe
 
-    folder = tmp_path / "friction"
-    shutil.copytree(Path(__file__).parents[2] / "campaigns" / "joints" / "07", folder)
-    diagnose_campaign(folder)
-    view_campaign(folder)
-    page, complaints = opened(browser, folder / "view.html", bypass_csp=True)
+    file = tmp_path / "view.html"
+    file.write_text(build_page(friction_content), encoding="utf-8")
+    page, complaints = opened(browser, file, bypass_csp=True)
     for panel in ("against", "ladder", "effects", "poses", "compliance", "kind1"):
         assert colours_of(page, panel) > 5, panel
     canvas = page.locator("#compliance-canvas")

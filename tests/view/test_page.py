@@ -148,8 +148,8 @@ def test_a_friction_page_draws_the_torque_of_the_fit_and_of_candidates(friction:
     assert fit.heldout_rms is not None
     assert document["models"][0]["heldout_rms"]["torque"] == fit.heldout_rms.torque
     used = array(document["states"]["used"], arrays) != 0
-    # with each of five candidates, and without the one effect of the model
-    assert [model["kind"] for model in document["models"]] == ["fit", *["with"] * 5, "without"]
+    # with what is missing, with each of the four other candidates, and without the one effect of the model
+    assert [model["kind"] for model in document["models"]] == ["fit", "all", *["with"] * 4, "without"]
     for model in document["models"]:
         residual = array(model["residual_heldout"][0], arrays)[used]
         assert rms_of(residual) == pytest.approx(model["heldout_rms"]["torque"], rel=1e-3)

@@ -39,7 +39,7 @@ def _branches(joint: str, pose: ClampedPose) -> Panel:
         of_branch = np.flatnonzero(pose.up == is_rising)
         order = of_branch[np.argsort(pose.angle[of_branch])]
         angle = _MRAD * pose.angle[order]
-        series.append(Marks(angle, pose.torque[order], marker, colour, size=2.4, edge=0.6, label=label))
+        series.append(Marks(angle, pose.torque[order], marker, colour, size=2.4, edge=0.6, label=label, run=pose.run))
         series.append(Line(angle, pose.fitted[order], width=0.9, label="fit"))
     title = f"{joint}, run {pose.run}" + (" (left out)" if pose.left_out else "")
     return Panel(title, "angle, arm against motor [mrad]", "torque on the joint [N·m]", tuple(series))
@@ -88,7 +88,7 @@ def _curve(curve: ClampedCurve) -> Panel:
     series: list[Series] = [
         Marks(
             _MRAD * pose.spring_angle, pose.spring_torque, str(number), number, size=2.2, edge=0.5, label=pose.run,
-            layer=2.0,
+            layer=2.0, run=pose.run,
         )
         for number, pose in enumerate(used)
     ]  # fmt: skip
@@ -142,7 +142,7 @@ def play_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
                     np.array([spot]), np.array([_MRAD * (pose.play or 0.0)]),
                     "x" if is_cross else "o", 1 if is_cross else 0,
                     size=4.5, label="pose, left out" if is_cross else "pose, used",
-                    spread=np.array([_MRAD * pose.doubt]), note=pose.run,
+                    spread=np.array([_MRAD * pose.doubt]), note=pose.run, run=pose.run,
                 )
             )  # fmt: skip
     panel = Panel(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.experiments.friction.readings import SteadyReadings
 from stiffcal.experiments.friction.results import FrictionSection
 from stiffcal.experiments.measured import MeasuredRuns
@@ -45,6 +45,8 @@ class FrictionCurve:
     """N·m, rms residual."""
     noise: float | None
     """N·m, of one reading; None where no repeats determine it."""
+    rows: Integers | None = None
+    """(n,) where the readings stand in the table of the fit."""
 
 
 def friction_curves(
@@ -93,6 +95,7 @@ def friction_curves(
                 remarks=tuple(f"{parameter.name}: {parameter.remark}" for parameter in parameters if parameter.remark),
                 rms=joint.rms,
                 noise=joint.noise,
+                rows=np.flatnonzero(of_joint),
             )
         )
     return tuple(curves)

@@ -88,7 +88,7 @@ def _panel(curve: FrictionCurve, limit: float | None, title: str) -> Panel:
         series.append(
             Marks(
                 speed[chosen], friction[chosen], marker, colour, size=size, is_hollow=curve.steady, opacity=opacity,
-                label=label,
+                label=label, rows=None if curve.rows is None else curve.rows[chosen],
             )
         )  # fmt: skip
     low, high = (curve.fitted + sign * NORMAL_95 * curve.std for sign in (-1.0, 1.0))

@@ -1,0 +1,90 @@
+"""The values of a linear refit with one more effect, with their 95 % intervals.
+
+The columns' inner products, whitened and taken over all poses, are the information of what was refitted: their inverse
+is the covariance of its steps, as of any weighted least squares. Where the noise is not known, what the refit leaves
+stands for it, with Student's quantile, as in a fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.documents import Number
+from stiffcal.identification.reported import amplitude_bounds, student_95
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import ParameterSpec
+from stiffcal.uncertainty import NORMAL_95
+
+UNDETERMINED = 1e-8
+"""Smallest eigenvalue over the largest, of columns scaled to one: below it a step is not determined."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RefitValue:
+    """A parameter's value in a refit."""
+
+    name: str
+    """``effect.place.symbol``."""
+    value: Number
+    """SI; null where it is not known."""
+    interval: list[Number] | None = None
+    """Both ends of the 95 % interval, null where one is open; null where none is known, as of a shape."""
+
+
+def refit_values(robot: CompliantRobot, scan: Scan, trial: Trial, own: Sequence[str]) -> list[RefitValue]:
+    """Return the value and the interval of every parameter of the model with a candidate.
+
+    Parameters
+    ----------
+    robot : the model with the candidate as its last effect, with the values that were found with all poses.
+    scan : of the present model. trial : the candidate.
+    own : full names of the present model's free parameters, in the order of the scan's first columns.
+    """
+    halves = _half_intervals(scan, trial)
+    added = robot.placed[-1]
+    names = [*own, *(added.parameter_name(symbol) for symbol in trial.regressor.symbols)]
+    last = halves[len(halves) - len(trial.regressor.symbols) :]
+    known = dict(zip(names, [*halves[: len(own)], *last], strict=True))
+    values = robot.values()
+    return [
+        RefitValue(
+            name=name,
+            value=float(values[name]),
+            interval=_interval(spec, placed.amplitude(spec.symbol), known.get(name, np.nan)),
+        )
+        for placed in robot.placed
+        for spec in placed.effect.parameters
+        if (name := placed.parameter_name(spec.symbol)) in values
+    ]
+
+
+def _half_intervals(scan: Scan, trial: Trial) -> Floats:
+    """Return (k,) half the 95 % interval of each step of the refit; NaN where it is not determined."""
+    normal = trial.score.normal
+    scale = np.sqrt(np.diagonal(normal))
+    if not (scale > 0.0).all():
+        return np.full(len(normal), np.nan)
+    squares, axes = np.linalg.eigh(normal / np.outer(scale, scale))
+    if squares[0] < UNDETERMINED * squares[-1]:
+        return np.full(len(normal), np.nan)
+    std = np.sqrt(np.sum(axes**2 / squares, axis=1)) / scale
+    if scan.fit.noise is not None:
+        return np.asarray(NORMAL_95 * std)
+    dof = scan.dof - scan.n_columns - len(trial.regressor.symbols)
+    return np.asarray(student_95(dof) * np.sqrt(trial.score.sum_of_squares / max(dof, 1)) * std)
+
+
+def _interval(spec: ParameterSpec, amplitude: float, half: float) -> list[Number] | None:
+    """Return the ends of a parameter's interval, kept within what is possible; None where it is not known."""
+    if not np.isfinite(half):
+        return None
+    low, high = amplitude_bounds(spec)
+    ends = [max(low, amplitude - half), min(high, amplitude + half)]
+    if not spec.inverse:
+        return [float(end) + spec.neutral for end in ends]
+    return [1.0 / ends[1], 1.0 / ends[0] if ends[0] > 0.0 else None]

@@ -1,0 +1,83 @@
+"""What the diagnosis reads of an effect that is missing: what it follows, and the direction in which it acts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.store import values_of
+from stiffcal.view.content import ViewEvidence, ViewVariable
+from stiffcal.workflow.evidence import EVIDENCE
+from stiffcal.workflow.steps import Ingested
+from stiffcal.workflow.view_models import place_words
+
+if TYPE_CHECKING:
+    from stiffcal.diagnosis.results import DiagnoseResult
+
+_AXES = ("along_x", "along_y", "along_z")
+_UNITS = {"rad": (180.0 / np.pi, "°"), "1": (1.0, "")}
+
+
+def view_evidence(
+    data: Ingested, diagnosis: DiagnoseResult | None, variables: Sequence[ViewVariable]
+) -> tuple[list[ViewEvidence], list[ViewVariable]]:
+    """Return the effects that the diagnosis finds missing, and the variables that only they follow.
+
+    Parameters
+    ----------
+    data : the campaign with its states. diagnosis : of the present fit; None without one.
+    variables : what residuals may follow, over all states.
+
+    Returns
+    -------
+    evidence : over all n states; empty where an older store holds no directions.
+    added : variables that are not among ``variables`` yet.
+    """
+    if diagnosis is None or not diagnosis.evidence or EVIDENCE not in data.store.tables:
+        return [], []
+    table = data.store.read_table(EVIDENCE)
+    if not {*_AXES} <= {*table.column_names}:
+        return [], []
+    entry, state, driver = (np.asarray(values_of(table.column(name))) for name in ("entry", "state", "driver"))
+    along = np.stack([np.asarray(values_of(table.column(name)), dtype=np.float64) for name in _AXES], axis=1)
+    named = {variable.label: variable.name for variable in variables}
+    found: list[ViewEvidence] = []
+    added: list[ViewVariable] = []
+    for number, summary in enumerate(diagnosis.evidence):
+        if summary.status != "missing":
+            continue
+        rows = entry == number
+        direction = _scattered(along[rows], state[rows], len(data.states))
+        if not np.isfinite(direction).any():
+            continue
+        if summary.driver not in named:
+            factor, unit = _UNITS.get(summary.unit, (1.0, summary.unit))
+            values = factor * _scattered(driver[rows], state[rows], len(data.states))
+            name = f"driver{number + 1}"
+            named[summary.driver] = name
+            added.append(ViewVariable(name=name, label=summary.driver, unit=unit, values=values))
+        found.append(
+            ViewEvidence(
+                name=f"{summary.effect} {place_words(summary.where)}",
+                variable=named[summary.driver],
+                turns=summary.component == "rotation",
+                along=direction,
+            )
+        )
+    return found, added
+
+
+def _scattered(values: Floats, state: Integers, n: int) -> Floats:
+    """Return (n, …) of values at some states; NaN at all others."""
+    whole = np.full((n, *values.shape[1:]), np.nan)
+    whole[state] = values
+    return whole
+
+
+def picked_evidence(evidence: ViewEvidence, pick: Integers) -> ViewEvidence:
+    """Return the evidence over the states that are drawn."""
+    return replace(evidence, along=evidence.along[pick])
