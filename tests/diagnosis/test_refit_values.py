@@ -42,10 +42,15 @@ def test_values_and_intervals_are_those_of_a_fit_with_the_effect(tmp_path: Path)
     for refit in (with_all, alone):
         assert [value.name for value in refit.values] == list(fitted)
         for value in refit.values:
-            parameter, ends = fitted[value.name], value.interval
+            parameter = fitted[value.name]
             assert value.value == pytest.approx(parameter.value, rel=0.01), (refit.change, value.name)
-            assert ends is not None
-            assert parameter.interval is not None
             # a fit adds the geometry's tolerance, and its noise is of its own residuals: by a tenth at most here
-            width, expected = (pair[1] - pair[0] for pair in (ends, parameter.interval))
-            assert width == pytest.approx(expected, rel=0.12), (refit.change, value.name)
+            assert _width(value.interval) == pytest.approx(_width(parameter.interval), rel=0.12)
+
+
+def _width(interval: list[float | None] | None) -> float:
+    assert interval is not None
+    low, high = interval
+    assert low is not None
+    assert high is not None
+    return high - low
