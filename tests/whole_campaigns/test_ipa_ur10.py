@@ -21,6 +21,7 @@ from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
 
 FOLDER = Path(__file__).resolve().parents[2] / "campaigns" / "ipa-ur10"
+ALL_ROWS = FOLDER.parents[2] / "shared" / "data" / "ipa-ur10" / "measurements_joint_configurations.csv"
 # mm, mean distance in regions left out, of all 1495 rows by hands that share no code with stiffcal
 REFERENCE = {"frames": 1.38, "offsets": 1.47, "geometry": 0.443, "springs": 0.379}
 
@@ -45,10 +46,10 @@ def test_ladder_is_that_of_other_hands(step: str, validated: ValidateResult) -> 
 
 
 def test_no_spring_is_claimed_that_eccentricities_explain(validated: ValidateResult) -> None:
-    """Next to eccentricities of all joints joint 2's spring is shown by all 1495 rows, not by this fifth of them."""
+    """Next to eccentricities of all joints joint 2's spring is 1.8 standard deviations in this fifth of the rows."""
     assert validated.elasticity is not None
     verdicts = {joint.joint: joint.verdict for joint in validated.elasticity.joints}
-    assert verdicts[2] in ("identified", "like-eccentricity")
+    assert verdicts[2] == "like-eccentricity"
     assert verdicts[3] != "identified"
     assert verdicts[4] != "identified"
     assert verdicts[1] == verdicts[6] == "no-torque"
@@ -97,3 +98,18 @@ def test_far_above_the_noise_nothing_is_named(folder: Path, validated: ValidateR
     assert diagnosis.missing == []
     assert diagnosis.unexplained
     assert diagnosis.adequate is False
+
+
+@pytest.mark.long
+def test_all_rows_show_joint_2s_spring_and_no_other(folder: Path, tmp_path: Path) -> None:
+    """1495 rows in the regions of the other hands: within 5 % of theirs."""
+    if not ALL_ROWS.is_file():
+        pytest.skip("the real measurements (../shared/data) are not here")
+    whole = Path(shutil.copytree(folder, tmp_path / "ur10", ignore=shutil.ignore_patterns("store")))
+    shutil.copyfile(ALL_ROWS, whole / "raw" / "poses.csv")
+    validated = validate_campaign(whole, RunContext())
+    assert validated.elasticity is not None
+    assert [joint.joint for joint in validated.elasticity.joints if joint.verdict == "identified"] == [2]
+    assert validated.ladder is not None
+    means = {rung.step: 1e3 * (rung.mean_region or 0.0) for rung in validated.ladder if rung.step in REFERENCE}
+    assert means == pytest.approx(REFERENCE, rel=0.05)
