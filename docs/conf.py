@@ -20,6 +20,8 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 autodoc_typehints = "none"
 myst_enable_extensions = ["deflist"]
 myst_heading_anchors = 3
+# quotation marks and ellipses as printed; two hyphens stay, as options begin with them
+smartquotes_action = "qe"
 html_theme = "furo"
 html_title = f"stiffcal {release}"
 # Pages open from a disk: nothing is fetched, neither fonts nor scripts.
@@ -31,6 +33,8 @@ html_static_path = ["static"]
 html_css_files = ["pages.css"]
 templates_path = ["templates"]
 exclude_patterns = ["templates"]
+AS_WRITTEN: dict[str, list[str]] = {}
+"""Docstrings of attributes, while napoleon works on them."""
 
 
 def setup(app: Any) -> None:
@@ -38,7 +42,21 @@ def setup(app: Any) -> None:
     app.connect("builder-inited", lambda _: write_pages(HERE / "reference" / "generated"))
     app.connect("builder-inited", lambda _: write_notebook(HERE / "reference" / "generated"))
     app.connect("source-read", expand_source)
+    app.connect("autodoc-process-docstring", keep_words, priority=1)
+    app.connect("autodoc-process-docstring", put_words_back, priority=900)
     app.connect("build-finished", lambda built, _: hold_to_hashes(Path(built.outdir)))
+
+
+def keep_words(_app: Any, what: str, name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
+    """Remember the docstring of an attribute: napoleon takes what stands before its first colon for a type."""
+    if what in ("attribute", "property"):
+        AS_WRITTEN[name] = list(lines)
+
+
+def put_words_back(_app: Any, what: str, name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
+    """Put back what `keep_words` has remembered."""
+    if what in ("attribute", "property"):
+        lines[:] = AS_WRITTEN.pop(name, lines)
 
 
 def expand_source(_app: Any, name: str, source: list[str]) -> None:

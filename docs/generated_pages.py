@@ -136,7 +136,12 @@ def column_page() -> str:
         parts += [f"## {schema['title']}\n", cell(schema["description"]) + "\n"]
         columns = {**schema.get("properties", {}), **schema.get("patternProperties", {})}
         rows = [
-            (code(name), cell(entry.get("parquet", "")), cell(entry.get("unit", "")), cell(entry["description"]))
+            (
+                code(entry.get("title", name)),
+                cell(entry.get("parquet", "")),
+                cell(entry.get("unit", "")),
+                cell(entry["description"]),
+            )
             for name, entry in columns.items()
         ]
         parts.append(table(("column", "Parquet type", "unit", "meaning"), rows))
