@@ -6,8 +6,8 @@
     const names = data.variables.map((variable) => [variable.name, variable.unit ? `${variable.label} [${variable.unit}]` : variable.label]);
     const component = S.scalar ? [] : [["component", "component of the residual"]];
     const groups = [["Residual", S.residualKeys()], ["Variable", names]], coloured = [["Variable", [...names, ...component]], ["Residual", S.residualKeys().filter(([key]) => key !== "r.all")]];
-    const x = S.choice("Across", [["Variable", [...names, ...component]], ["Residual", S.residualKeys()]], (value) => S.set({ x: value }));
-    const y = S.choice("Up", groups, (value) => S.set({ y: value }));
+    const x = S.choice("x axis", [["Variable", [...names, ...component]], ["Residual", S.residualKeys()]], (value) => S.set({ x: value }));
+    const y = S.choice("y axis", groups, (value) => S.set({ y: value }));
     const colour = S.choice("Colour", [["none", "none"], ...coloured], (value) => S.set({ colour: value }));
     const kind = S.choice("Residual", [["heldout", S.leftOut()], ["fit", "of the fit"]], (value) => S.set({ kind: value }));
     let axes = null, drag = null, listed = "";

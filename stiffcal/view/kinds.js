@@ -24,7 +24,7 @@
   /** Draw one pair of axes of a picture; returns the points that are of states. */
   function drawPanel(canvas, panel) {
     const { g, width, height } = S.begin(canvas), points = [];
-    const series = panel.series, curves = series.filter((s) => s.x), xs = curves.flatMap((s) => [...s.x]), ys = curves.flatMap((s) => (s.y ? [...s.y] : [...s.low, ...s.high]));
+    const series = panel.series, curves = series.filter((s) => s.x), xs = curves.flatMap((s) => [...s.x]), ys = curves.flatMap((s) => (!s.y ? [...s.low, ...s.high] : s.spread ? [...s.y.map((y, k) => y - s.spread[k]), ...s.y.map((y, k) => y + s.spread[k])] : [...s.y]));
     if (!xs.length) { g.fillStyle = S.theme.quiet; g.fillText(S.visible(panel.empty), 20, 40); return points; }
     const first = (entry, k) => entry.label && series.findIndex((other) => other.label === entry.label) === k;
     const entries = series.filter(first).map((s) => ({ word: s.label, mark: (x, y) => {
@@ -80,7 +80,7 @@
         const g = canvas.getContext("2d");
         if (drag) { g.strokeStyle = S.theme.accent; g.setLineDash([4, 3]); g.strokeRect(drag.from[0], drag.from[1], drag.to[0] - drag.from[0], drag.to[1] - drag.from[1]); g.setLineDash([]); }
         if (at >= 0 && points[at]) { g.strokeStyle = S.theme.ink; g.strokeRect(points[at].px - 7, points[at].py - 7, 14, 14); }
-        return panel.x_label ? `${panel.y_label} against ${panel.x_label}` : panel.y_label;
+        return S.nSelected && points.length ? `${points.filter((point) => point.members().some((i) => S.selected[i])).length} of ${points.length} points are of selected states.` : "";
       },
       depends: () => `${S.version}/${at}/${drag ? drag.to.join() : ""}`, key: linked ? key : undefined,
       table: () => ({ head: ["series", panel.x_label || "place", panel.y_label], rows: panel.series.flatMap((s, k) => (s.x && s.y ? [...s.x.keys()].map((i) => [s.label || String(k + 1), panel.x_names?.[s.x[i]] ?? s.x[i], s.y[i]]) : [])) }),

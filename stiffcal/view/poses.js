@@ -56,7 +56,7 @@
       g.textBaseline = "middle"; g.textAlign = "center"; g.fillStyle = S.theme.ink;
       words.forEach((word, k) => {
         const text = S.visible(word), parts = g.measureText(text).width > place.w - 4 ? text.split(" ") : [text];
-        parts.slice(0, 2).forEach((part, line) => g.fillText(S.shortened(g, part, place.w - 2), left + (k + 0.5) * place.w, HEAD - 20 + (parts.length > 1 ? 13 * line : 8)));
+        parts.slice(0, 2).forEach((part, line) => g.fillText(part, left + (k + 0.5) * place.w, HEAD - 20 + (parts.length > 1 ? 13 * line : 8), place.w - 2));
       });
       rows.forEach((row, number) => {
         const run = runs[number], y = HEAD + number * place.h, selected = S.members[run].some((i) => S.selected[i]);

@@ -280,6 +280,21 @@ def test_any_quantity_is_drawn_against_any_other(page: Any) -> None:
     assert page.locator("#against table.behind tbody tr").count() == 3
 
 
+def test_what_an_angle_explains_is_a_weighted_parabola(page: Any) -> None:
+    # a joint that appears softer by 0.3 sin 2q over another joint's angle q, which no effect of the catalogue does
+    rng = np.random.default_rng(1)
+    angle, weight = rng.uniform(-80.0, 80.0, 12), rng.uniform(1.0, 4.0, 12)
+    value = 1.0 + 0.3 * np.sin(np.radians(2.0 * angle)) + 0.02 * rng.standard_normal(12)
+    left = value - np.polyval(np.polyfit(angle, value, 2, w=np.sqrt(weight)), angle)
+    spread = value - np.average(value, weights=weight)
+    expected = 1.0 - (weight @ left**2 / (12 - 3)) / (weight @ spread**2 / (12 - 1))
+    given = [angle.tolist(), value.tolist(), weight.tolist()]
+    assert page.evaluate("(given) => stiffcal.parabolaShare(...given)", given) == pytest.approx(expected, rel=1e-9)
+    assert expected > 0.3
+    # two angles of three poses each determine no parabola
+    assert page.evaluate("stiffcal.parabolaShare([1, 1, 1, 2, 2, 2], [0, 1, 0, 1, 0, 1], [1, 1, 1, 1, 1, 1])") < 0.01
+
+
 def test_digits_follow_the_interval(page: Any) -> None:
     pairs = [[2.7e6, 6040.0], [65100.0, 7.04], [-3.55e-4, 2.09e-5], [0.1, 25.0], [5.0, None]]
     assert page.evaluate("(pairs) => pairs.map(([value, half]) => stiffcal.withHalf(value, half))", pairs) == [
