@@ -406,7 +406,9 @@ def test_the_script_of_the_page_on_notebooks_runs(tmp_path: Path, monkeypatch: p
     """Line by line, as a notebook runs it, on a copy of the campaign that it names."""
     from matplotlib import pyplot
 
-    scripts = re.findall(r"<<'END_OF_SCRIPT'\n(.*?)END_OF_SCRIPT", page_text("tutorials/notebook.md"), flags=re.DOTALL)
+    scripts = re.findall(
+        r"^```python run\n(.*?)^```$", page_text("tutorials/notebook.md"), flags=re.DOTALL | re.MULTILINE
+    )
     script = "\n".join(scripts)
     (name,) = set(re.findall(r'"(campaigns/[^"]+)"', script))
     shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("store"))
