@@ -71,7 +71,7 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
         campaign=campaign.name,
         robot=campaign.robot.name or campaign.chain.name or "robot",
         fit_id=identified.fit_id,
-        verdict=reason[:1].upper() + reason[1:] if diagnosis is None else diagnosis.summary,
+        verdict=reason if diagnosis is None else diagnosis.summary,
         noise=identified.noise if diagnosis is None else diagnosis.noise or identified.noise,
         zero=validation.zero_model,
         suspected=joints,
