@@ -96,6 +96,7 @@ class FaultCode(StrEnum):
     UNIT_IMPLAUSIBLE = "unit-implausible", "Readings that point to another unit than the one that is written."
     STATES_MISSING = "states-missing", "Logs in which no load state is found."
     REFERENCE_INVALID = "reference-invalid", "A state that cannot be the reference of its run."
+    POSES_TOO_FEW = "poses-too-few", "Fewer different poses than an estimated frame needs."
     REGISTRATION_IMPOSSIBLE = "registration-impossible", "A frame that the unloaded poses do not determine."
     KINEMATICS_MISMATCH = "kinematics-mismatch", "Measured poses that the kinematics of the robot does not meet."
     WRENCH_MISMATCH = "wrench-mismatch", "Forces and deflections that contradict each other."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -11,7 +12,16 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.results import AgreementWithPlaces
-from stiffcal.diagnosis.scoring import Score, fold_products, quadratic, score_variants, solve_within
+from stiffcal.diagnosis.scoring import (
+    FoldProducts,
+    FoldRows,
+    Score,
+    fold_products,
+    quadratic,
+    rows_by_fold,
+    score_variants,
+    solve_within,
+)
 from stiffcal.diagnosis.thresholds import CHOICE_FOLDS, MANY_SHAPES
 from stiffcal.identification.regressors import Regressor, RegressorMaker, StoredRegressor
 from stiffcal.model.composite import CompliantRobot
@@ -24,8 +34,7 @@ REFINING_FACTOR = 1.6
 REFINING_ROUNDS = 4
 # Errors that differ by less, relatively, are equal: they are sums of many squares.
 ROUNDING = 1e-9
-# Shapes of an effect (values of its nonlinear parameters) that take part in the choice in every fold: the best with all
-# poses, and its neighbours.
+# Shapes (values of nonlinear parameters) that take part in the choice in every fold: the best with all poses, and two.
 VARIANTS_IN_FOLDS = 3
 
 
@@ -119,6 +128,12 @@ class Scan:
         """Return (F, k, k) inner products of rows (k, m · n) fold by fold, `columns` first, their prior included."""
         return fold_products(rows, self.folds, self.prior)
 
+    def of_folds(self, rows: Floats) -> Floats | FoldRows:
+        """Return what `score_variants` takes of rows (k + 1, m · n), `columns` first, residual last."""
+        order, cuts = sorted_by_fold(self.folds)
+        few = None if has_prior(self.prior) else rows_by_fold(rows[:, order], cuts)
+        return few or self.products(rows)
+
     def drift(self) -> tuple[float, float, float]:
         """Return the residuals' drift within runs: `LackOfFit.drift`, its p-value, correlation of successive ones."""
         return 1.0, 1.0, 0.0
@@ -134,6 +149,17 @@ class Scan:
 def choice_groups(n_folds: int) -> Integers:
     """Deal folds into groups for the repeated choice, every n-th to the same."""
     return np.arange(n_folds, dtype=np.int64) % min(n_folds, CHOICE_FOLDS)
+
+
+def has_prior(prior: Floats | None) -> bool:
+    """Return whether anything is known of a parameter before the data."""
+    return prior is not None and bool(prior.any())
+
+
+def sorted_by_fold(folds: Sequence[Integers]) -> tuple[Integers, list[slice]]:
+    """Return (m · n,) indices that sort whitened rows by fold, and the rows of each fold after sorting."""
+    ends = np.cumsum([len(fold) for fold in folds])
+    return np.concatenate(folds), [slice(int(e) - len(fold), int(e)) for e, fold in zip(ends, folds, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -152,10 +178,8 @@ class BaseRows:
     """(m · n,) indices that sort whitened rows by fold."""
     cuts: list[slice]
     """The rows of each fold after sorting."""
-    inner: Floats
-    """(F, p, p) inner products of the base columns, by fold."""
     inner_sum: Floats
-    """(p, p) the same over all folds."""
+    """(p, p) inner products of the base columns over all folds."""
     groups: Integers
     """(F,) groups of folds for the repeated choice."""
     low: Floats
@@ -164,6 +188,13 @@ class BaseRows:
     """(p,) their upper bounds."""
     base: Score
     """Its score."""
+    prior: Floats | None = None
+    """(p,) precision of the base columns' parameters before the data; None: none."""
+
+    @cached_property
+    def inner(self) -> Floats:
+        """(F, p, p) inner products of the base columns, by fold."""
+        return fold_products(self.rows, self.cuts, self.prior)
 
     @classmethod
     def of(
@@ -171,17 +202,12 @@ class BaseRows:
         high: Floats, prior: Floats | None = None,
     ) -> BaseRows:  # fmt: skip
         """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual, ``prior`` (p,) their precision."""
-        order = np.concatenate(folds)
-        ends = np.cumsum([len(fold) for fold in folds])
-        cuts = [slice(int(end) - len(fold), int(end)) for end, fold in zip(ends, folds, strict=True)]
+        order, cuts = sorted_by_fold(folds)
         rows = space.rows(stack)[:, order]
-        inner = fold_products(rows, cuts, prior)
-        groups = choice_groups(len(folds))
-        base = score_variants([inner], low, high, groups)
-        inner = inner[:, :-1, :-1]
-        return cls(
-            state, space, rows[:-1], rows[-1:], order, cuts, inner, inner.sum(axis=0), groups, low, high, base
-        )  # fmt: skip
+        few = None if has_prior(prior) else rows_by_fold(rows, cuts)
+        whole, groups = few or FoldProducts(fold_products(rows, cuts, prior)), choice_groups(len(folds))
+        base, inner = score_variants([whole], low, high, groups), whole.total[:-1, :-1]
+        return cls(state, space, rows[:-1], rows[-1:], order, cuts, inner, groups, low, high, base, prior)
 
     def rows_of(self, regressor: Regressor) -> Floats:
         """Return (q + 1, m · n): the candidate's columns and what is left of the residual, sorted by fold."""
@@ -199,6 +225,11 @@ class BaseRows:
             result[k, :, p:] = whole[:, cut] @ mine[:, cut].T
         result[:, p:, :p] = np.swapaxes(result[:, :p, p:], 1, 2)
         return result
+
+    def of_folds(self, mine: Floats) -> Floats | FoldRows:
+        """Return what `score_variants` takes of base columns, the candidate's and the residual."""
+        few = None if has_prior(self.prior) else rows_by_fold(np.concatenate([self.rows, mine]), self.cuts)
+        return few or self.products(mine)
 
     def bounds(self, regressor: Regressor) -> tuple[Floats, Floats]:
         """Return the bounds of base and candidate."""
@@ -218,7 +249,7 @@ class BaseRows:
     def score(self, regressors: Sequence[Regressor]) -> tuple[Score, Regressor]:
         """Score a candidate, the choice among its foremost shapes repeated in every fold; and the best of them."""
         rows = (self.rows_of(regressor) for regressor in regressors)
-        score = score_variants(map(self.products, rows), *self.bounds(regressors[0]), self.groups, self.base)
+        score = score_variants(map(self.of_folds, rows), *self.bounds(regressors[0]), self.groups, self.base)
         best = regressors[score.variant]
         if best.fixed.any():
             score = replace(score, prediction_change=self._prediction_change(best, score))
@@ -245,7 +276,7 @@ def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     )
     bounds = [scan.bounds, *(amplitude_bounds(regressor) for regressor in regressors)]
     low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
-    return score_variants([scan.products(rows)], low, high, scan.groups, scan.base)
+    return score_variants([scan.of_folds(rows)], low, high, scan.groups, scan.base)
 
 
 def scan_rows(
@@ -289,10 +320,7 @@ def try_candidate(candidate: Candidate, ground: BaseRows, most: int = MANY_SHAPE
 
 
 class _BestShapes:
-    """The shapes of a candidate that leave least with all poses; of the others only their number is kept.
-
-    Shapes that leave far more with all poses are not best without one or two of them either.
-    """
+    """The shapes of a candidate that leave least with all poses, which are the best without one or two too."""
 
     def __init__(self, ground: BaseRows) -> None:
         self._ground = ground

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.bounded_least_squares import least_squares_within
 
 # Numbers of the matrices that one batched solve works on: 32 MB, of which it makes a handful of copies.
@@ -23,6 +24,12 @@ PATIENCE = 3
 PIVOTS = 6
 # Sums of squares that are less than this share of what they were taken from are rounding.
 ROUNDING = 1e-12
+# Of scaled inner products: columns that agree to seven digits share what they explain instead of blowing up.
+RIDGE = 1e-10
+# Slopes at a bound that are less than this share of the largest inner product are rounding.
+SLACK = 1e-9
+# Determinant of what a fold's rows leave open when the others are fitted; below it the fold alone tells of a parameter.
+LEAST_OPEN = 1e-8
 
 
 def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, near: Floats | None = None) -> Floats:
@@ -51,8 +58,7 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
         return np.zeros_like(right)
     diagonal = np.einsum("...kk->...k", normal)
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    # Columns that agree to seven digits share what they explain instead of blowing up.
-    scaled = (normal / scale[..., :, None] / scale[..., None, :] + 1e-10 * np.eye(k)).reshape(-1, k, k)
+    scaled = (normal / scale[..., :, None] / scale[..., None, :] + RIDGE * np.eye(k)).reshape(-1, k, k)
     target = (right / scale).reshape(-1, k)
     low, high = ((bound * scale).reshape(-1, k) for bound in (lower, upper))
     side = np.zeros(target.shape, dtype=np.int8)  # −1 on the lower bound, 1 on the upper, 0 free
@@ -61,7 +67,7 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
     result = np.zeros_like(target)
     active = np.arange(len(target))
     fewest, patience = np.full(len(target), k + 1), np.full(len(target), PATIENCE)
-    slack = 1e-9 * np.abs(target).max(axis=-1, keepdims=True, initial=0.0)
+    slack = SLACK * np.abs(target).max(axis=-1, keepdims=True, initial=0.0)
     for _ in range(PIVOTS * k + 1):
         whole = len(active) == len(target)
         matrix, aim, on = (scaled, target, side) if whole else (scaled[active], target[active], side[active])
@@ -133,10 +139,8 @@ class Score:
 
 def quadratic(products: Floats, solution: Floats) -> Floats:
     """Return |residual − columns x|² from (…, k + 1, k + 1) inner products, residual last."""
-    inner = np.einsum("...k,...kl,...l->...", solution, products[..., :-1, :-1], solution)
-    return np.asarray(
-        inner - 2.0 * np.einsum("...k,...k->...", solution, products[..., :-1, -1]) + products[..., -1, -1]
-    )
+    half = (products[..., :-1, :-1] @ solution[..., None])[..., 0] - 2.0 * products[..., :-1, -1]
+    return np.asarray(np.einsum("...k,...k->...", solution, half) + products[..., -1, -1])
 
 
 def without_rows(total: Floats, taken: Floats) -> Floats:
@@ -162,6 +166,142 @@ def fold_products(rows: Floats, folds: Sequence[Integers | slice], prior: Floats
     return products
 
 
+@dataclass(frozen=True)
+class FoldProducts:
+    """Folds of many rows each, by their inner products."""
+
+    each: Floats
+    """(F, k + 1, k + 1) residual last."""
+
+    @cached_property
+    def total(self) -> Floats:
+        """(k + 1, k + 1) of all folds."""
+        return np.asarray(self.each.sum(axis=0))
+
+    def without_each(self, lower: Floats, upper: Floats, near: Floats) -> tuple[Floats, Floats]:
+        """Return (F, k) parameters with each fold left out, and (F,) the squares that they leave of the rest."""
+        return _solve_folds(self.total, self.each, lower, upper, near)
+
+    def squares(self, solution: Floats) -> Floats:
+        """Return (F,) the squares that parameters (F, k) leave of each fold."""
+        return quadratic(self.each, solution)
+
+    def moved(self, change: Floats) -> Floats:
+        """Return (F,) the squares by which changes (F, k) of the parameters move each fold's prediction."""
+        moved = (self.each[:, :-1, :-1] @ change[..., None])[..., 0]
+        return np.asarray(np.einsum("fk,fk->f", change, moved))
+
+    def grouped(self, groups: Integers) -> Floats:
+        """Return (G, k + 1, k + 1) of groups of folds."""
+        member = (groups[None, :] == np.arange(int(groups.max()) + 1)[:, None]).astype(np.float64)
+        return np.asarray((member @ self.each.reshape(len(self.each), -1)).reshape(-1, *self.each.shape[1:]))
+
+
+@dataclass(frozen=True)
+class FoldRows:
+    """Folds of few rows each, by the rows themselves: one fold changes the equations of all by that small rank.
+
+    With A and b of all folds, C and m of one, x = A⁻¹ b,
+    (A − Cᵀ C)⁻¹ (b − Cᵀ m) = x − A⁻¹ Cᵀ (1 − C A⁻¹ Cᵀ)⁻¹ (m − C x) (Sherman, Morrison and Woodbury).
+    Folds without which a parameter meets or leaves a bound, or is not determined, are solved by themselves.
+    """
+
+    rows: Floats
+    """(m · n, k + 1) residual last, fold after fold."""
+    starts: Integers
+    """(F,) the first row of each fold."""
+
+    @cached_property
+    def total(self) -> Floats:
+        """(k + 1, k + 1) of all folds."""
+        return np.asarray(self.rows.T @ self.rows)
+
+    @cached_property
+    def _sizes(self) -> Integers:
+        """(F,) how many rows each fold has."""
+        return np.diff(np.append(self.starts, len(self.rows)))
+
+    def without_each(self, lower: Floats, upper: Floats, near: Floats) -> tuple[Floats, Floats]:
+        """Return (F, k) parameters with each fold left out, and (F,) the squares that they leave of the rest."""
+        solutions, doubtful = np.empty((len(self.starts), len(near))), np.ones(len(self.starts), dtype=np.bool_)
+        for size in np.unique(self._sizes[2 * self._sizes <= len(near)]):
+            alike = np.flatnonzero(self._sizes == size)
+            rows = self.rows[self.starts[alike, None] + np.arange(size)]
+            solutions[alike], doubtful[alike] = _by_small_rank(self.total, rows, (lower, upper), near)
+        each = [self.rows[start : start + size] for start, size in zip(self.starts, self._sizes, strict=True)]
+        alone = np.flatnonzero(doubtful)
+        if alone.size:
+            products = np.stack([each[fold].T @ each[fold] for fold in alone])
+            solutions[alone], _ = _solve_folds(self.total, products, lower, upper, near)
+        return solutions, quadratic(self.total, solutions) - self.squares(solutions)
+
+    def squares(self, solution: Floats) -> Floats:
+        """Return (F,) the squares that parameters (F, k) leave of each fold."""
+        solution = np.repeat(solution, self._sizes, axis=0)
+        left = self.rows[:, -1] - np.einsum("nk,nk->n", self.rows[:, :-1], solution)
+        return np.asarray(np.add.reduceat(left**2, self.starts))
+
+    def moved(self, change: Floats) -> Floats:
+        """Return (F,) the squares by which changes (F, k) of the parameters move each fold's prediction."""
+        moved = np.einsum("nk,nk->n", self.rows[:, :-1], np.repeat(change, self._sizes, axis=0))
+        return np.asarray(np.add.reduceat(moved**2, self.starts))
+
+    def grouped(self, groups: Integers) -> Floats:
+        """Return (G, k + 1, k + 1) of groups of folds."""
+        group = np.repeat(groups, self._sizes)
+        return np.stack([rows.T @ rows for rows in (self.rows[group == g] for g in range(int(groups.max()) + 1))])
+
+
+def _by_small_rank(total: Floats, rows: Floats, bounds: tuple[Floats, Floats], near: Floats) -> tuple[Floats, Booleans]:
+    """Return (F, k) parameters with those on a bound staying there, and (F,) True where that is in doubt.
+
+    Parameters
+    ----------
+    total : (k + 1, k + 1) inner products of all folds. rows : (F, r, k + 1) of the folds, each left out alone.
+    bounds, near : as in `_solve_folds`.
+    """
+    normal, right = total[:-1, :-1], total[:-1, -1]
+    diagonal = np.diagonal(normal)
+    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    low, high = bounds[0] * scale, bounds[1] * scale
+    columns = rows[..., :-1] / scale
+    matrix, aim = normal / scale[:, None] / scale + RIDGE * np.eye(len(scale)), right / scale
+    on_lower, on_upper = near <= bounds[0], near >= bounds[1]
+    held = on_lower | on_upper
+    value = np.zeros((len(rows), len(scale)))
+    value[:, held] = np.where(on_lower, low, high)[held]
+    # a parameter on its bound is known: its part of the readings counts as measured
+    rest = rows[..., -1] - columns[..., held] @ value[0, held]
+    factor = np.linalg.inv(matrix[np.ix_(~held, ~held)])
+    free = columns[..., ~held]
+    solution = factor @ (aim[~held] - matrix[np.ix_(~held, held)] @ value[0, held])
+    gain = free @ factor
+    open_part = np.eye(free.shape[1]) - gain @ np.swapaxes(free, 1, 2)
+    sure = np.linalg.det(open_part) > LEAST_OPEN
+    open_part[~sure] = np.eye(free.shape[1])
+    step = np.linalg.solve(open_part, (rest - free @ solution)[..., None])
+    value[:, ~held] = solution - (np.swapaxes(gain, 1, 2) @ step)[..., 0]
+    outside = ((value < low) | (value > high))[:, ~held].any(axis=1)
+    left = (columns @ value[..., None])[..., 0] - rows[..., -1]
+    slope = value @ matrix - aim - (np.swapaxes(columns, 1, 2) @ left[..., None])[..., 0]
+    margin = SLACK * np.abs(aim).max(initial=0.0)
+    leaving = ((on_lower & (slope < -margin)) | (on_upper & (slope > margin))).any(axis=1)
+    undetermined = (1.0 - np.sum(columns**2, axis=1) <= ROUNDING)[:, diagonal > 0.0].any(axis=1)
+    return value / scale, np.asarray(~sure | outside | leaving | undetermined)
+
+
+def rows_by_fold(rows: Floats, cuts: Sequence[slice]) -> FoldRows | None:
+    """Return rows (k + 1, m · n), sorted by fold, for `score_variants`; None where folds have many rows.
+
+    Parameters
+    ----------
+    cuts : the rows of each fold.
+    """
+    if 3 * rows.shape[1] > len(cuts) * len(rows):
+        return None
+    return FoldRows(np.ascontiguousarray(rows.T), np.array([cut.start for cut in cuts], dtype=np.int64))
+
+
 def _solve_folds(total: Floats, folds: Floats, lower: Floats, upper: Floats, near: Floats) -> tuple[Floats, Floats]:
     """Return (F, k) parameters with each fold left out, and (F,) the squares that they leave of the rest.
 
@@ -181,41 +321,42 @@ def _solve_folds(total: Floats, folds: Floats, lower: Floats, upper: Floats, nea
 
 
 def score_variants(
-    products: Iterable[Floats], lower: Floats, upper: Floats, groups: Integers, base: Score | None = None
+    products: Iterable[Floats | FoldProducts | FoldRows],
+    lower: Floats,
+    upper: Floats,
+    groups: Integers,
+    base: Score | None = None,
 ) -> Score:
     """Score a candidate whose shape is chosen, in every fold anew, among variants.
 
     Parameters
     ----------
-    products : per variant (F, k + 1, k + 1) inner products, residual last; taken one after the other.
+    products : per variant (F, k + 1, k + 1) inner products, residual last, or the rows of folds that have few; taken
+        one after the other.
     lower, upper : (k,) bounds.
     groups : (F,) group of each fold for the repeated choice.
     base : the base model's score, whose parameters come first.
     """
-    n_groups = int(groups.max()) + 1
-    member = groups[None, :] == np.arange(n_groups)[:, None]
     fitted, solutions, normals, heldout, training, without, squared_change = [], [], [], [], [], [], []
     nested, nested_training = [], []
     for product in products:
-        total = product.sum(axis=0)
+        variant = FoldProducts(product) if isinstance(product, np.ndarray) else product
+        total = variant.total
         solution = solve_within(total[:-1, :-1], total[:-1, -1], lower, upper)
         solutions.append(solution)
         normals.append(total[:-1, :-1])
         fitted.append(float(quadratic(total, solution)))
-        x, left = _solve_folds(total, product, lower, upper, solution)
+        x, left = variant.without_each(lower, upper, solution)
         without.append(x)
         training.append(left)
-        heldout.append(quadratic(product, x))
+        heldout.append(variant.squares(x))
         change = x.copy()
         before = x if base is None else base.without
         change[:, : before.shape[1]] -= before
-        squared_change.append(np.einsum("fk,fkl,fl->f", change, product[:, :-1, :-1], change))
-        grouped = np.einsum("gf,fkl->gkl", member.astype(np.float64), product)
-        either_group = grouped[:, None] + grouped[None, :] - np.einsum("gh,gkl->ghkl", np.eye(n_groups), grouped)
-        twice = without_rows(total, either_group)
-        y = solve_within(twice[..., :-1, :-1], twice[..., :-1, -1], lower, upper, solution)
-        nested_training.append(quadratic(twice, y))
-        nested.append(quadratic(np.broadcast_to(grouped[None, :], twice.shape), y))
+        squared_change.append(variant.moved(change))
+        twice_left, twice_training = _without_pairs(variant.grouped(groups), total, (lower, upper), solution)
+        nested.append(twice_left)
+        nested_training.append(twice_training)
     best = int(np.argmin(fitted))
     chosen = np.argmin(training, axis=0)
     picked = np.argmin(nested_training, axis=0)
@@ -230,3 +371,23 @@ def score_variants(
         np.stack(squared_change)[chosen, folds],
         normals[best],
     )
+
+
+def _without_pairs(
+    grouped: Floats, total: Floats, bounds: tuple[Floats, Floats], near: Floats
+) -> tuple[Floats, Floats]:
+    """Return (G, G) squares on group h with groups g and h left out, and those that the same fits leave of the rest.
+
+    Parameters
+    ----------
+    grouped : (G, k + 1, k + 1) inner products of each group. total : of all together.
+    bounds, near : as in `_solve_folds`.
+    """
+    first, second = np.triu_indices(len(grouped))
+    apart = (first != second)[:, None, None]
+    rest = without_rows(total, grouped[first] + np.where(apart, grouped[second], 0.0))
+    solution = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], *bounds, near)
+    left, training = np.empty((2, len(grouped), len(grouped)))
+    left[first, second], left[second, first] = (quadratic(grouped[of], solution) for of in (second, first))
+    training[first, second] = training[second, first] = quadratic(rest, solution)
+    return left, training

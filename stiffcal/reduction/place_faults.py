@@ -3,7 +3,7 @@
 Joint angles and places have to meet, but for the tracker's place and the targets' on their bodies, which are fitted to
 the rows so that a few wrong ones do not count (iteratively reweighted least squares with the weights of Geman and
 McClure 1985). Where no row meets, the single change of the whole table that makes them meet is looked for: the sign or
-the zero of a joint, the unit of all places. Where most rows meet, those that do not are looked at one by one: another
+the zero of a joint, the unit of all places, places some rows too high or too low. Where most rows meet, those that do not are looked at one by one: another
 unit, exchanged targets, angles of another row. Nothing is corrected.
 """
 
@@ -41,6 +41,8 @@ LEAST_ROWS = 10
 MOST_ROWS = 300
 ROUNDS = 40
 MOST_NAMED = 4
+# By so many rows at most the places of a table are taken to be moved against the joint angles.
+MOST_ROWS_MOVED = 3
 LENGTH_FACTORS = {
     1e-3: "a thousand times too large",
     1e3: "a thousand times too small",
@@ -196,10 +198,8 @@ class _Change:
 def _of_the_table(states: LoadStates, chain: Chain, places: _Places, usual: float) -> Fault | None:
     """Return the one change of all rows with which they meet; None where there is none."""
     some = np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_ROWS)).astype(np.int64))
-    states, places = states.select(some), places.at(some)
-    left = [
-        (_meet(change.places).usual(change.places), change) for change in _changes_of_the_table(states, chain, places)
-    ]
+    changes = [*_changes_of_the_table(states.select(some), chain, places.at(some)), *_moved_places(places, some)]
+    left = [(_meet(change.places).usual(change.places), change) for change in changes]
     least = min(distance for distance, _ in left)
     if least > MUCH_BETTER * usual:
         return None
@@ -234,6 +234,28 @@ def _changes_of_the_table(states: LoadStates, chain: Chain, places: _Places) -> 
             f"all places are {words}: correct units of the position",
             replace(places, measured=factor * places.measured),
         )  # fmt: skip
+
+
+def _moved_places(places: _Places, some: Integers) -> Iterator[_Change]:
+    """Yield the table with all places moved up or down by some rows against the joint angles.
+
+    Parameters
+    ----------
+    places : of all rows. some : those that are looked at.
+    """
+    for n in range(1, min(MOST_ROWS_MOVED, len(places.measured) - 1) + 1):
+        rows = "one row" if n == 1 else f"{n} rows"
+        for direction in ("down", "up"):
+            moved = np.full_like(places.measured, np.nan)
+            if direction == "down":
+                moved[n:] = places.measured[:-n]
+            else:
+                moved[:-n] = places.measured[n:]
+            yield _Change(
+                FaultCode.KINEMATICS_MISMATCH, "the order of the rows", f"all places moved {direction} by {rows}",
+                f"move the columns of the places {direction} by {rows} against those of the joint angles",
+                replace(places, measured=moved).at(some),
+            )  # fmt: skip
 
 
 def _of_a_row(states: LoadStates, chain: Chain, places: _Places, met: _Met, usual: float, k: int) -> Fault | None:

@@ -110,9 +110,11 @@ def register_frames(
     n_poses = _different_poses(states.joints)
     least = 3 if problem.full_pose or len(names) == 1 else 4
     if n_poses < least:
+        found = f"{n_poses} different unloaded pose{' is' if n_poses == 1 else 's are'} too few"
         raise InputError.at(
-            FaultCode.REGISTRATION_IMPOSSIBLE,
-            "campaign.toml", f"frames.{names[0]}.estimate", f"{n_poses} different unloaded poses are too few",
+            FaultCode.POSES_TOO_FEW,
+            "campaign.toml", f"frames.{names[0]}.estimate",
+            found if n_poses else "no target was measured in any unloaded pose",
             f"measure {least} or more poses that differ in position and orientation, or give the frame",
         )  # fmt: skip
     return problem.solve(n_poses)

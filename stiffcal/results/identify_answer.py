@@ -23,6 +23,7 @@ from stiffcal.identification.measured_links import link_results
 from stiffcal.identification.measured_robots import unusual_stiffness_warnings
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.rms import Rms
+from stiffcal.reduction.repeated_rows import repeated_rows
 from stiffcal.results.identify_result import IdentifyResult
 
 
@@ -42,6 +43,7 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
         warnings=[
             *fit_warnings(fit),
             *unusual_stiffness_warnings(fit),
+            *repeated_rows(states),
             *(fault.sentence for link in links for fault in link.faults),
         ],
         model=model_summary(fit.robot),

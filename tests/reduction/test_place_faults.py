@@ -185,4 +185,16 @@ def test_poses_too_alike_do_not_determine_the_frames(reduced: Reduce) -> None:
             table[axis] = (table[axis][0] + rng.normal(size=len(table["t"]))).tolist()
 
     fault = fault_of(reduced, "01", alike)
-    assert fault.code is FaultCode.REGISTRATION_IMPOSSIBLE
+    assert fault.code is FaultCode.POSES_TOO_FEW
+    assert "3 different unloaded poses are too few" in fault.reason
+
+
+@pytest.mark.parametrize(("rows", "words"), [(1, "down by one row"), (-2, "up by 2 rows")])
+def test_places_in_other_rows_than_their_angles_are_one_line(reduced: Reduce, rows: int, words: str) -> None:
+    def moved(table: Table) -> None:
+        for axis in PLACE:
+            table[axis] = np.roll(table[axis], -rows).tolist()
+
+    fault = fault_of(reduced, "01", moved)
+    assert (fault.code, fault.place) == (FaultCode.KINEMATICS_MISMATCH, "the order of the rows")
+    assert f"move the columns of the places {words}" in fault.mend
