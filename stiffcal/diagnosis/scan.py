@@ -262,9 +262,8 @@ class BaseRows:
         change[:, :p] -= self.base.without
         shift = self.residual[0] - candidate_rows[-1]
         rows = np.concatenate([self.rows, candidate_rows[:-1]])
-        return np.array(
-            [np.sum((x @ rows[:, cut] + shift[cut]) ** 2) for x, cut in zip(change, self.cuts, strict=True)]
-        )
+        squares = [np.sum((x @ rows[:, cut] + shift[cut]) ** 2) for x, cut in zip(change, self.cuts, strict=True)]
+        return np.array(squares)
 
 
 def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
