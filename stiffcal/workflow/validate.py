@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -251,5 +252,31 @@ def _validate_other(
         data = replace(data, origin=origin)
     result = result.judged(check_thresholds(data, stored.parameters, result, context, thresholds))
     return replace(
-        result, model_of=str(folder), model=stored.model, origin=cast(Origin, worst_of([data.origin, origin]))
+        result,
+        warnings=[*result.warnings, *_of_the_other_model(robot, stored, own, data)],
+        model_of=str(folder),
+        model=stored.model,
+        origin=cast(Origin, worst_of([data.origin, origin])),
     )
+
+
+def _of_the_other_model(robot: CompliantRobot, stored: IdentifyResult, own: Fit, data: Ingested) -> Iterator[str]:
+    """Yield what another campaign's data could not give its model and these data show."""
+    shown = {parameter.name for parameter in own.parameters if parameter.value is not None}
+    of_geometry = {
+        placed.parameter_name(spec.symbol)
+        for placed in robot.placed
+        if placed.changes_geometry or placed.effect.moves_frames
+        for spec in placed.effect.parameters
+    }
+    unknown = [p.name for p in stored.parameters if p.value is None and p.name in shown - of_geometry]
+    if unknown:
+        yield (
+            f"the other campaign's data do not identify {', '.join(unknown)}: taken as rigid, and what these joints "
+            "give here is part of the error"
+        )
+    if data.states.absolute.any() and not any(placed.changes_geometry for placed in robot.placed):
+        yield (
+            "the other campaign's model does not hold the robot's geometry: the geometry errors of robot.toml are part "
+            "of the error of the absolute places"
+        )

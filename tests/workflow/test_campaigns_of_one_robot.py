@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from stiffcal.workflow.compare import compare_campaigns
 from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign
 from stiffcal.workflow.compensation_path import Forces
 from stiffcal.workflow.fitted_robot import fitted_robot
+from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.absolute_and_loads import N_PLACES, TRACKER_M, Truth, write_campaign
@@ -66,9 +68,23 @@ def test_the_model_of_one_holds_in_the_other(campaigns: tuple[Path, Path]) -> No
     judged = validate_campaign(campaigns[1], model=campaigns[0])
     # 35 µm are the noise of sixty places; the model and the frames are known to some 15 µm
     assert judged.rms.translation == pytest.approx(np.hypot(np.sqrt(3.0) * TRACKER_M, 15e-6), rel=0.2)
+    assert judged.warnings == []
     back = validate_campaign(campaigns[0], model=campaigns[1])
+    # weight turns neither of them: the pulls do
+    (said,) = back.warnings
+    assert "do not identify joint-compliance.j1.c, joint-compliance.j6.c: taken as rigid" in said
     errors = {part.label: part.rms.translation or np.nan for part in back.by_experiment or []}
     assert errors["absolute"] == pytest.approx(np.hypot(np.sqrt(3.0) * TRACKER_M, 15e-6), rel=0.25)
+
+
+def test_a_model_without_geometry_is_no_judge_of_places(measured: tuple[Path, Path, Truth], tmp_path: Path) -> None:
+    loads = Path(shutil.copytree(measured[0], tmp_path / "loads", ignore=shutil.ignore_patterns("store")))
+    model = (loads / "model.toml").read_text(encoding="utf-8")
+    (loads / "model.toml").write_text(model[: model.rindex("[[effects]]")], encoding="utf-8")
+    identify_campaign(loads)
+    judged = validate_campaign(measured[1], model=loads)
+    assert (judged.rms.translation or 0.0) > 20.0 * TRACKER_M
+    assert any("does not hold the robot's geometry" in text for text in judged.warnings)
 
 
 PATH_DEG = np.linspace([-40.0, -70.0, 20.0, -40.0, 30.0, -60.0], [50.0, -40.0, 60.0, 60.0, 80.0, 70.0], 12)
