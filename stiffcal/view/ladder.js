@@ -85,10 +85,10 @@
       };
       const rows = names.map((name) => {
         const a = old.get(name), b = now.get(name);
-        const change = a && b && a.value && b.value !== null ? S.percent(b.value / a.value - 1) : "–";
+        const change = a && b && a.value && b.value !== null ? `${(100 * (b.value / a.value - 1)).toFixed(1).replace(/^-0\.0$/, "0.0").replace("-", "−")} %` : "–";
         return earlier ? [name, words(a), words(b), change, scaleOf((b || a).unit).unit] : [name, words(b), scaleOf(b.unit).unit];
       });
-      const short = (entry) => (entry.kind === "fit" ? `fit ${entry.id.slice(3)}` : entry.kind === "all" ? "with all that is missing" : entry.label);
+      const short = (entry) => (entry.kind === "fit" ? `fit ${entry.id.slice(3)}` : entry.kind === "all" ? "all missing added" : entry.label);
       const head = earlier ? ["parameter", `before: ${short(earlier)}`, `after: ${short(model)}`, "change", "unit"] : ["parameter", short(model), "unit"];
       S.fill(values, head, rows,
         `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " A candidate is a linear refit about the present fit; no ± for what is chosen among a few values." : ""}`);
