@@ -23,6 +23,8 @@ from stiffcal.planning.design import (
 )
 from stiffcal.planning.goals import Goal
 
+# Runs whose rows are triangulated together.
+RUNS_AT_ONCE = 500
 # A parameter whose relative standard uncertainty stays above this with all candidates measured cannot be identified.
 LARGEST_RELATIVE = 1.0
 
@@ -136,14 +138,17 @@ def identifiable(factors: Floats, known: Floats | None, nonlinear: Booleans | No
     nonlinear : (p,) True for nonlinear parameters; None: none is.
     """
     p = factors.shape[2]
-    rows = factors.reshape(-1, p)
+    rows = np.zeros((0, p))
     if known is not None:
         values, vectors = np.linalg.eigh(known)
-        rows = np.concatenate([rows, np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T])
-    if len(rows) < p:
-        rows = np.concatenate([rows, np.zeros((p - len(rows), p))])
+        rows = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    # the triangle of some runs after the other: memory does not grow with their number
+    for first in range(0, len(factors), RUNS_AT_ONCE):
+        more = factors[first : first + RUNS_AT_ONCE].reshape(-1, p)
+        rows = np.asarray(np.linalg.qr(np.concatenate([rows, more]), mode="r"))
+    rows = np.concatenate([rows, np.zeros((max(0, p - len(rows)), p))])
     checked = check_identifiability(
-        np.asarray(np.linalg.qr(rows, mode="r")),
+        rows,
         tuple(f"{column}" for column in range(p)),
         np.full(p, LARGEST_RELATIVE),
         nonlinear,

@@ -30,6 +30,8 @@ WEIGHT_STEPS = 60
 JOINING = 20
 # Candidates that take part in the exchange: those that gain most at the relaxed optimum. A bound is of all of them.
 EXCHANGED = 400
+# Candidates whose factors are turned together: memory for it stays small whatever their number.
+COMPRESSED_AT_ONCE = 500
 # What is known before any measurement: the start of M, so that few runs already have a finite covariance. Standard
 # deviation of each parameter in units of its own value: far beyond any use.
 VAGUE = 1e2
@@ -74,6 +76,16 @@ def compressed(factors: Floats) -> Floats:
     ----------
     factors : (N, r, p).
     """
+    parts = [
+        _turned(factors[first : first + COMPRESSED_AT_ONCE]) for first in range(0, len(factors), COMPRESSED_AT_ONCE)
+    ]
+    whole = np.zeros((len(factors), max(part.shape[1] for part in parts), factors.shape[2]))
+    for number, part in enumerate(parts):
+        whole[number * COMPRESSED_AT_ONCE :][: len(part), : part.shape[1]] = part
+    return whole
+
+
+def _turned(factors: Floats) -> Floats:
     gram = factors @ np.swapaxes(factors, 1, 2)
     values, vectors = np.linalg.eigh(gram)
     values, vectors = values[:, ::-1], vectors[:, :, ::-1]

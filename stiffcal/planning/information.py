@@ -119,17 +119,22 @@ def information_of_runs(
         count = rows.stop - rows.start
         per_run = whole.reshape(len(whole), whole.shape[1], count, -1)
         # (N, m K, q): readings of a run below each other
-        blocks.append(np.moveaxis(per_run, (2, 3, 1, 0), (0, 1, 2, 3)).reshape(count, -1, len(whole)))
-    stacked = np.concatenate(blocks)
-    p = len(columns)
-    factors, offset = stacked[:, :, : p + n_further], stacked[:, :, p + n_further :]
-    if offset.shape[2]:
-        basis, triangle = np.linalg.qr(offset)
-        # a component that the run does not read has no offset
-        size = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
-        basis = basis * (size > 1e-12 * size.max(axis=1, keepdims=True))[:, None, :]
-        factors = factors - basis @ (np.swapaxes(basis, 1, 2) @ factors)
+        rows_of_runs = np.moveaxis(per_run, (2, 3, 1, 0), (0, 1, 2, 3)).reshape(count, -1, len(whole))
+        blocks.append(_without_offsets(rows_of_runs, len(columns) + n_further))
+    p, factors = len(columns), np.concatenate(blocks)
     return RunInformation(names, values, factors[:, :, :p], scale, typical, nonlinear, factors[:, :, p:])
+
+
+def _without_offsets(rows: Floats, count: int) -> Floats:
+    """Return (N, r, count) the first columns of rows (N, r, q), without what the others, the run's offsets, take up."""
+    factors, offset = rows[:, :, :count], rows[:, :, count:]
+    if not offset.shape[2]:
+        return factors
+    basis, triangle = np.linalg.qr(offset)
+    # a component that the run does not read has no offset
+    size = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
+    basis = basis * (size > 1e-12 * size.max(axis=1, keepdims=True))[:, None, :]
+    return np.asarray(factors - basis @ (np.swapaxes(basis, 1, 2) @ factors))
 
 
 def counts_from_nominal(placed: PlacedEffect) -> bool:

@@ -183,10 +183,7 @@ def _choice_for_ranges(
         runs = model.information(candidates, robot)
         factors.append(runs.factors * (information.scale / runs.scale))
     count = len(robots)
-    blocks = np.zeros((len(candidates.joints), count * factors[0].shape[1], count * p))
-    for number, block in enumerate(factors):
-        rows = slice(number * block.shape[1], (number + 1) * block.shape[1])
-        blocks[:, rows, number * p : (number + 1) * p] = block
+    blocks = factors[0] if count == 1 else _side_by_side(factors)
     is_prediction = purpose.goals[0].is_prediction
     wanted = _wanted(model, purpose, information) if is_prediction else None
     choice = choose_runs(
@@ -195,6 +192,15 @@ def _choice_for_ranges(
         np.tile(named_parameters(plan, information.names), count),
     )  # fmt: skip
     return None if choice is None else replace(choice, free=choice.free[:p], identified=choice.identified[:p])
+
+
+def _side_by_side(factors: list[Floats]) -> Floats:
+    """Return (N, k r, k p) k factors (N, r, p) of the same runs, each on parameters of its own."""
+    n_runs, r, p = factors[0].shape
+    blocks = np.zeros((n_runs, len(factors) * r, len(factors) * p))
+    for number, block in enumerate(factors):
+        blocks[:, number * r : (number + 1) * r, number * p : (number + 1) * p] = block
+    return blocks
 
 
 def _wanted(model: PlanModel, purpose: Purpose, information: RunInformation) -> Floats:

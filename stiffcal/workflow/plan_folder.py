@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import itertools
 import os
 import shutil
@@ -14,6 +15,7 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.plan_file import PLAN_FILE
 from stiffcal.errors import InputError
+from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.plan_sheet import write_sheet
 
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 
 RUN_SHEETS = ("runs.csv", "runs.pdf")
 HEAD = """# A planned campaign: put the logs into raw/, under the names that stand below, then:  stiffcal check
+# A table that a person fills in begins with the header that raw/*_empty.csv has.
 # The run sheet is runs.pdf, as a table runs.csv; plan.toml is for further runs:  stiffcal plan
 """
 
@@ -34,7 +37,8 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult, f
 
     The sources, frames and thresholds are those of the campaign that the plan was made from; logs go to ``raw/``, a
     file per run and source: ``raw/run01_force.csv``. Sources whose one file serves all runs keep it, and absolute
-    places keep their run: a row of its table for each pose.
+    places keep their run: a row of its table for each pose. For a CSV table of load states ``raw/table_empty.csv`` has
+    the header: filled in, it is saved as ``raw/table.csv``.
 
     Parameters
     ----------
@@ -73,9 +77,34 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult, f
         written.append(name)
     (folder / PLAN_FILE).write_text(_plan_text(campaign.folder, force), encoding="utf-8", newline="\n")
     written.append(PLAN_FILE)
+    written += _empty_tables(folder, campaign)
     for sheet in RUN_SHEETS:
         write_sheet(folder / sheet, campaign, plan)
     return [*written, *RUN_SHEETS]
+
+
+def _empty_tables(folder: Path, campaign: Campaign) -> list[str]:
+    """Write the header of every CSV table of load states that serves all runs; return the files.
+
+    They are next to the tables under a name of their own: a table without rows is a fault, one that is not there yet is
+    not. Tables with lines before the header, or in another encoding, are left to who writes them.
+    """
+    written = []
+    for source in campaign.manifest.sources.values():
+        file = source.file
+        if file is None or not source.is_states or source.format_for(file) != "csv":
+            continue
+        options = source.options_of("csv")
+        name = Path(file).with_stem(f"{Path(file).stem}_empty").as_posix()
+        path = folder / name
+        if options.keys() - {"delimiter", "decimal"} or not path.resolve().is_relative_to(folder.resolve()):
+            continue
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.writer(stream, delimiter=str(options.get("delimiter") or ","), lineterminator="\n")
+            writer.writerow([csv_cell.escaped(name) for name in source.columns()])
+        written.append(name)
+    return written
 
 
 def _without_head(text: str) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import tomlkit
@@ -18,8 +18,16 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import planned_rows
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.naming import body_number
-from stiffcal.campaign.robot_file import JointEntry, RobotFile
+from stiffcal.campaign.robot_file import (
+    GeometryEntry,
+    GravityCompensatorEntry,
+    JointEntry,
+    LinkBeamEntry,
+    LinkMass,
+    RobotFile,
+)
 from stiffcal.campaign.transforms import placement_matrix
+from stiffcal.campaign.typed import Placement
 from stiffcal.identification.stated_geometry import HeldEnds, calibrated_rows, held_ends
 from stiffcal.mechanics.joint_rows import Convention, RowsOfChain
 from stiffcal.mechanics.rotations import inverse_transform
@@ -36,6 +44,8 @@ _FAR_M = 10.0
 """Rows that begin farther from the robot than this are warned of."""
 _DIGITS = 12
 """Decimals of metres and degrees; of strict rows all that a number has."""
+_KEPT = frozenset({"direction", "logged", "coupling", "gear_ratio", "gear_orders"})
+"""Keys of a joint's entry that do not depend on where its frame is."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +84,7 @@ def robot_rows_text(
     found = calibrated_rows(robot, planned, held, strict=strict)
     moved = [inverse_transform(frame) for frame in found.moved_frames()]
     digits = None if strict else _DIGITS
-    document = _document(campaign.robot, robot.adjusted_chain, found, moved, digits)
+    calibrated = _robot_file(campaign.robot, robot.adjusted_chain, found, moved, digits)
     frames = {} if setup is None else fitted_frames(robot, setup)
     frames = frames | dict(_frames_on_links(campaign, moved))
     head = [
@@ -90,78 +100,91 @@ def robot_rows_text(
             "digits moves the flange, and masses and bearings of links whose frames are there are left out; "
             "leave out --strict where the controller takes β"
         )
-    return RobotRowsText("\n".join(head) + "\n" + tomlkit.dumps(document), found.rows.convention, warnings)
+    return RobotRowsText("\n".join(head) + "\n" + _toml(calibrated), found.rows.convention, warnings)
 
 
-def _document(
+def _robot_file(
     robot: RobotFile, chain: Chain, found: RowsOfChain, moved: list[Floats], digits: int | None
-) -> dict[str, Any]:
-    """Return the robot file's tables."""
+) -> RobotFile:
+    """Return the robot file with the calibrated rows, and all that it states of links where their frames are now."""
     rows = found.rows
     written = {entry.name: entry for entry in robot.joints}
-    document: dict[str, Any] = {"schema": "stiffcal/robot/1", "name": chain.name, "convention": rows.convention}
-    document["gravity_mps2"] = list(robot.gravity_mps2)
-    document["joints"] = []
-    for k, name in enumerate(chain.joint_names):
-        entry = written.get(name, JointEntry(name=name))
-        table: dict[str, Any] = {
-            "name": name,
-            "a_m": _number(rows.a[k], digits),
-            "alpha_deg": _number(np.degrees(rows.alpha[k]), digits),
-            "d_m": _number(rows.d[k], digits),
-            "theta_deg": _number(np.degrees(rows.theta[k]), digits),
-        }
-        if rows.beta[k]:
-            table["beta_deg"] = _number(np.degrees(rows.beta[k]), digits)
-        table |= dict(_kept_keys(entry, chain, k))
-        near = abs(moved[k][2, 3]) < _FAR_M
-        bearing = float(chain.bearing[k] + moved[k][2, 3])
-        if near and round(bearing, _DIGITS):
-            table["bearing_m"] = _number(bearing, _DIGITS)
-        link: dict[str, Any] = {"name": chain.link_names[k]}
-        if near and (chain.masses_known or chain.link_mass[k] > 0.0):
-            link["mass_kg"] = float(chain.link_mass[k])
-            link["com_m"] = _place(chain.link_com[k], moved[k])
-        inline: Any = tomlkit.inline_table()
-        inline.update(link)
-        table["link"] = inline
-        document["joints"].append(table)
+    joints = tuple(
+        _joint(written.get(name, JointEntry(name=name)), chain, found, moved, k, digits)
+        for k, name in enumerate(chain.joint_names)
+    )
+    calibrated = RobotFile(
+        schema_id="stiffcal/robot/1", name=chain.name, convention=rows.convention, gravity_mps2=robot.gravity_mps2,
+        joints=joints,
+    )  # fmt: skip
+    further: dict[str, Placement | GravityCompensatorEntry | GeometryEntry | dict[str, LinkBeamEntry]] = {}
     for key, transform in (("base", rows.base), ("flange", rows.flange)):
         if not np.allclose(transform, np.eye(4), atol=1e-14):
-            document[key] = _placement(transform)
+            further[key] = _placement(transform)
     compensator = robot.gravity_compensator
     if compensator is not None:
         k = compensator.joint - 1
-        table = compensator.model_dump(exclude_none=True)
-        table["arm_m"] = _place(np.array(compensator.arm_m), moved[k])
         before = moved[k - 1] if k > 0 else np.eye(4)
-        table["anchor_m"] = _place(np.array(compensator.anchor_m), before)
-        document["gravity_compensator"] = table
+        ends = {"arm_m": _place(compensator.arm_m, moved[k]), "anchor_m": _place(compensator.anchor_m, before)}
+        further["gravity_compensator"] = compensator.model_copy(update=ends)
     if robot.geometry.model_fields_set:
-        document["geometry"] = robot.geometry.model_dump(exclude_none=True)
-    links = {name: _beam_table(robot, name, chain, moved) for name in robot.links}
-    return document | ({"links": links} if links else {})
+        further["geometry"] = robot.geometry
+    if robot.links:
+        further["links"] = {name: _beam(entry, name, chain, moved) for name, entry in robot.links.items()}
+    return calibrated.model_copy(update=further)
 
 
-def _kept_keys(entry: JointEntry, chain: Chain, k: int) -> Iterator[tuple[str, Any]]:
-    """Yield what of a joint's entry does not depend on where its frame is."""
+def _joint(
+    entry: JointEntry, chain: Chain, found: RowsOfChain, moved: list[Floats], k: int, digits: int | None
+) -> JointEntry:
+    """Return a joint's entry with its calibrated row, and its link in the frame that the row gives it."""
+    rows, near = found.rows, abs(moved[k][2, 3]) < _FAR_M
+    calibrated = JointEntry(
+        name=chain.joint_names[k],
+        a_m=_number(rows.a[k], digits),
+        alpha_deg=_number(np.degrees(rows.alpha[k]), digits),
+        d_m=_number(rows.d[k], digits),
+        theta_deg=_number(np.degrees(rows.theta[k]), digits),
+        link=_link(chain, moved, k, with_mass=near),
+    )
+    # what of an entry does not depend on where its frame is
+    further = {key: value for key in _KEPT & entry.model_fields_set if (value := getattr(entry, key)) is not None}
+    if rows.beta[k]:
+        further["beta_deg"] = _number(np.degrees(rows.beta[k]), digits)
     if np.isfinite(chain.limits[k]).all():
-        yield "limits_deg", [_number(limit, _DIGITS) for limit in np.degrees(chain.limits[k])]
-    for key in ("direction", "logged", "coupling", "gear_ratio", "gear_orders"):
-        if key in entry.model_fields_set and getattr(entry, key) is not None:
-            value = getattr(entry, key)
-            yield key, list(value) if isinstance(value, tuple) else value
+        low, high = np.degrees(chain.limits[k])
+        further["limits_deg"] = _number(low, _DIGITS), _number(high, _DIGITS)
+    bearing = float(chain.bearing[k] + moved[k][2, 3])
+    if near and round(bearing, _DIGITS):
+        further["bearing_m"] = _number(bearing, _DIGITS)
+    return calibrated.model_copy(update=further)
 
 
-def _beam_table(robot: RobotFile, name: str, chain: Chain, moved: list[Floats]) -> dict[str, Any]:
+def _link(chain: Chain, moved: list[Floats], k: int, *, with_mass: bool) -> LinkMass:
+    """Return a joint's link: its name, and where it is known its mass and centre in its new frame."""
+    name = chain.link_names[k]
+    if not with_mass or not (chain.masses_known or chain.link_mass[k] > 0.0):
+        return LinkMass(name=name)
+    return LinkMass(name=name, mass_kg=float(chain.link_mass[k]), com_m=_place(chain.link_com[k], moved[k]))
+
+
+def _beam(entry: LinkBeamEntry, name: str, chain: Chain, moved: list[Floats]) -> LinkBeamEntry:
     """Return what the robot file states of a beam, its ends in the new frame of its link."""
-    table = robot.links[name].model_dump(exclude_none=True, exclude_unset=True)
     beam = chain.beams.get(name)
     k = beam.joint - 1 if beam is not None else chain.link_names.index(name) if name in chain.link_names else None
-    for key in ("from_m", "to_m"):
-        if key in table and k is not None:
-            table[key] = _place(np.array(table[key]), moved[k])
-    return table
+    ends = {"from_m": entry.from_m, "to_m": entry.to_m}
+    placed = {key: _place(end, moved[k]) for key, end in ends.items() if end is not None and k is not None}
+    return entry.model_copy(update=placed)
+
+
+def _toml(robot: RobotFile) -> str:
+    """Return a robot file as TOML, the link of each joint on one line."""
+    document = robot.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
+    for joint in document["joints"]:
+        inline = tomlkit.inline_table()
+        inline.update(joint["link"])
+        joint["link"] = inline
+    return tomlkit.dumps(document)
 
 
 def _frames_on_links(campaign: Campaign, moved: list[Floats]) -> Iterator[tuple[str, tuple[str, Floats]]]:
@@ -180,23 +203,25 @@ def _frame_comments(frames: dict[str, tuple[str, Floats]]) -> Iterator[str]:
     for name, (parent, transform) in frames.items():
         yield f"#   [frames.{name}]"
         yield f'#   parent = "{parent}"'
-        for key, value in _placement(transform).items():
-            yield f"#   {key} = {value}"
+        placement = _placement(transform)
+        yield f"#   xyz_m = {list(placement.xyz_m)}"
+        if placement.quaternion_wxyz is not None:
+            yield f"#   quaternion_wxyz = {list(placement.quaternion_wxyz)}"
 
 
-def _placement(transform: Floats) -> dict[str, Any]:
+def _placement(transform: Floats) -> Placement:
     """Return a rigid transform as a robot file writes it."""
-    table: dict[str, Any] = {"xyz_m": [_number(value, _DIGITS) for value in transform[:3, 3]]}
-    if not np.allclose(transform[:3, :3], np.eye(3), atol=1e-14):
-        table["quaternion_wxyz"] = [
-            _number(value, 15) for value in quaternion_from_rotation(transform[:3, :3]).tolist()
-        ]
-    return table
+    x, y, z = (_number(value, _DIGITS) for value in transform[:3, 3])
+    if np.allclose(transform[:3, :3], np.eye(3), atol=1e-14):
+        return Placement(xyz_m=(x, y, z))
+    a, b, c, d = (_number(value, 15) for value in quaternion_from_rotation(transform[:3, :3]).tolist())
+    return Placement(xyz_m=(x, y, z), quaternion_wxyz=(a, b, c, d))
 
 
-def _place(place: Floats, moved: Floats) -> list[float]:
+def _place(place: Floats | tuple[float, ...], moved: Floats) -> tuple[float, float, float]:
     """Return a place on a link in the link's new frame."""
-    return [_number(value, _DIGITS) for value in moved[:3, :3] @ place + moved[:3, 3]]
+    x, y, z = (_number(value, _DIGITS) for value in moved[:3, :3] @ np.asarray(place) + moved[:3, 3])
+    return x, y, z
 
 
 def _number(value: float, digits: int | None) -> float:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.robots import SIX_AXES
@@ -69,21 +70,28 @@ def robot_text() -> str:
     return "\n".join(parts) + "\n[flange]\nxyz_m = [0.0, 0.0, 0.14]\n"
 
 
-def write_small_campaign(folder: Path, seed: int = 1, poses: int = 4, hidden: str = "") -> Path:
+def write_small_campaign(
+    folder: Path, seed: int = 1, poses: int = 4, hidden: str = "", stiffness: Sequence[float] = STIFFNESS,
+    set_up: str = CAMPAIGN, tracker_turn: Sequence[float] = (0.0, 0.0, 0.0),
+) -> Path:  # fmt: skip
     """Write the campaign's files and its measured table; return the folder.
 
     ``hidden`` is what the real robot has beyond model.toml: entries of a model file, every parameter with a value.
+    ``set_up`` is the manifest as it is in truth, and ``tracker_turn`` (rad) how the tracker is turned; the manifest
+    that is written knows of neither.
     """
     (folder / "raw").mkdir(parents=True)
-    (folder / "campaign.toml").write_text(CAMPAIGN, encoding="utf-8")
+    (folder / "campaign.toml").write_text(set_up, encoding="utf-8")
     (folder / "robot.toml").write_text(robot_text(), encoding="utf-8")
     (folder / "model.toml").write_text(MODEL + hidden, encoding="utf-8")
     campaign = load_campaign(folder, check_files=False)
     chain = campaign.chain
-    values = {f"joint-compliance.j{k + 1}.c": 1.0 / stiffness for k, stiffness in enumerate(STIFFNESS)}
+    values = {f"joint-compliance.j{k + 1}.c": 1.0 / size for k, size in enumerate(stiffness)}
     robot = placed_robot(campaign).with_values(values)
     (folder / "model.toml").write_text(MODEL, encoding="utf-8")
     setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
+    (folder / "campaign.toml").write_text(CAMPAIGN, encoding="utf-8")
+    tracker_from_base = rotation_from_vector(np.array(tracker_turn))
     rng = np.random.default_rng(seed)
     lines = ["run,A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,X,Y,Z,rx,ry,rz"]
     for number, pose in enumerate(POSES_DEG[:poses], start=1):
@@ -97,8 +105,10 @@ def write_small_campaign(folder: Path, seed: int = 1, poses: int = 4, hidden: st
         wrench[:, :3] = loads
         joints = np.repeat(np.radians([pose]), len(loads), axis=0)
         balance = solve_balance(robot, chain.model_angles(joints), wrench, setup)
-        position = 1e3 * (balance.target_position[:, 0] + NOISE_M * rng.standard_normal((len(loads), 3)))
-        turned = vector_from_rotation(balance.target_rotation[:, 0]) + 2e-5 * rng.standard_normal((len(loads), 3))
+        position = balance.target_position[:, 0] @ tracker_from_base.T
+        position = 1e3 * (position + NOISE_M * rng.standard_normal((len(loads), 3)))
+        turned = vector_from_rotation(tracker_from_base @ balance.target_rotation[:, 0])
+        turned = turned + 2e-5 * rng.standard_normal((len(loads), 3))
         for k in range(len(loads)):
             cells = [*pose, *wrench[k, :3], *position[k], *turned[k]]
             lines.append(f"pose{number}," + ",".join(f"{cell:.9g}" for cell in cells))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import tomlkit
 
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import load_plan
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
 
@@ -43,5 +44,10 @@ def test_the_planned_folder_is_about_itself_and_can_be_planned_further(tmp_path:
     assert (made.load.force_N, made.load.point, made.runs) == (800.0, "hook", 3)
     rows = list(csv.DictReader((out / "runs.csv").read_text(encoding="utf-8").splitlines()))
     assert {row["log"] for row in rows if row["log"]} == {"raw/table.csv"}
+    # the header waits next to the table, which is not there yet
+    assert "raw/table_empty.csv" in (plan.files or [])
+    assert not (out / "raw" / "table.csv").exists()
+    header = (out / "raw" / "table_empty.csv").read_text(encoding="utf-8").strip().split(",")
+    assert tuple(header) == load_campaign(out, check_files=False).manifest.sources["table"].columns()
     further = plan_campaign(out)
     assert [run.id for run in further.runs] == ["run04", "run05", "run06"]

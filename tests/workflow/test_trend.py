@@ -14,24 +14,21 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.validation.trend_result import TrendResult
 from stiffcal.workflow.trend import trend_campaigns
-from tests.laboratory import small_campaign
 from tests.laboratory.small_campaign import CAMPAIGN, STIFFNESS, write_small_campaign
 
 STATED = "\n[trend]\ndate = 2026-0{}-01\nbetween_campaigns = 0.01\n"
 HOOK = "xyz_m = [0.02, 0.0, 0.18]"
 
 
-def write_series(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, factors: list[float], manifests: list[str], stated: bool = True
-) -> list[Path]:
+def write_series(folder: Path, factors: list[float], manifests: list[str], stated: bool = True) -> list[Path]:
     """Write campaigns of a robot whose joint 2 has each of these shares of its stiffness, and whose true set-up is each
     of these manifests, of which campaign.toml knows nothing.
     """
     folders = []
     for number, (factor, manifest) in enumerate(zip(factors, manifests, strict=True)):
-        monkeypatch.setattr(small_campaign, "STIFFNESS", (STIFFNESS[0], factor * STIFFNESS[1], *STIFFNESS[2:]))
-        monkeypatch.setattr(small_campaign, "CAMPAIGN", manifest)
-        folders.append(write_small_campaign(folder / f"month{number + 1}", seed=number + 1))
+        stiffness = (STIFFNESS[0], factor * STIFFNESS[1], *STIFFNESS[2:])
+        month = folder / f"month{number + 1}"
+        folders.append(write_small_campaign(month, seed=number + 1, stiffness=stiffness, set_up=manifest))
         text = CAMPAIGN + (STATED.format(number + 1) if stated else "")
         (folders[-1] / "campaign.toml").write_text(text, encoding="utf-8")
     return folders
@@ -39,9 +36,7 @@ def write_series(
 
 @pytest.fixture(scope="module")
 def worn(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    with pytest.MonkeyPatch.context() as patch:
-        folder = tmp_path_factory.mktemp("worn")
-        return write_series(folder, patch, [1.0, 1.01, 0.99, 0.9, 0.9], [CAMPAIGN] * 5)
+    return write_series(tmp_path_factory.mktemp("worn"), [1.0, 1.01, 0.99, 0.9, 0.9], [CAMPAIGN] * 5)
 
 
 def test_a_joint_that_loses_a_tenth_is_worn(
@@ -105,23 +100,23 @@ def test_what_cannot_be_followed_is_refused(worn: list[Path], tmp_path: Path) ->
 
 
 @pytest.mark.long
-def test_a_change_of_the_set_up_is_no_wear(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_change_of_the_set_up_is_no_wear(tmp_path: Path) -> None:
     """The hook is mounted 22 mm from where the manifest has it: three joints seem to change."""
     moved = CAMPAIGN.replace(HOOK, "xyz_m = [0.02, 0.01, 0.20]")
-    result = following(tmp_path, monkeypatch, [CAMPAIGN] * 3 + [moved] * 2)
+    result = following(tmp_path, [CAMPAIGN] * 3 + [moved] * 2)
     assert len(result.alarms) >= 2
     assert result.cause is not None
     assert result.cause.verdict == "set-up"
     assert result.cause.causes[0].effect == "load-point-offset"
 
 
-def following(folder: Path, monkeypatch: pytest.MonkeyPatch, manifests: list[str]) -> TrendResult:
-    return trend_campaigns(write_series(folder, monkeypatch, [1.0] * len(manifests), manifests))
+def following(folder: Path, manifests: list[str]) -> TrendResult:
+    return trend_campaigns(write_series(folder, [1.0] * len(manifests), manifests))
 
 
 @pytest.mark.long
-def test_an_unchanged_robot_raises_no_alarm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folders = write_series(tmp_path, monkeypatch, [1.0] * 6, [CAMPAIGN] * 6, stated=False)
+def test_an_unchanged_robot_raises_no_alarm(tmp_path: Path) -> None:
+    folders = write_series(tmp_path, [1.0] * 6, [CAMPAIGN] * 6, stated=False)
     result = trend_campaigns(folders)
     assert result.passed
     assert {parameter.variance_from for parameter in result.parameters} == {"campaigns"}

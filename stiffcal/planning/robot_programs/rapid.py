@@ -14,6 +14,7 @@ LANGUAGE = Language(
     reserved=frozenset({"main", "user", "base", "measure_poses"}),
     program=Template("""MODULE $program
 $comments
+  ! tool0 has no load data: put the name of the mounted tool in its place.
   CONST speeddata slow := [50, 10, 50, 10];
   PROC measure_poses()
 $body
