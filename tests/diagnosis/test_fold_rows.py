@@ -22,8 +22,9 @@ def test_a_fold_of_few_rows_is_left_out_as_any_other(bounded: bool) -> None:
     groups, lower, upper = np.arange(len(folds)) % 10, np.full(k, -np.inf), np.full(k, np.inf)
     if bounded:
         lower[2:5] = 0.0  # their values are zero but for noise
-        # a bound that the best value meets with all folds, and without half of them
-        lower[0] = score_variants([fold_products(rows, folds)], lower, upper, groups).solution[0]
+        # bounds just below and just above the best value: without some folds it meets one, and leaves the other
+        best = score_variants([fold_products(rows, folds)], lower, upper, groups).solution
+        lower[0], lower[1] = best[0] - 1e-4, best[1] + 1e-4
     exact = score_variants([fold_products(rows, folds)], lower, upper, groups)
     by_rows = rows_by_fold(rows, [slice(int(fold[0]), int(fold[-1]) + 1) for fold in folds])
     assert isinstance(by_rows, FoldRows)
