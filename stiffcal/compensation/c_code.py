@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import re
-import textwrap
 from collections.abc import Iterable, Sequence
-from importlib import resources
 
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.compensation.code_words import LINE, filled, identifier, shared_words, wrapped
 from stiffcal.compensation.controller_model import ControllerModel
 from stiffcal.compensation.law_tables import ENDLESS, LawTables, law_tables, spring_rows
-from stiffcal.compensation.step import FIRST_SWEEPS
-from stiffcal.escapes import code_comment
-
-_LINE = 110
 
 
 def c_source(model: ControllerModel, head: Sequence[str], stem: str) -> tuple[str, str]:
@@ -30,74 +25,29 @@ def c_source(model: ControllerModel, head: Sequence[str], stem: str) -> tuple[st
     tables = law_tables(model)
     prefix = identifier(stem)
     springs = spring_rows(model)
-    words = {
+    words = shared_words(model, tables, len(springs), _number, _array, ENDLESS) | {
         "HEAD": "\n".join(f" * {line}".rstrip() for line in wrapped(head)),
         "PREFIX": prefix,
         "CAPS": prefix.upper(),
         "GUARD": f"{prefix.upper()}_H",
         "HEADER": header_name(stem),
         "HASH": model.hash,
-        "CYCLE": _number(model.cycle_s),
-        "JOINT_NAMES": ", ".join(code_comment.escaped(name) for name in model.joint_names),
         "N_JOINTS": str(len(model.coupling)),
         "N_LOGGED": str(model.coupling.shape[1]),
         "N_NODES": str(len(model.fixed)),
-        "N_SPRINGS": str(len(springs)),
-        "N_LAWS": str(len(tables.laws)),
         "N_WEIGHTS": str(len(tables.weights)),
-        "N_BALANCERS": str(len(model.springs)),
         "N_MEMORIES": str(max(tables.n_memories, 1)),
         "N_PLAYS": str(tables.n_memories),
-        "SWEEPS": str(model.sweeps),
-        "FIRST_SWEEPS": str(FIRST_SWEEPS),
         "DEFORMED": str(int(model.deformed)),
         "MOMENTS": str(int(model.moments)),
         "AXES_NODE": str(model.axes_node) if model.axes_node >= 0 else f"({model.axes_node})",
-        "LOAD_NODE": str(model.load_node),
-        "TARGET_NODE": str(model.target_node),
-        "FIXED": _array(model.fixed[:, :3]),
         "JOINT": _rows(str(int(joint)) for joint in model.joint),
-        "MASS": _array(model.mass),
-        "MASS_MOMENT": _array(model.mass_moment),
-        "GRAVITY": _array(model.gravity),
-        "COUPLING": _array(model.coupling),
-        "OFFSET": _array(model.offset),
-        "LIMITS": _array(np.clip(model.limits, -ENDLESS, ENDLESS)),
-        "LARGEST": _number(model.largest),
-        "DAMPING": _number(model.damping),
-        "AXES": _array(model.axes),
-        "LOAD_POINT": _array(model.load_point),
-        "TARGET": _array(model.target),
-        "B": _array(model.filter_b),
-        "A": _array(model.filter_a),
-        "TOOL": _array(model.tool),
-        "ZEROED": _array(model.zeroed),
         "SPRING": _rows([f"{{{to}, {source}, {_number(c)}}}" for to, source, c in springs] or ["{0, 0, 0.0}"]),
         "LAW": _rows(_laws(tables) or ["{0, 0, 0, 0, 0, {0.0}}"]),
         "WEIGHT": _rows([f"{{{index}, {_number(factor)}}}" for index, factor in tables.weights] or ["{0, 0.0}"]),
         "BALANCER": _rows(_balancers(model) or ["{0, 0, {0.0}, {0.0}, 0.0, 0.0}"]),
     }  # fmt: skip
     return filled("step.c", words), filled("step.h", words)
-
-
-def identifier(stem: str) -> str:
-    """Return a name of C and of Structured Text made of a file's name.
-
-    Examples
-    --------
-    >>> identifier("cell 4/arm"), identifier("7-axes"), identifier("Müller__x_")
-    ('cell_4_arm', 'r7_axes', 'M_ller_x')
-    """
-    name = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9]", "_", stem)).strip("_") or "robot"
-    return f"r{name}" if name[0].isdigit() else name
-
-
-def wrapped(head: Sequence[str]) -> list[str]:
-    """Return lines of a comment, escaped, none much longer than a page is wide."""
-    lines: list[str] = []
-    for line in head:
-        lines += textwrap.wrap(code_comment.escaped(line), _LINE, subsequent_indent="    ") or [""]
-    return lines
 
 
 def header_name(stem: str) -> str:
@@ -109,13 +59,6 @@ def header_name(stem: str) -> str:
     ('cell-4.h', 'a_b_.h')
     """
     return f"{re.sub(r'[^A-Za-z0-9_.-]', '_', stem)}.h"
-
-
-def filled(template: str, words: dict[str, str]) -> str:
-    """Return a template of `code_templates` with words for what stands between two @."""
-    text = resources.files("stiffcal.compensation").joinpath("code_templates", template).read_text(encoding="utf-8")
-    # one pass: what a name holds is not looked at again
-    return re.sub(r"@([A-Z_0-9]+)@", lambda match: words[match[1]], text)
 
 
 def _laws(tables: LawTables) -> list[str]:
@@ -151,7 +94,7 @@ def _array(values: Floats) -> str:
 def _rows(rows: Iterable[str]) -> str:
     lines = ["{"]
     for row in rows:
-        if len(lines[-1]) + len(row) > _LINE or lines[-1] == "{" or "\n" in row:
+        if len(lines[-1]) + len(row) > LINE or lines[-1] == "{" or "\n" in row:
             lines.append("    " + row.replace("\n", "\n    ") + ",")
         else:
             lines[-1] += f" {row},"

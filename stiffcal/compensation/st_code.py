@@ -7,16 +7,13 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.compensation.c_code import filled, identifier, wrapped
+from stiffcal.compensation.code_words import LINE, filled, identifier, shared_words, wrapped
 from stiffcal.compensation.controller_model import ControllerModel
 from stiffcal.compensation.law_tables import law_tables, spring_rows
-from stiffcal.compensation.step import FIRST_SWEEPS
-from stiffcal.escapes import code_comment
 from stiffcal.model.scalar_laws import LawForm
 
 # Stands for infinity; within the range of REAL too, which some compilers hold constants to.
 ENDLESS = 1e30
-_LINE = 110
 _FORMS = (
     LawForm.POLYNOMIAL, LawForm.CLIPPED, LawForm.POSITIVE, LawForm.CROSSING, LawForm.PLAY, LawForm.PERIODIC,
     LawForm.CUBIC_TORQUE,
@@ -39,49 +36,24 @@ def st_source(model: ControllerModel, head: Sequence[str], stem: str) -> str:
     in_balancers = [(*spring.anchor, *spring.arm, spring.rate, spring.free_length) for spring in model.springs]
     of_laws = [(_FORMS.index(law.form), law.joint, law.first, law.count, law.memory) for law in tables.laws]
     in_laws = [law.numbers for law in tables.laws]
-    words = {
+    words = shared_words(model, tables, len(springs), number, _numbers, ENDLESS) | {
         "HEAD": "\n".join(wrapped(head)),
         "PREFIX": identifier(stem),
         "HASH_1": model.hash[:32],
         "HASH_2": model.hash[32:],
-        "CYCLE": number(model.cycle_s),
-        "JOINT_NAMES": ", ".join(code_comment.escaped(name) for name in model.joint_names),
         "LAST_JOINT": str(len(model.coupling) - 1),
         "LAST_LOGGED": str(model.coupling.shape[1] - 1),
         "LAST_NODE": str(len(model.fixed) - 1),
         "LAST_COMPONENT": str(6 * len(model.fixed) - 1),
         "LAST_MEMORY": str(max(tables.n_memories, 2) - 1),
-        "N_SPRINGS": str(len(springs)),
-        "N_LAWS": str(len(tables.laws)),
-        "N_BALANCERS": str(len(model.springs)),
         "LAST_SPRING": str(max(len(springs), 1) - 1),
         "LAST_LAW": str(max(len(tables.laws), 1) - 1),
         "LAST_WEIGHT": str(max(len(tables.weights), 1) - 1),
         "LAST_BALANCER": str(max(len(model.springs), 1) - 1),
-        "SWEEPS": str(model.sweeps),
-        "FIRST_SWEEPS": str(FIRST_SWEEPS),
         "DEFORMED": _truth(model.deformed),
         "MOMENTS": _truth(model.moments),
         "READING_AXES": _reading_axes(model.axes_node),
-        "LOAD_NODE": str(model.load_node),
-        "TARGET_NODE": str(model.target_node),
-        "FIXED": _numbers(model.fixed[:, :3]),
         "JOINT": _list(str(int(joint)) for joint in model.joint),
-        "MASS": _numbers(model.mass),
-        "MASS_MOMENT": _numbers(model.mass_moment),
-        "GRAVITY": _numbers(model.gravity),
-        "COUPLING": _numbers(model.coupling),
-        "OFFSET": _numbers(model.offset),
-        "LIMITS": _numbers(np.clip(model.limits, -ENDLESS, ENDLESS)),
-        "LARGEST": number(model.largest),
-        "DAMPING": number(model.damping),
-        "AXES": _numbers(model.axes),
-        "LOAD_POINT": _numbers(model.load_point),
-        "TARGET": _numbers(model.target),
-        "B": _numbers(model.filter_b),
-        "A": _numbers(model.filter_a),
-        "TOOL": _numbers(model.tool),
-        "ZEROED": _numbers(model.zeroed),
         "SPRING_TO": _list([str(to) for to, _, _ in springs] or ["0"]),
         "SPRING_FROM": _list([str(source) for _, source, _ in springs] or ["0"]),
         "SPRING_C": _numbers(np.array([c for _, _, c in springs] or [0.0])),
@@ -125,7 +97,7 @@ def _numbers(values: Floats) -> str:
 def _list(entries: Iterable[str]) -> str:
     lines = [""]
     for entry in entries:
-        if len(lines[-1]) + len(entry) > _LINE:
+        if len(lines[-1]) + len(entry) > LINE:
             lines.append("")
         lines[-1] += f" {entry}," if lines[-1] else f"{entry},"
     return "[" + ("\n" + 8 * " ").join(lines).removesuffix(",") + "]"
