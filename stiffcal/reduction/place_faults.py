@@ -3,8 +3,8 @@
 Joint angles and places have to meet, but for the tracker's place and the targets' on their bodies, which are fitted to
 the rows so that a few wrong ones do not count (iteratively reweighted least squares with the weights of Geman and
 McClure 1985). Where no row meets, the single change of the whole table that makes them meet is looked for: the sign or
-the zero of a joint, the unit of all places, places some rows too high or too low. Where most rows meet, those that do not are looked at one by one: another
-unit, exchanged targets, angles of another row. Nothing is corrected.
+the zero of a joint, the unit of all places, places some rows too high or too low. Where most rows meet, those that do
+not are looked at one by one: another unit, exchanged targets, angles of another row. Nothing is corrected.
 """
 
 from __future__ import annotations

@@ -49,23 +49,31 @@ def measured_so_far(campaign: Campaign, robot: CompliantRobot, context: RunConte
     if not files:
         return None
     if all((campaign.folder / file).exists() for file in files):
-        return _of_whole_campaign(campaign, context)
+        return _of_whole_campaign(campaign, robot, context)
     return _of_first_runs(campaign, robot, context)
 
 
-def _of_whole_campaign(campaign: Campaign, context: RunContext) -> MeasuredSoFar:
+def _of_whole_campaign(campaign: Campaign, robot: CompliantRobot, context: RunContext) -> MeasuredSoFar:
+    """Return the fit with its frames among the parameters: further places determine them anew."""
     from stiffcal.workflow.fitted_robot import fitted_robot
     from stiffcal.workflow.identify import up_to_date_fit
     from stiffcal.workflow.steps import up_to_date_states
 
     fitted = fitted_robot(campaign, context)
-    estimated = up_to_date_fit(up_to_date_states(campaign.folder, context), context).noise_per_axis
+    data = up_to_date_states(campaign.folder, context)
+    identified = up_to_date_fit(data, context)
+    robot = robot.with_values(identified.robot_values())
+    setup = data.states.setup if data.states.setup.targets else fitted.setup
+    in_model = set(robot.values())
+    known = [(k, name) for k, name in enumerate(identified.free_parameters) if name in in_model]
+    covariance = {a: {b: float(identified.covariance[i][j]) for j, b in known} for i, a in known}
+    estimated = identified.noise_per_axis
     noise = (
         (None,) * 5
         if estimated is None
         else (estimated.translation, estimated.rotation, estimated.force, estimated.moment, estimated.motor_angle)
     )
-    return MeasuredSoFar(fitted.robot, fitted.setup, fitted.covariance, noise, fitted.source)
+    return MeasuredSoFar(robot, setup, covariance, noise, fitted.source)
 
 
 def _of_first_runs(campaign: Campaign, robot: CompliantRobot, context: RunContext) -> MeasuredSoFar | None:

@@ -11,6 +11,7 @@ from urllib.parse import unquote
 import pytest
 
 from docs import generated_pages
+from docs.document_page import document_page
 from docs.effect_page import effect_page
 from docs.effects_api_page import effects_api_page
 from docs.formulas import BLANK, FormulaError, mathml
@@ -94,7 +95,7 @@ def test_the_page_of_columns_has_each_table() -> None:
 
 
 def test_each_key_of_a_json_document_has_a_meaning() -> None:
-    page = generated_pages.document_page().partition("## Types of these keys")[0]
+    page = document_page().partition("## Types of these keys")[0]
     rows = re.findall(r"^\| `(\S+)` \| .* \| (.*) \|$", page, flags=re.MULTILINE)
     assert len(rows) > 250
     assert [key for key, meaning in rows if not meaning.strip()] == []

@@ -62,7 +62,7 @@ def test_no_file_is_replaced(plain: Path) -> None:
     own.unlink()
 
 
-@pytest.mark.parametrize("words", [["new"], ["new", "own"], ["backlash", "own"], ["backlash", "--from", "."]])
+@pytest.mark.parametrize("words", [["new"], ["new", "own"], ["backlash", "own"]])
 def test_the_command_line_asks_for_what_is_missing(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert run("effects", *words) == 2
     assert "effects new NAME --from DIR" in capsys.readouterr().err
