@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from stiffcal.campaign.loading import Campaign
 from stiffcal.workflow.steps import RunContext
 
@@ -64,9 +66,9 @@ def _of_whole_campaign(campaign: Campaign, robot: CompliantRobot, context: RunCo
     identified = up_to_date_fit(data, context)
     robot = robot.with_values(identified.robot_values())
     setup = data.states.setup if data.states.setup.targets else fitted.setup
-    in_model = set(robot.values())
+    in_model, matrix = set(robot.values()), np.array(identified.covariance, dtype=np.float64)
     known = [(k, name) for k, name in enumerate(identified.free_parameters) if name in in_model]
-    covariance = {a: {b: float(identified.covariance[i][j]) for j, b in known} for i, a in known}
+    covariance = {a: {b: float(matrix[i, j]) for j, b in known} for i, a in known}
     estimated = identified.noise_per_axis
     noise = (
         (None,) * 5
