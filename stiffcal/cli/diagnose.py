@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stiffcal.cli.console import AnswerConsole
-    from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace
+    from stiffcal.diagnosis.results import DiagnoseResult, LookAlike, ProposedEffect, SearchPace
     from stiffcal.model.summary import EffectAt, Where
 
 MOST_ROWS = 8
@@ -64,6 +64,12 @@ def place_words(where: Where) -> list[str]:
 def effect_words(effect: EffectAt | ProposedEffect) -> str:
     """Return an effect with its place."""
     return f"{effect.effect} ({places(effect.where)})"
+
+
+def look_alike_words(effect: LookAlike) -> str:
+    """Return a look-alike with its place and how alike its displacements are."""
+    alike = "" if effect.cosine is None else f", cosine {effect.cosine:.3f}"
+    return f"{effect.effect} ({places(effect.where)}{alike})"
 
 
 def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None) -> None:
@@ -116,7 +122,7 @@ def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path,
 def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect) -> None:
     console.print(f"\nmissing: {effect_words(effect)}")
     if effect.alternatives:
-        names = ", ".join(effect_words(alternative) for alternative in effect.alternatives)
+        names = ", ".join(look_alike_words(alternative) for alternative in effect.alternatives)
         console.print(f"  cannot be distinguished from: {names}", soft_wrap=True)
     finding = result.finding_of(effect)
     if finding is None or finding.evidence is None:

@@ -21,6 +21,7 @@ from stiffcal.diagnosis.results import (
     CompliancePattern,
     DiagnoseResult,
     Finding,
+    LookAlike,
     ProposedEffect,
     SearchPace,
     UndecidedEffect,
@@ -57,7 +58,10 @@ def against_noise(lack: LackOfFit | None) -> VarianceRatio | None:
 def proposed(missing_effect: MissingEffect) -> ProposedEffect:
     """Return an effect to add."""
     at = effect_at(missing_effect.candidate)
-    alternatives = [effect_at(candidate) for candidate in missing_effect.alternatives]
+    alternatives = [
+        LookAlike(effect=candidate.effect.name, where=Where.of(candidate.place), cosine=cosine)
+        for candidate, cosine in zip(missing_effect.alternatives, missing_effect.cosines, strict=True)
+    ]
     return ProposedEffect(
         effect=at.effect, where=at.where, alternatives=alternatives, form=dict(missing_effect.form) or None
     )

@@ -11,11 +11,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stiffcal.diagnosis.judge import alike, judge
+from stiffcal.diagnosis.naming import look_alikes
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_context import SearchContext
 from stiffcal.diagnosis.search_results import F, MissingEffect, S
 from stiffcal.diagnosis.slips import is_slip
-from stiffcal.diagnosis.thresholds import MOST_ALTERNATIVES
 
 # Of the candidates behind the named one, so many are compared again: in the scan's weights the others are far behind.
 COMPARED = 8
@@ -43,11 +43,10 @@ def with_alike_in_own_weights(
     if own is None:
         return missing_effect
     near = [
-        trial.candidate
-        for trial in scan.trials
-        if trial is not own and judge(scan, trial).supported and alike(scan, trial, own)
+        trial for trial in scan.trials if trial is not own and judge(scan, trial).supported and alike(scan, trial, own)
     ]
-    return replace(missing_effect, alternatives=tuple(near[:MOST_ALTERNATIVES]))
+    alternatives, cosines = look_alikes(scan, near, own)
+    return replace(missing_effect, alternatives=alternatives, cosines=cosines)
 
 
 def _is_simple(trial: Trial) -> bool:

@@ -19,6 +19,14 @@ from stiffcal.reduction.registration import RegistrationSummary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LookAlike(EffectAt):
+    """An effect that the data cannot distinguish from the one that is named."""
+
+    cosine: OrAbsent[float] = None
+    """Of its displacements, as fitted, with those of the named effect, beyond what the model absorbs: 1 for equal."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ProposedEffect:
     """An effect to add."""
 
@@ -26,8 +34,8 @@ class ProposedEffect:
     """Its name."""
     where: Where
     """Its place."""
-    alternatives: list[EffectAt]
-    """Those that look the same in these poses and loads."""
+    alternatives: list[LookAlike]
+    """Those that look the same in these poses and loads, at most four."""
     form: OrAbsent[dict[str, float]] = None
     """Fitted values, SI, by symbol, of the form of the law that fits best, where `add` writes another by itself."""
     searched_in: OrAbsent[str] = None

@@ -18,7 +18,7 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.deletions import Rival, rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import explained_share
 from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values, reduction_between
-from stiffcal.diagnosis.naming import near_best, ties_with_named
+from stiffcal.diagnosis.naming import look_alikes, near_best, ties_with_named
 from stiffcal.diagnosis.own_weights import with_alike_in_own_weights
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.scan import Scan, Trial
@@ -28,7 +28,6 @@ from stiffcal.diagnosis.sufficient import sufficient_alone
 from stiffcal.diagnosis.thresholds import (
     LEAST_EXPLAINED,
     LEAST_FALL,
-    MOST_ALTERNATIVES,
     MOST_EFFECTS,
     STANDARD_ERRORS,
 )
@@ -189,9 +188,9 @@ def _supported_effect(scan: Scan, candidate: Candidate) -> MissingEffect | None:
     # The one that is in the model already stays where the evidence ties: the search would else go round in a circle.
     same = [trial for trial in near if trial.candidate.name == candidate.name]
     chosen = same[0] if same and ties_with_named(scan, near, same[0]) else near[0]
-    alternatives = tuple(trial.candidate for trial in near if trial.candidate.name != chosen.candidate.name)
+    others, cosines = look_alikes(scan, near, chosen)
     rivals = rivals_without_a_pose(scan, near, chosen) or too_many_alike(scan, near, chosen)
-    return MissingEffect(chosen.candidate, alternatives[:MOST_ALTERNATIVES], judge_choice(scan, chosen), rivals)
+    return MissingEffect(chosen.candidate, others, judge_choice(scan, chosen), rivals, cosines=cosines)
 
 
 def _basic_effect(scan: Scan, candidate: Candidate) -> MissingEffect:

@@ -30,6 +30,10 @@ class MissingEffect:
     """Candidates, itself among them, between which single poses decide; empty where none does."""
     form: tuple[tuple[str, float], ...] = ()
     """Symbols and values of the form of the law that fits best; empty where it is the catalogue's."""
+    cosines: tuple[float, ...] = ()
+    """Of each alternative: the cosine of its displacements, as fitted, with the effect's own, beyond what the model
+    absorbs (`naming.displacement_cosine`).
+    """
 
 
 S = TypeVar("S", bound=Scan)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from stiffcal.compensation.predict_result import PredictResult
-    from stiffcal.diagnosis.results import DiagnoseResult, Finding
+    from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike
     from stiffcal.documents import CommandResult, Document
     from stiffcal.measurements.columns import Values
     from stiffcal.model.summary import EffectAt
@@ -223,13 +223,13 @@ class ModelDiagnosis(CampaignAnswer):
 
     @property
     def missing(self) -> pd.DataFrame:
-        """The set of effects to add, in order, with their look-alikes in these poses."""
+        """The set of effects to add, in order, with their look-alikes in these poses (cosines in brackets)."""
         return frame_of_rows(
             (
                 {
                     "effect": proposed.effect,
                     "place": place_label(proposed.where),
-                    "alternatives": _candidates(proposed.alternatives),
+                    "alternatives": "; ".join(map(_look_alike, proposed.alternatives)),
                 }
                 for proposed in self.result.missing
             ),
@@ -296,6 +296,11 @@ def _finding(finding: Finding) -> dict[str, str | float | None]:
 
 def _candidates(effects: Sequence[EffectAt]) -> str:
     return "; ".join(f"{effect.effect} {place_label(effect.where)}" for effect in effects)
+
+
+def _look_alike(effect: LookAlike) -> str:
+    alike = "" if effect.cosine is None else f" ({effect.cosine:.3f})"
+    return f"{effect.effect} {place_label(effect.where)}{alike}"
 
 
 class LoadPrediction(CampaignAnswer):

@@ -10,12 +10,13 @@ from typing import cast
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.deletions import rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import Explained, explained_share
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.load_scan import scan_candidates
-from stiffcal.diagnosis.naming import near_best, times_typical
+from stiffcal.diagnosis.naming import displacement_cosine, look_alikes, near_best, times_typical
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
@@ -57,6 +58,27 @@ def scan_of(spoilt: bool) -> Scan:
 
 def trial_of(scan: Scan, name: str) -> Trial:
     return next(trial for trial in scan.trials if trial.candidate.name == name)
+
+
+def test_the_cosine_of_two_candidates_is_of_what_the_model_cannot_absorb() -> None:
+    """Its square is the share of one's squares, beyond the model's own columns, that the other takes away."""
+    scan = scan_of(False)
+    first, second = (trial_of(scan, f"bearing-tilt j{joint}") for joint in (3, 5))
+    columns = []
+    for trial in (first, second):
+        added = trial.score.solution[-len(trial.regressor.symbols) :]
+        columns.append(scan.space.rows(np.einsum("q,qmn->mn", added, trial.regressor.columns)[None])[0])
+    own = scan.space.rows(scan.own_columns).T
+
+    def left(known: Floats) -> float:
+        return float(np.sum((columns[0] - known @ np.linalg.lstsq(known, columns[0])[0]) ** 2))
+
+    squared = 1.0 - left(np.column_stack([own, columns[1]])) / left(own)
+    assert displacement_cosine(scan, first, second) ** 2 == pytest.approx(squared, rel=1e-6)
+    assert displacement_cosine(scan, first, first) == pytest.approx(1.0)
+    others, cosines = look_alikes(scan, [first, second], first)
+    assert others == (second.candidate,)
+    assert cosines == (displacement_cosine(scan, second, first),)
 
 
 def test_no_pose_decides_where_all_agree() -> None:

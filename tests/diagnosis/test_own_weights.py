@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from stiffcal.diagnosis.document import proposed
 from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.search_results import Search
@@ -33,6 +34,8 @@ def test_what_only_the_weights_without_the_effect_separate_is_an_alternative() -
     named = search.found[0]
     assert named.candidate.name == "two-slope j4"
     assert [other.name for other in named.alternatives] == ["backlash j4"]
+    assert len(proposed(named).alternatives) == 1
+    assert proposed(named).alternatives[0].cosine == named.cosines[0]
 
 
 def test_what_both_weights_separate_is_named_alone() -> None:

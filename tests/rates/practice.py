@@ -66,14 +66,17 @@ def truth(folder: Path = HIDDEN) -> dict[str, dict[str, Any]]:
 
 def hidden_name(entry: dict[str, Any]) -> str:
     """Return an entry's effect as candidates are named."""
+    return f"{entry['effect']} {hidden_place(entry).label}"
+
+
+def hidden_place(entry: dict[str, Any]) -> Place:
+    """Return where an entry has its effect."""
     where = entry["where"]
     if "joints" in where:
-        place = Place("joints", tuple(where["joints"]))
-    elif "pairs" in where:
-        place = Place("pairs", tuple(where["pairs"][0]))
-    else:
-        place = Place("links", (), where["links"][0]) if "links" in where else Place("setup")
-    return f"{entry['effect']} {place.label}"
+        return Place("joints", tuple(where["joints"]))
+    if "pairs" in where:
+        return Place("pairs", tuple(where["pairs"][0]))
+    return Place("links", (), where["links"][0]) if "links" in where else Place("setup")
 
 
 def search_campaign(folder: Path) -> Search:

@@ -13,6 +13,7 @@ from stiffcal.diagnosis.results import (
     DiagnoseResult,
     EffectEvidenceSummary,
     Finding,
+    LookAlike,
     ProposedEffect,
     ResidualDependence,
     RunErrors,
@@ -35,9 +36,10 @@ from tests.laboratory.report_content import made_up_content
 
 BACKLASH = EffectAt(effect="backlash", where=Where(joints=[4]))
 HYSTERESIS = EffectAt(effect="friction-hysteresis", where=Where(joints=[4]))
+ALIKE = LookAlike(effect=HYSTERESIS.effect, where=HYSTERESIS.where, cosine=0.987)
 
 
-def proposed(*alternatives: EffectAt) -> ProposedEffect:
+def proposed(*alternatives: LookAlike) -> ProposedEffect:
     return ProposedEffect(effect=BACKLASH.effect, where=BACKLASH.where, alternatives=list(alternatives))
 
 
@@ -55,7 +57,7 @@ def diagnosed(**changes: Any) -> DiagnoseResult:
             summary="Missing: backlash of joint 4 (0.116 mm in held-out poses, noise 0.0286 mm).", adequate=False,
             noise=Rms(2.86e-5, None), rms=Rms(1.16e-4, None),
             lack_of_fit=VarianceRatio(statistic=16.0, dof=[3456.0, 1386.0], p_value=1e-40),
-            missing=[proposed(HYSTERESIS)], could_be=[], findings=[finding()],
+            missing=[proposed(ALIKE)], could_be=[], findings=[finding()],
             next_measurement=SeparatingMeasurement(
                 pose_deg=[10.0, -20.0, 30.0], load=[100.0, 0.0, 0.0, 0.0, 0.0, 0.0], gain=12.0,
                 separates=[BACKLASH, HYSTERESIS], difference_m=3.4e-4,
@@ -126,7 +128,8 @@ def test_without_a_diagnosis_pages_are_left_out_with_the_reason(module: Any) -> 
 def test_answer_and_look_alikes() -> None:
     text = words(diagnosis.section(content()))
     assert text.startswith("Missing: backlash of joint 4")
-    assert "backlash (joint 4); in these poses and loads friction-hysteresis (joint 4) would look the same" in text
+    alike = "friction-hysteresis (joint 4) with a cosine of 0.987 would look the same"
+    assert f"backlash (joint 4); in these poses and loads {alike}" in text
 
 
 def test_nothing_missing_and_nothing_known() -> None:

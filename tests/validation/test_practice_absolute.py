@@ -23,8 +23,9 @@ from stiffcal.mechanics.rotations import rotation_from_vector, transform
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Inputs, Place
+from stiffcal.model.effect import Inputs
 from stiffcal.model.equilibrium import reported_targets
+from tests.rates.practice import hidden_place
 
 FOLDER = Path(__file__).resolve().parents[2] / "campaigns" / "absolute"
 N_POSES = 1000
@@ -36,17 +37,9 @@ def fitted(name: str, complete: bool = False) -> tuple[Campaign, Fit]:
     campaign = load_campaign(FOLDER / name)
     states, robot = reduce_campaign(campaign, no_progress).states, placed_robot(campaign)
     if complete:
-        added = [
-            PlacedEffect(built_in_effects()[one["effect"]], place_of(one["where"])) for one in truth(name)["hidden"]
-        ]
+        added = [PlacedEffect(built_in_effects()[one["effect"]], hidden_place(one)) for one in truth(name)["hidden"]]
         robot = CompliantRobot(robot.chain, (*robot.placed, *added), robot.deformed)
     return campaign, identify_parameters(states, robot)
-
-
-def place_of(where: dict[str, Any]) -> Place:
-    if "joints" in where:
-        return Place("joints", tuple(where["joints"]))
-    return Place("links", (), where["links"][0]) if "links" in where else Place("setup")
 
 
 @cache

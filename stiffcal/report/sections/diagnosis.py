@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from stiffcal.diagnosis.results import CompliancePattern, DiagnoseResult, ProposedEffect
+from stiffcal.diagnosis.results import CompliancePattern, DiagnoseResult, LookAlike, ProposedEffect
 from stiffcal.diagnosis.words import pattern_in_words, what_is_followed
 from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.report import wording
@@ -85,8 +85,13 @@ def _meaning(diagnosis: DiagnoseResult) -> str:
 
 
 def _missing_words(effect: ProposedEffect) -> str:
-    names = [wording.effect_at(alternative) for alternative in effect.alternatives]
+    names = [_look_alike_words(alternative) for alternative in effect.alternatives]
     alike = f"; in these poses and loads {wording.listing(names, 6)} would look the same" if names else ""
+    return f"{wording.effect_at(effect)}{alike}"
+
+
+def _look_alike_words(effect: LookAlike) -> str:
+    alike = "" if effect.cosine is None else f" with a cosine of {effect.cosine:.3f}"
     return f"{wording.effect_at(effect)}{alike}"
 
 
