@@ -46,9 +46,9 @@ def least_squares_within(matrix: Floats, wanted: Floats, lower: Floats, upper: F
     with np.errstate(over="ignore"):
         scale = column_scale(matrix)
     if not (np.isfinite(scale).all() and np.isfinite(wanted).all()):
-        reason = f"the sums of squares of {len(lower)} unknowns exceed what a computer's numbers hold"
+        reason = f"the sums of squares of {len(lower)} unknowns overflow"
         raise InputError.at(
-            FaultCode.READING_IMPLAUSIBLE, "the data", "", reason, "look for readings of an impossible size"
+            FaultCode.READING_IMPLAUSIBLE, "the data", "", reason, "check for readings of implausible size"
         )
     free = least_squares(matrix, wanted)
     if np.all(free >= lower) and np.all(free <= upper):
@@ -101,9 +101,9 @@ def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple
             break
         free[entering] = barred[entering] = True
     else:
-        reason = f"least squares of {len(x)} unknowns within bounds do not settle"
+        reason = f"bounded least squares with {len(x)} unknowns do not converge"
         raise InputError.at(
-            FaultCode.NO_CONVERGENCE, "model.toml", "effects", reason, "remove effects that do much the same"
+            FaultCode.NO_CONVERGENCE, "model.toml", "effects", reason, "remove effects that are nearly redundant"
         )
     return x, ~free
 

@@ -152,11 +152,11 @@ class ReadByKey:
             return self._document_with_warning().items()
 
         def _document_with_warning(self) -> dict[str, Any]:
-            warn(f"{type(self).__name__} is no dict any more: read its attributes, or its to_document()", stacklevel=4)
+            warn(f"{type(self).__name__} is no longer a dict: read its attributes, or its to_document()", stacklevel=4)
             return self.to_document()
 
 
 def check_plugin_import(name: str, stacklevel: int = 3) -> None:
     """Warn where a campaign's own code imports from inside the package and not from what is public."""
     if name.startswith("stiffcal.") and name != PUBLIC_FOR_PLUGINS:
-        warn(f"{name} is no public module: import from {PUBLIC_FOR_PLUGINS}", stacklevel + 1)
+        warn(f"{name} is not a public module: import from {PUBLIC_FOR_PLUGINS}", stacklevel + 1)

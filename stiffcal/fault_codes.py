@@ -61,7 +61,7 @@ class FaultCode(StrEnum):
     COLUMN_DUPLICATE = "column-duplicate", "Several columns of one name."
     COLUMN_TYPE = "column-type", "A column of words where numbers are needed, or of numbers where words are needed."
     CELL_EMPTY = "cell-empty", "A cell without a value."
-    NUMBER_INVALID = "number-invalid", "Text that is no number, or a number that is not finite or beyond all use."
+    NUMBER_INVALID = "number-invalid", "Text that is not a number, or a number that is not finite or implausibly large."
     SHAPE_MISMATCH = "shape-mismatch", "Numbers of rows, cells, columns or states that belong together and differ."
     ROW_UNKNOWN = "row-unknown", "A data row that is named and that the table does not hold."
 
@@ -107,7 +107,7 @@ class FaultCode(StrEnum):
     DATA_MISSING = "data-missing", "Something that was asked for and was not measured in this campaign."
 
     # What is computed.
-    NO_BALANCE = "no-balance", "A robot that finds no balance under a load: too soft, too heavy, or a wrong unit."
+    NO_BALANCE = "no-balance", "A robot without equilibrium under a load: too soft, too heavy, or a wrong unit."
     NO_CONVERGENCE = "no-convergence", "An iteration that does not settle."
     MODEL_UNSUITABLE = "model-unsuitable", "A model that lacks, or holds, effects that the command cannot do with."
     MODEL_MISMATCH = "model-mismatch", "Models of two campaigns, or a model and its fit, that do not agree."

@@ -38,31 +38,31 @@ else:
         return True
 
 
-_SPACE, _RIGHT = "free some space, or choose another disk", "get the right to, or choose another place"
+_SPACE, _RIGHT = "free some space, or choose another disk", "get permission, or choose another location"
 MENDS = {
     errno.ENOSPC: _SPACE,
     errno.EDQUOT: _SPACE,
     errno.EFBIG: "choose a disk that takes larger files",
     errno.EACCES: _RIGHT,
     errno.EPERM: _RIGHT,
-    errno.EROFS: "choose a place that can be written to",
-    errno.EIO: "look whether the disk is in order",
-    errno.ENOENT: "look whether it was moved or deleted meanwhile",
-    errno.ENOMEM: "close other programs, or take a machine with more memory",
+    errno.EROFS: "choose a writable location",
+    errno.EIO: "check the disk",
+    errno.ENOENT: "check whether it was moved or deleted in the meantime",
+    errno.ENOMEM: "close other programs, or use a machine with more memory",
     errno.EAGAIN: "close other programs, or allow more processes",
     errno.EBUSY: "close the program that uses it",
     errno.ETXTBSY: "close the program that uses it",
     errno.EEXIST: "remove it, or choose another name",
-    errno.ENXIO: "look whether the device is there",
-    errno.ETIMEDOUT: "look whether the network folder is still there",
+    errno.ENXIO: "check whether the device is connected",
+    errno.ETIMEDOUT: "check whether the network folder is still connected",
     errno.ENOTDIR: "correct the path",
     errno.EISDIR: "name a file in it",
     errno.ENAMETOOLONG: "choose a shorter name",
-    errno.ELOOP: "mend the links",
+    errno.ELOOP: "repair the links",
     errno.EMFILE: "close other programs, or allow more open files",
     errno.ENFILE: "close other programs, or allow more open files",
-    errno.ESTALE: "look whether the network folder is still there",
-    errno.ENOTCONN: "look whether the network folder is still there",
+    errno.ESTALE: "check whether the network folder is still connected",
+    errno.ENOTCONN: "check whether the network folder is still connected",
 }
 """What a system refuses for reasons of its own, and what the user can do about it."""
 
@@ -119,7 +119,7 @@ def open_regular(path: Path, display_name: str = "", *, buffering: int = -1, fol
     ...     _ = file.read(10)
     >>> open_regular(Path("/dev/null"))
     Traceback (most recent call last):
-    stiffcal.errors.InputError: /dev/null: this is a device, not a file; put a regular file in its place [file-kind]
+    stiffcal.errors.InputError: /dev/null: this is a device, not a file; replace it by a regular file [file-kind]
     """
     descriptor = _descriptor(path, display_name or str(path), 0 if follow else getattr(os, "O_NOFOLLOW", 0))
     try:
@@ -197,11 +197,11 @@ def _check_kind(status: os.stat_result, path: Path, display_name: str) -> None:
 def _check_place(path: Path, display_name: str) -> None:
     if os.name == "posix" and os.path.realpath(path).startswith(tuple(f"{place}/" for place in _OF_THE_SYSTEM)):
         raise InputError.at(
-            FaultCode.FILE_KIND, display_name, "", "this is a file of the running system, not of a disk", _REGULAR
+            FaultCode.FILE_KIND, display_name, "", "this is a file of the operating system, not on a disk", _REGULAR
         )
 
 
-_REGULAR = "put a regular file in its place"
+_REGULAR = "replace it by a regular file"
 _OTHER_NAME = "name another file"
 
 
@@ -227,7 +227,7 @@ def _check_goal(goal: Path) -> None:
             _refuse(mode, str(goal), _OTHER_NAME)
     if is_of_the_system(goal):
         raise InputError.at(
-            FaultCode.FILE_KIND, str(goal), "", "this is a name of the running system, not of a disk", _OTHER_NAME
+            FaultCode.FILE_KIND, str(goal), "", "this is a name of the operating system, not on a disk", _OTHER_NAME
         )
 
 
@@ -269,7 +269,7 @@ def replacing(goal: Path) -> Iterator[Path]:
         temporary.replace(goal)
     except OSError as error:
         text = error.strerror or (str(error).splitlines() or [type(error).__name__])[0]
-        mend = MENDS.get(error.errno or 0, "choose a place that can be written")
+        mend = MENDS.get(error.errno or 0, "choose a writable location")
         raise InputError.at(FaultCode.FILE_UNWRITABLE, str(goal), "", f"cannot be written ({text})", mend) from error
     finally:
         with suppress(OSError):

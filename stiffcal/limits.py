@@ -84,7 +84,7 @@ class Limit:
         if match is None or factor is None or (match["unit"] and not self.in_bytes):
             example = shown_amount(4 * self.default, self.in_bytes)
             mend = f'write a number{" with a unit" if self.in_bytes else ""}, e.g. {self.variable}="{example}"'
-            raise InputError.at(FaultCode.OPTION_INVALID, "", self.variable, f"{text!r} is no amount", mend)
+            raise InputError.at(FaultCode.OPTION_INVALID, "", self.variable, f"{text!r} is not an amount", mend)
         return int(float(match["number"]) * factor) if "." in match["number"] else int(match["number"]) * factor
 
     def check(self, amount: float, file: str, place: str = "", mend: str = "") -> None:
@@ -133,7 +133,7 @@ def shown_amount(amount: int, in_bytes: bool = True) -> str:
 
 UNPACKED = Limit("STIFFCAL_MAX_UNPACKED", TIB, "once unpacked")
 RATIO = Limit("STIFFCAL_MAX_RATIO", 250, "unpacked bytes for each packed one", in_bytes=False)
-PIECE = Limit("STIFFCAL_MAX_PIECE", 2 * GIB, "to be held at once")
+PIECE = Limit("STIFFCAL_MAX_PIECE", 2 * GIB, "held in memory at once")
 LINE = Limit("STIFFCAL_MAX_LINE", 16 * MIB, "in one line")
 ROWS = Limit("STIFFCAL_MAX_ROWS", 4_000_000_000, "rows", in_bytes=False)
 COLUMNS = Limit("STIFFCAL_MAX_COLUMNS", 20_000, "columns", in_bytes=False)

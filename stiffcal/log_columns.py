@@ -69,7 +69,7 @@ def check_columns(wanted: WantedColumns, columns: Sequence[str], display_name: s
     for name in wanted.names:
         count = sum(column == name for column in columns)
         if count > 1:
-            reason = f"the column name {name!r} stands {count} times"
+            reason = f"the column name {name!r} occurs {count} times"
             faults.append(
                 Fault(FaultCode.COLUMN_DUPLICATE, display_name, place, reason, "give every column a name of its own")
             )
@@ -96,7 +96,7 @@ def check_columns(wanted: WantedColumns, columns: Sequence[str], display_name: s
 
 
 _C1 = re.compile("[\x80-\x9f]")
-_CP1252 = 'the names seem to be Windows text read as latin-1: set csv = { encoding = "cp1252" }'
+_CP1252 = 'the names look like Windows text read as latin-1: set csv = { encoding = "cp1252" }'
 
 
 def nearest_name(name: str, columns: Sequence[str], having: str = "the file has") -> str:
@@ -203,10 +203,10 @@ def check_there(path: Path, display_name: str) -> None:
         if not isinstance(error, FileNotFoundError | NotADirectoryError):
             reason = f"cannot be read: {error.strerror}"
             raise InputError.at(
-                FaultCode.FILE_UNREADABLE, display_name, "", reason, "correct the file's name or its rights"
+                FaultCode.FILE_UNREADABLE, display_name, "", reason, "correct the name of the file or its permissions"
             ) from None
     if not path.is_file():
-        raise InputError.at(FaultCode.FILE_MISSING, display_name, "", "no such file", "correct the file's name")
+        raise InputError.at(FaultCode.FILE_MISSING, display_name, "", "no such file", "correct the name of the file")
 
 
 @contextmanager
@@ -270,7 +270,7 @@ def batch_of_columns(
             if kind not in "iuf":
                 reason = f"it holds {values.dtype}, not numbers"
                 raise InputError.at(
-                    FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "name a column of numbers"
+                    FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "use a column of numbers"
                 )
             numbers[name] = values.astype(np.float64, copy=False)
             continue
@@ -279,12 +279,12 @@ def batch_of_columns(
             continue
         if kind not in "SUOiu":
             reason = f"it holds {values.dtype}, not words"
-            raise InputError.at(FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "name a column of words")
+            raise InputError.at(FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "use a column of words")
         cells = [text_of(value).strip("\0 ") for value in values.tolist()]
         if "" in cells:
             place = f"row {first_row + cells.index('')}, column {name}"
             raise InputError.at(
-                FaultCode.CELL_EMPTY, display_name, place, "the cell is empty", "fill it in in a copy of the file"
+                FaultCode.CELL_EMPTY, display_name, place, "the cell is empty", "fill it in, in a copy of the file"
             )
         if name in wanted.times:
             numbers[name] = seconds_of_times(cells, display_name, name, first_row)

@@ -166,12 +166,12 @@ def unit(name: str, quantity: str) -> Unit:
     if canonical in table:
         offset = _OFFSETS.get(canonical, 0.0) if table is _TEMPERATURE else 0.0
         return Unit(canonical, quantity, table[canonical], offset)
-    raise UnknownUnitError(f'"{name}" is not a unit of {quantity} known here', _advice(name, quantity))
+    raise UnknownUnitError(f'"{name}" is not a known unit of {quantity}', _advice(name, quantity))
 
 
 def _table(quantity: str) -> dict[str, float]:
     if quantity not in _TABLES:
-        raise UnknownUnitError(f'"{quantity}" is not a quantity known here', "use one of " + ", ".join(_TABLES))
+        raise UnknownUnitError(f'"{quantity}" is not a known quantity', "use one of " + ", ".join(_TABLES))
     return _TABLES[quantity]
 
 

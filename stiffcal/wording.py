@@ -90,6 +90,20 @@ def plus_minus(value: float, half_width: float) -> str:
     return f"({text})·10{superscript(exponent)}" if exponent else text
 
 
+def interval_digits(low: float, high: float) -> int:
+    """Return how many significant digits show two of the half-width of an interval: three at least.
+
+    Examples
+    --------
+    >>> interval_digits(1.0, 3.0), interval_digits(2.6999e6, 2.7003e6), interval_digits(0.0, 0.0)
+    (3, 6, 3)
+    """
+    size, half = max(abs(low), abs(high)), abs(high - low) / 2.0
+    if not 0.0 < half < math.inf or not math.isfinite(size):
+        return 3
+    return min(max(math.floor(math.log10(size)) - math.floor(math.log10(half)) + 2, 3), MOST_WRITTEN_OUT)
+
+
 def _rounded(value: float, digits: int) -> tuple[str, int, float]:
     """Return mantissa, power of ten and value, rounded: 9.996 is of the next decade.
 
@@ -306,6 +320,36 @@ def drift_unit(unit: str, by_temperature: bool) -> tuple[str, float] | None:
     (('µm/h', 3600000000.0), None)
     """
     return _DRIFTS.get((unit, by_temperature))
+
+
+_PRINTED = {
+    "rad": ("mrad", 1e3),
+    "m": ("mm", 1e3),
+    "rad/(N·m)": ("µrad/(N·m)", 1e6),
+    "m/N": ("µm/N", 1e6),
+    "rad/N": ("µrad/N", 1e6),
+    "N/m": ("N/µm", 1e-6),
+    "N/rad": ("N/mrad", 1e-3),
+}
+
+
+def printed_unit(unit: str, drift_follows: str | None = None) -> tuple[str, float]:
+    """Return the unit in which people read a value, and the factor to it: the same in terminal and report.
+
+    Parameters
+    ----------
+    unit : of the JSON document. drift_follows : of a rate of drift what it is counted by; None of others.
+
+    Examples
+    --------
+    >>> printed_unit("rad"), printed_unit("m/s or m/K", "time"), printed_unit("N*m")
+    (('mrad', 1000.0), ('µm/h', 3600000000.0), ('N·m', 1.0))
+    >>> printed_unit("m/N"), printed_unit("N/m")
+    (('µm/N', 1000000.0), ('N/µm', 1e-06))
+    """
+    words = unit_words(unit)
+    drift = None if drift_follows is None else drift_unit(words, drift_follows == "temperature")
+    return drift or _PRINTED.get(words, ("" if words == "1" else words, 1.0))
 
 
 def unit_words(unit: str) -> str:

@@ -88,7 +88,7 @@ def test_a_unit_of_another_quantity_is_named() -> None:
 
 
 def test_unknown_quantity_is_refused() -> None:
-    with pytest.raises(UnknownUnitError, match="not a quantity"):
+    with pytest.raises(UnknownUnitError, match="not a known quantity"):
         unit("m", "colour")
     assert "length" in quantities()
 

@@ -92,9 +92,9 @@ def _against_file(key: str, campaign: Campaign, file: ThresholdsFile) -> str:
     limits = file.own_limits(campaign.name, _folder(campaign))
     allowed = limits.written().get(key)
     if key == "baseline":
-        return "the file names none" if allowed is None else "not used: the file names its own"
+        return "the file states none" if allowed is None else "not used: the file states its own"
     if allowed is None and not (key == "max_drift" and limits.baseline is not None):
-        return "stands in campaign.toml alone"
+        return "only in campaign.toml"
     holds = tighter(limits, Thresholds.model_validate({key: campaign.manifest.thresholds.written()[key]}))
     if holds.written().get(key) == allowed:
         return f"not used: the file's {_shown(allowed)} is tighter"
@@ -107,7 +107,10 @@ def _by_name_alone(campaign: Campaign, file: ThresholdsFile) -> Iterator[AuthorC
         return
     before = file.campaigns[name].limits
     if file.own_limits(name, _folder(campaign)).written() != (file.limits.written() | before.written()):
-        text = f'name = "{name}": the thresholds of that name hold only where tighter, as the folder has another name'
+        text = (
+            f'name = "{name}": the thresholds of that name apply only where they are tighter, because the folder '
+            "has another name"
+        )
         yield AuthorChoice(kind="threshold", place="name", text=text)
 
 

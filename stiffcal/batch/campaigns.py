@@ -151,11 +151,11 @@ def find_campaigns(folders: Sequence[Path]) -> tuple[list[tuple[Path, str]], lis
             by_path.setdefault(folder.resolve(), (folder, label))
         if not inside:
             reason = f"there is no {MANIFEST_FILE} in it" if folder_given.is_dir() else "no such folder"
-            fault = Fault(FaultCode.FILE_MISSING, str(folder_given), "", reason, "name a campaign folder")
+            fault = Fault(FaultCode.FILE_MISSING, str(folder_given), "", reason, "give a campaign folder")
             faults.append(fault)
             absent.append(outcome_of(BatchTask(folder=str(folder_given), campaign=str(folder_given)), BROKEN, fault))
     if not by_path:
-        mend = "name a campaign folder, or a folder with such in it"
+        mend = "give a campaign folder, or a folder that contains campaign folders"
         raise InputError.at(FaultCode.FILE_MISSING, faults[0].file, "", faults[0].reason, mend)
     twice = Counter(label for _, label in by_path.values())
     return [
@@ -232,7 +232,11 @@ def _unused(file: ThresholdsFile | None, outcomes: Sequence[CampaignOutcome]) ->
     if file is None:
         return []
     outcome_names = {name for outcome in outcomes for name in (outcome.name, Path(outcome.folder).resolve().name)}
-    return [f"the thresholds of {name} are of no campaign here" for name in file.campaigns if name not in outcome_names]
+    return [
+        f"the thresholds of {name} belong to no campaign in this batch"
+        for name in file.campaigns
+        if name not in outcome_names
+    ]
 
 
 def _result(outcomes: list[CampaignOutcome], workers: BatchWorkers, seconds: float, warnings: list[str]) -> BatchResult:

@@ -33,8 +33,8 @@ def cluster_task(task: BatchTask) -> CampaignOutcome:
     WorkerLostError : that process has ended; Dask then tries again.
     """
     if not Path(task.folder).is_dir():
-        reason = "this folder is not there on a worker of the cluster"
-        mend = "the campaign folders must lie under the same path on every worker"
+        reason = "this folder does not exist on a worker of the cluster"
+        mend = "the campaign folders must have the same path on every worker"
         fault = Fault(FaultCode.FILE_MISSING, task.folder, "--scheduler", reason, mend)
         return outcome_of(task, BROKEN, fault)
     worker: WorkerProcess | None = getattr(_kept, "worker", None)
@@ -159,5 +159,5 @@ def _outcome_of_future(future: Any, task: BatchTask) -> CampaignOutcome:
     reason = (
         "the cluster has dropped it" if error is None else f"{type(error).__name__}: {' '.join(str(error).split())}"
     )
-    mend = "look at the workers' logs; stiffcal of the same version must be installed there"
+    mend = "see the logs of the workers; stiffcal of the same version must be installed there"
     return outcome_of(task, LOST, Fault(FaultCode.PROCESS_LOST, task.folder, "--scheduler", reason, mend))

@@ -102,13 +102,13 @@ class WorkerProcess:
         try:
             return result_from_values(CampaignOutcome, json.loads(line))
         except ValueError as error:  # of pydantic too
-            raise WorkerLostError("its process answered with something else than an outcome", plugins) from error
+            raise WorkerLostError("its process returned something other than a result", plugins) from error
 
     def _last_words(self) -> str:
         try:
             code = self._process.wait(STOP_S)
         except subprocess.TimeoutExpired:
-            return "its process no longer answered"
+            return "its process stopped responding"
         # its end alone: of what a library or a campaign's code writes there the amount is unknown
         self._words.seek(max(0, self._words.seek(0, os.SEEK_END) - LAST_BYTES))
         lines = self._words.read(LAST_BYTES).decode("utf-8", "replace").split("\n")
@@ -202,7 +202,7 @@ class _Pool:
 
 def outcome_of_lost_worker(task: BatchTask, error: WorkerLostError) -> CampaignOutcome:
     """Return the outcome of a task whose process was lost each time; by its campaign's own code, where that ran."""
-    mend = "look whether memory is short (fewer --jobs), and try it alone: stiffcal run DIR"
+    mend = "check whether memory is short (fewer --jobs), and run it alone: stiffcal run DIR"
     reason = f"{error.how}, {ATTEMPTS} times"
     if not error.plugins:
         return outcome_of(task, LOST, Fault(FaultCode.PROCESS_LOST, task.folder, "", reason, mend))
@@ -211,7 +211,7 @@ def outcome_of_lost_worker(task: BatchTask, error: WorkerLostError) -> CampaignO
         ", ".join(error.plugins),
         "plugins",
         f"{reason}, after code of this campaign began to run",
-        f"mend the code, or {mend}",
+        f"correct the code, or {mend}",
     )
     return outcome_of(task, BROKEN, fault)
 

@@ -13,7 +13,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_of_the_system, write_whole
 from stiffcal.measurements.rms import Rms
 
-VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
+VERDICTS = {HELD: "held", NOT_HELD: "NOT met"}
 
 
 def prepare_files(*files: Path) -> None:
@@ -29,7 +29,7 @@ def prepare_files(*files: Path) -> None:
         except OSError as error:
             reason = f"its folder cannot be made ({error.strerror})"
             raise InputError.at(
-                FaultCode.FILE_UNWRITABLE, str(file), "", reason, "choose a place that can be written"
+                FaultCode.FILE_UNWRITABLE, str(file), "", reason, "choose a writable location"
             ) from None
         if file.is_dir():
             raise InputError.at(FaultCode.FILE_KIND, str(file), "", "this is a folder", "name a file in it")
@@ -166,7 +166,7 @@ def _choices(outcome: CampaignOutcome) -> list[ElementTree.Element]:
     """Return one case that passes and carries what the author has chosen, in a place that CI systems show."""
     if not outcome.choices:
         return []
-    case = _case(outcome, "chosen in campaign.toml")
+    case = _case(outcome, "set in campaign.toml")
     text = "\n".join(xml_text.characters(choice_text(choice)) for choice in outcome.choices)
     ElementTree.SubElement(case, "system-out").text = text
     return [case]
@@ -192,7 +192,11 @@ def _with(case: ElementTree.Element, tag: str, message: str, text: str = "", kin
 
 def markdown_text(result: BatchResult) -> str:
     """Return the summary as Markdown: the totals, what is wrong, a table of all campaigns."""
-    title = "stiffcal: all campaigns hold" if result.passed else "stiffcal: not all campaigns hold"
+    title = (
+        "stiffcal: thresholds met in all campaigns"
+        if result.passed
+        else ("stiffcal: thresholds not met in all campaigns")
+    )
     lines = [f"## {title}", "", totals_of(result), ""]
     for outcome in result.campaigns:
         lines += [_item(outcome.campaign, line) for line in complaints_of(outcome)]

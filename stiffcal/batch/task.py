@@ -207,7 +207,7 @@ def _report(data: Ingested, task: BatchTask, context: RunContext, run: _Run) -> 
     then = None if foreign else stored_result(data.store, REPORT, StoredReport)
     if then is not None and then.key == key and then.sha256 == _digest(file):
         return str(file)
-    run.starting("report", "there is no report yet" if not file.exists() else "the report was of something else")
+    run.starting("report", "there is no report yet" if not file.exists() else "the report belongs to an earlier result")
     file.parent.mkdir(parents=True, exist_ok=True)
     report_campaign(folder, RunContext(store=context.store, reach=context.reach), output=file)
     data.commit({}, {REPORT: document_of(StoredReport(key=key, sha256=_digest(file)))}, command="batch")

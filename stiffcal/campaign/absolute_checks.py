@@ -30,7 +30,7 @@ def absolute_sources(manifest: Manifest) -> frozenset[str]:
 def _torques_without_places(manifest: Manifest) -> Iterator[Fault]:
     for source, name, signal in manifest.signals():
         if isinstance(signal, JointSignals) and signal.torque_gain_sigma is not None:
-            reason = 'the torques that hold the robot count in absolute runs, and no run has experiment = "absolute"'
+            reason = 'torque_gain_sigma applies to absolute runs, and no run has experiment = "absolute"'
             place = f"sources.{source}.{name}.torque_gain_sigma"
             yield Fault(FaultCode.KEY_CONFLICT, MANIFEST_FILE, place, reason, "remove torque_gain_sigma")
 
@@ -47,22 +47,22 @@ def absolute_faults(manifest: Manifest) -> Iterator[Fault]:
     poses = [pose for source in manifest.sources.values() for pose in source.body_poses().values()]
     if not poses:
         yield Fault(
-            FaultCode.SIGNAL_MISSING, MANIFEST_FILE, place, "no source measures the place of a target",
+            FaultCode.SIGNAL_MISSING, MANIFEST_FILE, place, "no source measures the position of a target",
             'add [sources.NAME.poses.TARGET] with frame = "tracker" and position = ["X", "Y", "Z"]',
         )  # fmt: skip
     for source, settings in manifest.sources.items():
         if not with_loads and (settings.deflection is not None or settings.displacement is not None):
             yield Fault(
                 FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"sources.{source}",
-                "no run is a load run, and absolute runs hold places, not displacements",
-                'name the runs of the displacements in [[runs]] with experiment = "load", or remove the signal',
+                "no run is a load run, and absolute runs contain positions, not displacements",
+                'list the runs with displacements in [[runs]] with experiment = "load", or remove the signal',
             )  # fmt: skip
     for other_number, run in enumerate(manifest.runs):
         if run.experiment == CLAMPED:
             yield Fault(
                 FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"runs[{other_number + 1}] ({run.id})",
                 f'clamped runs cannot be fitted together with absolute ones ("{first.id}") in this version',
-                "give them a campaign of their own",
+                "put them into a separate campaign",
             )  # fmt: skip
             return
     of_absolute = absolute_sources(manifest)
@@ -74,5 +74,5 @@ def absolute_faults(manifest: Manifest) -> Iterator[Fault]:
         yield Fault(
             FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"sources.{source}.{name}.tared",
             f'absolute runs have no reference at which the wrench was zeroed ("{signal.tared}")',
-            'write tared = "no" where the reading is the whole load, or use dead_weight',
+            'write tared = "no" if the reading is the total load, or use dead_weight',
         )  # fmt: skip

@@ -57,17 +57,17 @@ def robot_match_faults(manifest: Manifest, joint_names: tuple[str, ...], robot_f
         for key, columns in signal.groups().items():
             if len(columns) != count:
                 place = f"sources.{source}.{name}.{key}"
-                reason = f"{len(columns)} columns against the {count} joints of {robot_file}"
+                reason = f"{len(columns)} columns, but {robot_file} has {count} joints"
                 mend = f"name one column per joint: {', '.join(joint_names)}"
                 if len(columns) < count:
                     mend += (
-                        "; of a joint that was not logged and stood still, begin or end the chain at its link "
+                        "; for a joint that was not logged and did not move, begin or end the chain at its link "
                         '(base_link, tip_link), or make its type "fixed" in the URDF'
                     )
                 faults.append(_fault(FaultCode.JOINT_COUNT, place, reason, mend))
         constants = signal.torque_constant
         if constants is not None and len(constants) not in (1, count):
-            reason = f"{len(constants)} constants against the {count} joints of {robot_file}"
+            reason = f"{len(constants)} constants, but {robot_file} has {count} joints"
             faults.append(
                 _fault(
                     FaultCode.JOINT_COUNT,
@@ -79,10 +79,10 @@ def robot_match_faults(manifest: Manifest, joint_names: tuple[str, ...], robot_f
     for number, run in enumerate(manifest.runs):
         place = f"runs[{number + 1}] ({run.id})"
         if run.joints_deg is not None and len(run.joints_deg) != count:
-            reason = f"{len(run.joints_deg)} angles against the {count} joints of {robot_file}"
+            reason = f"{len(run.joints_deg)} angles, but {robot_file} has {count} joints"
             faults.append(_fault(FaultCode.JOINT_COUNT, f"{place}.joints_deg", reason, "write one angle per joint"))
         if run.moved_joint is not None and run.moved_joint > count:
-            reason = f"joint {run.moved_joint} of a robot with {count} joints"
+            reason = f"joint {run.moved_joint}, but the robot has {count} joints"
             faults.append(_fault(FaultCode.JOINT_UNKNOWN, f"{place}.moved_joint", reason, f"write 1 to {count}"))
     for key, name in strange_joints(manifest.thresholds, joint_names):
         faults.append(
@@ -105,7 +105,7 @@ def model_match_faults(model: ModelFile, joint_names: tuple[str, ...], links: tu
         for key, joints in (("joints", entry.joints or ()), ("pairs", [j for pair in entry.pairs or () for j in pair])):
             wrong = [joint for joint in joints if joint > count]
             if wrong:
-                reason = f"joint {wrong[0]} of a robot with {count} joints"
+                reason = f"joint {wrong[0]}, but the robot has {count} joints"
                 faults.append(
                     Fault(FaultCode.JOINT_UNKNOWN, MODEL_FILE, f"{place}.{key}", reason, f"write 1 to {count}")
                 )
@@ -132,12 +132,10 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
             faults.append(_fault(FaultCode.NAME_INVALID, place, *wrong))
         elif any(len(os.fsencode(name)) > MOST_NAME for name in PurePosixPath(file).parts):
             faults.append(
-                _fault(
-                    FaultCode.NAME_INVALID, place, f"a file's name of more than {MOST_NAME} bytes", "rename the file"
-                )
+                _fault(FaultCode.NAME_INVALID, place, f"a file name of more than {MOST_NAME} bytes", "rename the file")
             )
         elif escapes(file):
-            mend = "name a file inside the campaign folder, by its path from there"
+            mend = "use a file inside the campaign folder, given by its relative path"
             faults.append(_fault(FaultCode.FILE_OUTSIDE, place, f'"{file}" lies outside the campaign folder', mend))
         elif leading := links_outside(folder, file):
             faults.append(link_fault(MANIFEST_FILE, place, *leading[0]))
@@ -155,10 +153,10 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
     for name, missing in absent.items():  # one line for a folder, not one for each of its files
         place, file = missing[0]
         if len(missing) == 1:
-            mend = f"there is no folder {name} either; put the file there"
+            mend = f"there is no folder {name} either; add the file"
             faults.append(_fault(FaultCode.FILE_MISSING, place, f"no such file: {file}", mend))
         else:
-            reason = f"no such folder: {name}; {len(missing)} files are named in it, {file} first"
+            reason = f"no such folder: {name}; {len(missing)} files are expected in it, {file} first"
             faults.append(_fault(FaultCode.FILE_MISSING, place, reason, "put the files there"))
     return faults
 
@@ -180,9 +178,9 @@ def _file_advice(folder: Path, file: str, named_files: set[str]) -> str:
     named_paths = {folder / named_file for named_file in named_files}
     names = sorted(path.name for path in wanted.parent.iterdir() if path not in named_paths)
     if any(unicodedata.normalize("NFC", name) == unicodedata.normalize("NFC", wanted.name) for name in names):
-        return "the file there composes the letters of its name in another way (NFD, as macOS does): rename it"
+        return "the name of the existing file uses another Unicode form (NFD, as on macOS): rename it"
     suggestions = get_close_matches(wanted.name, names[:MOST_COMPARED], n=1)
-    return f'did you mean "{suggestions[0]}"?' if suggestions else "put it there, or correct the name"
+    return f'did you mean "{suggestions[0]}"?' if suggestions else "add it, or correct the name"
 
 
 def _paths(manifest: Manifest) -> Iterator[tuple[tuple[int | str, ...], str, bool]]:
@@ -217,10 +215,13 @@ def _source_faults(manifest: Manifest) -> Iterator[Fault]:
         signals = source.signals()
         if not signals:
             yield _fault(
-                FaultCode.SIGNAL_MISSING, place, "the source holds no signal", "add joints, wrench, pose, deflection, …"
+                FaultCode.SIGNAL_MISSING,
+                place,
+                "the source contains no signal",
+                "add joints, wrench, pose, deflection, …",
             )
         if source.file is not None and source.files:
-            yield _fault(FaultCode.KEY_CONFLICT, f"{place}.files", "file and files are both given", "keep one of them")
+            yield _fault(FaultCode.KEY_CONFLICT, f"{place}.files", "both file and files are given", "keep one of them")
         for signal in source.files:
             if signal not in (*signals, "time", "run"):
                 yield _fault(
@@ -254,19 +255,20 @@ def _source_run_faults(manifest: Manifest, name: str, source: Source) -> Iterato
         )
     if own and in_runs:
         yield _fault(
-            FaultCode.KEY_CONFLICT, place, f'a file is named here and in run "{in_runs[0]}"', "name it in one place",
+            FaultCode.KEY_CONFLICT, place, 'a file is given here and in run '
+        f'"{in_runs[0]}"', "give it in one place only",
             in_runs[0],
         )  # fmt: skip
     if own and source.run is None and len(manifest.runs) != 1:
         mend = 'add run = { column = "run" } or run = { each = "row" }'
         if not source.is_states:
             mend += ", or [[runs]] with files = { … } for each"
-        yield _fault(FaultCode.KEY_MISSING, place, "it is not stated which run a row belongs to", mend)
+        yield _fault(FaultCode.KEY_MISSING, place, "it is not stated to which run a row belongs", mend)
     if source.run is not None and source.run.each == "row" and not source.is_states:
         yield _fault(
             FaultCode.KEY_CONFLICT,
             f"{place}.run",
-            "a row logged over time cannot be a run of its own",
+            "a row logged over time cannot be a separate run",
             'use { column = "run" }',
         )
 
@@ -306,7 +308,7 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
         if isinstance(signal, Lengths):
             for column in signal.columns:
                 if column not in manifest.ids:
-                    reason = f'where the rod "{column}" is fixed is not given'
+                    reason = f'the fixing points of rod "{column}" are not given'
                     yield _fault(
                         FaultCode.KEY_MISSING,
                         f"{place}.columns",
@@ -319,7 +321,10 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
                 if point.at_m is None and marker not in manifest.frames:
                     mend = "write { columns = […], at_m = [x, y, z] }"
                     yield _fault(
-                        FaultCode.KEY_MISSING, f"{place}.markers.{marker}", "its place on the body is not stated", mend
+                        FaultCode.KEY_MISSING,
+                        f"{place}.markers.{marker}",
+                        "its position on the body is not stated",
+                        mend,
                     )
     for name, rod in manifest.ids.items():
         if links is not None and rod.link not in links:
@@ -353,7 +358,7 @@ def _wrench_faults(wrench: Wrench, source: Source, place: str) -> Iterator[Fault
         yield _fault(
             FaultCode.KEY_MISSING,
             place,
-            "it is not stated in which axes the wrench is",
+            "the axes of the wrench are not stated",
             'add frame = "ft_sensor", or axes and point',
         )
     if wrench.point_frame is None:
@@ -365,7 +370,7 @@ def _wrench_faults(wrench: Wrench, source: Source, place: str) -> Iterator[Fault
                 'add point = "ft_sensor", say',
             )
         else:
-            reason = "a force without moments needs the point where it acts"
+            reason = "a force without moments needs its point of application"
             yield _fault(FaultCode.KEY_MISSING, place, reason, 'add point = "load_point", a frame under [frames]')
     if len(wrench.columns) == 1 and wrench.direction is None and gauge is None:
         yield _fault(
@@ -373,5 +378,8 @@ def _wrench_faults(wrench: Wrench, source: Source, place: str) -> Iterator[Fault
         )
     if len(wrench.columns) != 1 and wrench.direction is not None:
         yield _fault(
-            FaultCode.KEY_CONFLICT, f"{place}.direction", "a direction is for a force of one column", "remove it"
+            FaultCode.KEY_CONFLICT,
+            f"{place}.direction",
+            "a direction applies to a force of one column only",
+            "remove it",
         )

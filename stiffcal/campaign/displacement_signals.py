@@ -134,11 +134,11 @@ class Pose(Signal):
     def _one_way(self) -> Pose:
         written = [key for key in ("quaternion_wxyz", "rotvec", "rpy") if getattr(self, key) is not None]
         if len(written) > 1:
-            raise WrongValueError(f"the orientation is written twice, as {' and '.join(written)}", "keep one of them")
+            raise WrongValueError(f"the orientation is given twice, as {' and '.join(written)}", "keep one of them")
         if (self.position is None) == (not self.markers):
             raise WrongValueError("a pose needs either position or markers", 'write position = ["X", "Y", "Z"]')
         if self.markers and len(self.markers) < 3:
-            raise WrongValueError(f"{len(self.markers)} markers do not give a pose", "name three or more")
+            raise WrongValueError(f"{len(self.markers)} markers do not give a pose", "give three or more")
         if self.markers and written:
             raise WrongValueError(f"markers give the orientation, and {written[0]} too", "keep one of them")
         return self

@@ -117,7 +117,7 @@ def _words(detail: dict[str, Any], model: type[BaseModel]) -> tuple[str, str]:
     if kind == "string_too_short":
         return "the text is empty", "write a name"
     if kind in ("too_short", "too_long"):
-        return f"found {context.get('actual_length', 'the wrong number of')} entries", "give the number that is needed"
+        return f"found {context.get('actual_length', 'the wrong number of')} entries", "give the required number"
     return f"found {written}", f"write {_EXPECTED.get(kind, 'a value of the right kind')}"
 
 

@@ -44,7 +44,7 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
                 _MANIFEST,
                 place,
                 f'the frame "{name}" is the robot\'s own',
-                "give this one another name",
+                "give this frame another name",
                 (name,),
             )
         mistake = frame.rotation_mistake()
@@ -53,8 +53,8 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
             yield Fault(FaultCode.VALUE_INVALID, _MANIFEST, f"{place}.{key}", correction.reason, correction.mend)
         yield from _far_frame_faults(manifest, name)
         if frame.sigma_m is not None and not hangs_a_payload(manifest, name):
-            reason = "sigma_m is of a place where a known mass hangs in absolute runs, and none hangs here"
-            mend = "remove sigma_m, or name the frame as point of dead_weight"
+            reason = "sigma_m applies to the position of a known mass in absolute runs, and this frame has none"
+            mend = "remove sigma_m, or use the frame as point of dead_weight"
             yield Fault(FaultCode.KEY_CONFLICT, _MANIFEST, f"{place}.sigma_m", reason, mend)
         fault = frame_fault(manifest, links, frame.parent, f"{place}.parent")
         if fault is not None:
@@ -97,7 +97,7 @@ def _circles(manifest: Manifest) -> Iterator[Fault]:
                 FaultCode.FRAME_UNSUITABLE,
                 _MANIFEST,
                 f"frames.{current}.parent",
-                f"the parents go round in a circle: {circle}",
+                f"the parents form a loop: {circle}",
                 "break it",
             )
         done.update(path)
@@ -125,7 +125,7 @@ def _moving_axes(manifest: Manifest) -> Iterator[Fault]:
             continue
         carrier = rides_on(manifest, frame)
         if carrier != "base" and carrier not in manifest.frames:
-            reason = f'the frame "{frame}" moves with the robot (it hangs on {carrier})'
+            reason = f'the frame "{frame}" moves with the robot (it is fixed to {carrier})'
             place = f"sources.{source}.{name}.{key}"
             mend = "measure in a frame whose parent is base"
             yield Fault(FaultCode.FRAME_UNSUITABLE, _MANIFEST, place, reason, mend, (frame,))

@@ -171,9 +171,7 @@ def _load(manifest: Manifest, gravity: float) -> _Load:
         one_line and len({load for _, load in loads}) == 1 and _each_run_reads_one_load(manifest)
     ):
         reason = f"the load is measured twice, here and in {loads[0][0]}"
-        raise InputError.at(
-            FaultCode.KEY_CONFLICT, "campaign.toml", loads[1][0], reason, "keep the one that is to count"
-        )
+        raise InputError.at(FaultCode.KEY_CONFLICT, "campaign.toml", loads[1][0], reason, "keep one of them")
     if loads:
         return loads[0][1]
     # Clamped runs without a force sensor: what holds the flange follows from the motor's torque, moments included.
@@ -209,7 +207,7 @@ def _targets(manifest: Manifest) -> tuple[tuple[str, ...], str]:
     if len(trackers) > 1:
         (first, _), (second, place) = list(trackers.items())[:2]
         reason = f'displacements are measured in "{second}" and in "{first}"'
-        raise InputError.at(FaultCode.KEY_CONFLICT, "campaign.toml", place, reason, "bring them to one frame")
+        raise InputError.at(FaultCode.KEY_CONFLICT, "campaign.toml", place, reason, "express them in one frame")
     return tuple(dict.fromkeys(names)), next(iter(trackers), "base")
 
 

@@ -175,7 +175,7 @@ def _sources(logs: Sequence[_Log]) -> dict[str, list[_Log]]:
     if twice:
         name = min(twice)
         raise InputError.at(
-            FaultCode.OPTION_CONFLICT, name, "--from", "two logs have this name", "give each log a name of its own"
+            FaultCode.OPTION_CONFLICT, name, "--from", "two logs have this name", "give each log a unique name"
         )
     by_layout: dict[tuple[object, ...], list[_Log]] = {}
     for log in logs:
@@ -215,8 +215,8 @@ def _runs(logs: Sequence[_Log], sources: Mapping[str, Sequence[_Log]]) -> list[_
         members = members_of.setdefault(name, {})
         if source_of[id(log)] in members:
             raise InputError.at(
-                FaultCode.KEY_CONFLICT, log.path.name, "", f'another log gives a run "{name}" too',
-                "give each log a name of its own, of letters and digits",
+                FaultCode.KEY_CONFLICT, log.path.name, "", f'another log also gives a run "{name}"',
+                "give each log a unique name, of letters and digits",
             )  # fmt: skip
         members[source_of[id(log)]] = log
     for name, members in members_of.items():
@@ -273,7 +273,7 @@ def _source_lines(name: str, log: _Log) -> list[ProposedLine]:
 
 def _time_line(drives: DriveColumns) -> ProposedLine:
     if drives.time is None:
-        return ProposedLine("time = { rate_hz = 1000 }", "no time column is recognised: write the logging rate")
+        return ProposedLine("time = { rate_hz = 1000 }", "no time column recognised: write the logging rate")
     known = drives.time.unit in _TIME_UNITS
     line = f"time = {{ column = {quoted(drives.time.header)}, unit = {quoted(drives.time.unit if known else 's')} }}"  # type: ignore[arg-type]
     return ProposedLine(line, None if known else "seconds")
@@ -297,8 +297,10 @@ def _joint_lines(name: str, drives: DriveColumns) -> list[ProposedLine]:
         doubts += [f"{signal} in {written} (values up to {size:.3g})"] if guessed else []
     lines.append(ProposedLine(f"units = {{ {', '.join(units)} }}", ", ".join(doubts) if doubts else None))
     if CURRENT in drives.signals and TORQUE not in drives.signals:
-        lines.append(ProposedLine("torque_constant = []", "to be written: N*m per ampere, one number or one per joint"))
-    side = "motors, by the columns' names" if drives.motor else "joints; true: of the motors"
+        lines.append(
+            ProposedLine("torque_constant = []", "to be filled in: N*m per ampere, one number or one per joint")
+        )
+    side = "motors, according to the column names" if drives.motor else "joints; true: motors"
     lines.append(ProposedLine(f"motor = {str(drives.motor).lower()}", f"angles and torques are of the {side}"))
     return lines
 
@@ -317,12 +319,14 @@ def _run_lines(kind: str, run: _ProposedRun, moved: Sequence[int], count: int) -
     lines = [*map(ProposedLine, ("", "[[runs]]", f"id = {quoted(run.name)}", f"experiment = {quoted(kind)}"))]
     if count == 1 or len(moved) == 1:
         joint = moved[0] if len(moved) == 1 else 1
-        lines.append(ProposedLine(f"moved_joint = {joint}", None if count == 1 else "the joint that travels furthest"))
+        lines.append(
+            ProposedLine(f"moved_joint = {joint}", None if count == 1 else "the joint with the largest motion")
+        )
     files = ", ".join(f"{source} = {quoted(f'raw/{log.path.name}')}" for source, log in run.logs.items())
     lines.append(ProposedLine(f"files = {{ {files} }}"))
     if kind == CLAMPED:
         zeros = ", ".join(["0.0"] * count)
-        lines.append(ProposedLine(f"# joints_deg = [{zeros}]   # where it was clamped, if the log does not show it"))
+        lines.append(ProposedLine(f"# joints_deg = [{zeros}]   # the clamped pose, if the log does not contain it"))
     return lines
 
 
@@ -331,7 +335,7 @@ def _bench_lines(motor: bool) -> list[ProposedLine]:
     lines = [
         ProposedLine('schema = "stiffcal/robot/1"'),
         ProposedLine('convention = "modified-dh"'),
-        ProposedLine("gravity_mps2 = [0, 0, 0]", "one joint on a bench, which no weight turns"),
+        ProposedLine("gravity_mps2 = [0, 0, 0]", "one joint on a test bench, without torque of weight"),
         *map(ProposedLine, ("", "[[joints]]", 'name = "joint"')),
     ]
-    return [*lines, ProposedLine("gear_ratio = 1.0", "to be written: motor turns per joint turn")] if motor else lines
+    return [*lines, ProposedLine("gear_ratio = 1.0", "to be filled in: motor turns per joint turn")] if motor else lines

@@ -117,7 +117,7 @@ def arm_of_given(urdf: Path | None, robot: str | None, columns: Sequence[Sniffed
     if urdf is None:
         return UrdfArm((), ())
     if not urdf.is_file():
-        raise InputError.at(FaultCode.FILE_MISSING, str(urdf), "", "no such file", "correct the name after --urdf")
+        raise InputError.at(FaultCode.FILE_MISSING, str(urdf), "", "no such file", "correct the path after --urdf")
     return arm_of_table(urdf, columns)
 
 
@@ -161,7 +161,7 @@ def write_proposal(folder: Path, proposal: Proposal) -> Proposal:
         target = folder / name
         if target.exists() and target.resolve() != source.resolve():
             raise InputError.at(
-                FaultCode.FILE_EXISTS, str(target), "", "the file is there already", "name another folder"
+                FaultCode.FILE_EXISTS, str(target), "", "the file already exists", "choose another folder"
             )
     copies = {name: source for name, source in proposal.copies.items() if not (folder / name).exists()}
     texts = {MANIFEST_FILE: proposal.manifest, "robot.toml": proposal.robot}
@@ -176,12 +176,16 @@ def _check_together(tables: Sequence[SniffedTable]) -> None:
     for table in tables:
         display_name = table.path.name
         if table.n_rows != first.n_rows:
-            reason = f"{table.n_rows} rows against {first.n_rows} in {first.path.name}"
+            reason = f"{table.n_rows} rows, but {first.n_rows} in {first.path.name}"
             raise InputError.at(
-                FaultCode.SHAPE_MISMATCH, display_name, "", reason, "tables that belong together have equally many rows"
+                FaultCode.SHAPE_MISMATCH,
+                display_name,
+                "",
+                reason,
+                "tables that belong together have the same number of rows",
             )
         if table.options != first.options:
-            reason = f"it is written in another way than {first.path.name}"
+            reason = f"its format differs from that of {first.path.name}"
             raise InputError.at(
                 FaultCode.SHAPE_MISMATCH,
                 display_name,
@@ -191,9 +195,9 @@ def _check_together(tables: Sequence[SniffedTable]) -> None:
             )
         for column in table.columns:
             if column.header in headers:
-                reason = f'column "{column.header}" stands in {headers[column.header]} too'
+                reason = f'column "{column.header}" is also in {headers[column.header]}'
                 raise InputError.at(
-                    FaultCode.COLUMN_DUPLICATE, display_name, "", reason, "give each column a name of its own"
+                    FaultCode.COLUMN_DUPLICATE, display_name, "", reason, "give each column a unique name"
                 )
             headers[column.header] = display_name
 
@@ -234,8 +238,8 @@ def check_robot_fits(proposal: Proposal, roles: Roles, urdf: Path | None) -> Non
     count = len(outline_of(RobotFile.model_validate(document), path).joint_names)
     columns = len(roles.joints.columns)
     if count != columns:
-        reason = f"{columns} joint columns against the {count} joints of the robot"
-        mend = "name the robot that was measured"
+        reason = f"{columns} joint columns, but the robot has {count} joints"
+        mend = "choose the robot that was measured"
         if urdf is not None:
-            mend += ", or name the columns as the URDF names its joints"
+            mend += ", or use the joint names of the URDF as column names"
         raise InputError.at(FaultCode.JOINT_COUNT, "", "--robot" if urdf is None else "--urdf", reason, mend)

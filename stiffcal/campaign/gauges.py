@@ -65,7 +65,7 @@ def _expansion_next_to(link: str, names: tuple[str, ...], manifest: Manifest, ch
     own = chain.beams[link].expansion
     written = [name for name in names if manifest.ids[name].expansion_per_K is not None]
     if written and own is None:
-        reason = f"what {link} itself expands by is not written: a rod reads the difference of the two"
+        reason = f"the thermal expansion of {link} is not given, and a rod reads the difference of the two"
         mend = f"add [links.{link}] expansion_per_K to robot.toml, or leave it out here"
         raise InputError.at(FaultCode.KEY_MISSING, "campaign.toml", f"ids.{written[0]}.expansion_per_K", reason, mend)
     rods = (manifest.ids[name].expansion_per_K for name in names)
@@ -78,12 +78,12 @@ def _link_of(name: str, manifest: Manifest, chain: Chain) -> str:
     number = body_number(entry.link, chain.link_names)
     link = next((link for link, beam in beams.items() if link == entry.link or beam.joint == number), None)
     if link is None:
-        reason = f'"{entry.link}" is no link that bends: it joins no two joints that are 50 mm apart'
+        reason = f'"{entry.link}" is not a link that can bend: it connects no two joints that are 50 mm apart'
         mend = f"name one of {', '.join(beams)}" if beams else "leave the rods out"
         raise InputError.at(FaultCode.LINK_UNKNOWN, "campaign.toml", f"ids.{name}.link", reason, mend)
     if entry.start_m == entry.end_m:
-        reason = "start_m and end_m are one point"
-        mend = "write where the rod is fixed and where its tip is read"
+        reason = "start_m and end_m are the same point"
+        mend = "give the fixed end and the measured end of the rod"
         raise InputError.at(FaultCode.VALUE_INVALID, "campaign.toml", f"ids.{name}", reason, mend)
     return link
 

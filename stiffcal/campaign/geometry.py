@@ -208,7 +208,7 @@ def _urdf_entries(robot: RobotFile, turning: tuple[UrdfJoint, ...]) -> tuple[Joi
                 FaultCode.JOINT_UNKNOWN,
                 "robot.toml",
                 f"joints ({name})",
-                f'the URDF has no turning joint "{name}"',
+                f'the URDF has no revolute joint "{name}"',
                 "use " + ", ".join(names),
             )
     return tuple(written.get(name, JointEntry(name=name)) for name in names)

@@ -104,7 +104,7 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
             str(folder),
             "",
             "no such folder",
-            "name a campaign folder, or make one: stiffcal init DIR",
+            "give a campaign folder, or create one: stiffcal init DIR",
         )
     faults: list[Fault] = []
     manifest, doubtful = _what_is_right(folder, faults)
@@ -178,7 +178,7 @@ def load_manifest(folder: Path) -> Manifest:
     """
     path = Path(folder) / MANIFEST_FILE
     if not path.exists():
-        mend = f"make one: stiffcal init {shell.escaped_path(str(folder))} --kind load"
+        mend = f"create one: stiffcal init {shell.escaped_path(str(folder))} --kind load"
         raise InputError.at(FaultCode.FILE_MISSING, MANIFEST_FILE, "", f"there is no {MANIFEST_FILE} in {folder}", mend)
     check_own(Path(folder), MANIFEST_FILE)
     return validate_manifest(read_toml(path, MANIFEST_FILE))

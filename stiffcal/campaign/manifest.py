@@ -109,7 +109,7 @@ class TimeAxis(TomlTable):
     def _one_way(self) -> TimeAxis:
         if (self.column is None) == (self.rate_hz is None):
             raise WrongValueError(
-                "time needs either a column or a rate", 'write { column = "t", unit = "s" } or { rate_hz = 5000 }'
+                "time needs a column or a rate", 'write { column = "t", unit = "s" } or { rate_hz = 5000 }'
             )
         if self.column is not None and self.unit is None:
             raise WrongValueError(
@@ -198,8 +198,8 @@ class Source(SourceFiles):
     def _rows_in_one_file(self) -> Source:
         if self.rows is not None and self.files:
             raise WrongValueError(
-                "rows at the source needs a source of one file, and this one has several",
-                "write rows at the signal whose file holds the column",
+                "rows at the source requires a source with one file, and this one has several",
+                "write rows at the signal whose file contains the column",
             )
         return self
 
@@ -273,7 +273,7 @@ def _compliance(value: object) -> tuple[tuple[float, ...], ...]:
         return tuple(tuple(float(rows[i]) if i == j else 0.0 for j in range(6)) for i in range(6))
     if len(rows) == 6 and all(_are_numbers(row, 6) for row in rows):
         return tuple(tuple(float(item) for item in row) for row in rows)
-    raise WrongValueError("this is neither six numbers nor six rows of six", "write the diagonal or the 6×6 matrix")
+    raise WrongValueError("neither six numbers nor six rows of six", "write the diagonal or the 6×6 matrix")
 
 
 _NUMBER = {"type": "number"}

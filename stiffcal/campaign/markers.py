@@ -40,7 +40,7 @@ def _markers(body: str, pose: Pose, manifest: Manifest) -> Markers:
             places.append(placement_matrix(manifest.frames[name])[:3, 3])
         else:
             raise InputError.at(
-                FaultCode.KEY_MISSING, "campaign.toml", f"markers.{name}", f"its place on {body} is not written",
+                FaultCode.KEY_MISSING, "campaign.toml", f"markers.{name}", f"its position on {body} is not given",
                 'write at_m = [x, y, z] in metres, or a frame of that name with parent = "' + body + '"',
             )  # fmt: skip
     return Markers(tuple(pose.markers), np.array(places))

@@ -154,8 +154,8 @@ def remove_effect(
             FaultCode.EFFECT_ABSENT,
             MODEL_FILE,
             "effects",
-            f"the model holds no {effect}{where}",
-            f"it holds {in_model}",
+            f"the model contains no {effect}{where}",
+            f"it contains {in_model}",
         )
     _save(folder, document)
     return tuple(removed)

@@ -148,7 +148,11 @@ def load_model(folder: Path, n_joints: int, experiments: Collection[str] = ()) -
     path = folder / MODEL_FILE
     if path.is_symlink() and not path.exists():
         raise InputError.at(
-            FaultCode.FILE_KIND, MODEL_FILE, "", "this is a link to nothing", "remove it, or put the model in its place"
+            FaultCode.FILE_KIND,
+            MODEL_FILE,
+            "",
+            "this link leads to no file",
+            "remove it, or replace it by the model file",
         )
     if not path.exists():
         return default_model(n_joints, experiments)

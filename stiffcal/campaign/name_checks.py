@@ -21,7 +21,7 @@ _ON_LINES = frozenset({"file", "files"})
 _NAMED = frozenset({"id", "name"})
 _EMPTY = ("the name is empty", "write a name of letters or digits")
 _BLANKS = {"\n", "\r", "\t"}
-CP1252 = 'it seems to be Windows text read as latin-1: set csv = { encoding = "cp1252" } and write the letter itself'
+CP1252 = 'it looks like Windows text read as latin-1: set csv = { encoding = "cp1252" } and write the letter itself'
 
 
 def odd_character(name: str, allowed: frozenset[str] | set[str] = frozenset()) -> tuple[str, str] | None:
@@ -37,22 +37,22 @@ def odd_character(name: str, allowed: frozenset[str] | set[str] = frozenset()) -
     >>> odd_character("Prüfstand 姿势") is None
     True
     >>> print(odd_character("pose\u202e1")[0])
-    the name "pose\u202e1" holds U+202E, which changes the direction of writing
+    the name "pose\u202e1" contains U+202E, which changes the writing direction
     """
     character = next((match[0] for match in refused().finditer(name) if match[0] not in allowed), None)
     if character is None:
         return None
     code = ord(character)
-    kind, mend = "a control character", "write the name without it, in the logs too"
+    kind, mend = "a control character", "remove it, in the logs too"
     if 0x80 <= code < 0xA0:
         mend = CP1252
     elif code in (0x2028, 0x2029):
         kind = "a separator of lines"
     elif 0x202A <= code <= 0x2069:
-        kind = "which changes the direction of writing"
+        kind = "which changes the writing direction"
     elif code >= 0xD800:
-        kind, mend = "which is no character", "write the name in UTF-8"
-    return f'the name "{name}" holds U+{code:04X}, {kind}', mend
+        kind, mend = "which is not a character", "write the name in UTF-8"
+    return f'the name "{name}" contains U+{code:04X}, {kind}', mend
 
 
 def check_name(name: str, file: str, place: str) -> None:

@@ -92,7 +92,7 @@ def source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[ProposedL
 
 
 def run_lines(roles: Roles) -> list[ProposedLine]:
-    """Return the runs that a table needs to be written: those of absolute places; else none, each row names its own."""
+    """Return the runs that a table must list: those of absolute places; else none, each row names its own."""
     if not serves_absolute(roles):
         return []
     return [ProposedLine(text) for text in ("", "[[runs]]", 'id = "poses"', 'experiment = "absolute"')]
@@ -130,7 +130,7 @@ def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
                 FaultCode.SHAPE_MISMATCH,
                 files[1],
                 "header",
-                f"the {signal} lies in {files[0]} too",
+                f"the {signal} is also in {files[0]}",
                 "put it into one file",
             )
         sentences += [f"{signal} = {quoted(f'raw/{files[0]}')}"] if files else []
@@ -142,7 +142,7 @@ def _run_line(roles: Roles) -> ProposedLine:
         return ProposedLine(f"run = {{ column = {quoted(roles.run.header)} }}")
     if roles.deflection is not None:
         return ProposedLine('run = { each = "row" }')
-    return ProposedLine('run = { column = "run" }', "add a column that names the pose each row belongs to")
+    return ProposedLine('run = { column = "run" }', "add a column with the pose of each row")
 
 
 def _joints_line(roles: Roles) -> ProposedLine:
@@ -151,7 +151,7 @@ def _joints_line(roles: Roles) -> ProposedLine:
     likely = "deg" if size > LARGEST_RADIAN else "rad"
     written, guessed = unit_of_role(roles.joints, "angle", likely)
     line = f"joints = {{ position = {columns_text(roles.joints)}, units = {{ position = {quoted(written)} }} }}"
-    return ProposedLine(line, f"{written}, by their size (up to {size:.3g})" if guessed else None)
+    return ProposedLine(line, f"{written}, judged by the values (up to {size:.3g})" if guessed else None)
 
 
 def _load_lines(roles: Roles, tool: str) -> list[ProposedLine]:
@@ -191,7 +191,7 @@ def _moved_line(roles: Roles, body: str) -> ProposedLine:
         size = max(column.size for column in roles.deflection.columns)
         likely = "m" if size < _LARGEST_DEFLECTION_M else "mm" if size < _LARGEST_DEFLECTION_M * 1e3 else "um"
         written, guessed = unit_of_role(roles.deflection, "translation", likely)
-        doubts += [f"{written}, by their size (up to {size:.3g})"] if guessed else []
+        doubts += [f"{written}, judged by the values (up to {size:.3g})"] if guessed else []
         units, rotation = f"translation = {quoted(written)}", ""
         if roles.rotation is not None:
             turned = max(column.size for column in roles.rotation.columns)
@@ -206,7 +206,7 @@ def _moved_line(roles: Roles, body: str) -> ProposedLine:
         assert roles.position is not None
         size = max(column.size for column in roles.position.columns)
         written, guessed = unit_of_role(roles.position, "position", "m" if size < _LARGEST_POSITION_M else "mm")
-        doubts += [f"{written}, by their size (up to {size:.4g})"] if guessed else []
+        doubts += [f"{written}, judged by the values (up to {size:.4g})"] if guessed else []
         columns = f"position = {columns_text(roles.position)}"
         if roles.quaternion is not None:
             columns += f", quaternion_wxyz = {columns_text(roles.quaternion)}"
@@ -224,17 +224,15 @@ def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine
     roles : what the columns are.
     tool : the tool point, m, in the flange frame; None: it is left to be written, as no value can be guessed.
     """
-    reason = (
-        "where it is measured" if roles.moment is not None else "where the load acts and the displacement is measured"
-    )
+    reason = "measured point" if roles.moment is not None else "point of load application and displacement measurement"
     where = f"{reason}, x, y, z in m in the flange frame"
     known = None if tool is None else f"xyz_m = [{', '.join(map(repr, tool))}]"
-    point = ProposedLine(known) if known is not None else ProposedLine("xyz_m = []", f"to be written: {where}")
+    point = ProposedLine(known) if known is not None else ProposedLine("xyz_m = []", f"to be filled in: {where}")
     if serves_absolute(roles):
         return _frames_to_estimate(roles, known)
     lines = [*_table(TOOL, "flange"), point]
     if roles.moment is not None:
-        origin = ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "taken to be at the flange; add rpy_deg if turned")
+        origin = ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "assumed at the flange; add rpy_deg if rotated")
         lines += [*_table(FORCE_SENSOR, "flange"), origin]
     if roles.deflection is None:
         lines += [*_table(TRACKER, "base"), ProposedLine("estimate = true")]
@@ -243,10 +241,10 @@ def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine
 
 def _frames_to_estimate(roles: Roles, known: str | None) -> list[ProposedLine]:
     """Return the target and the tracker, both found by the fit, and where a payload hangs."""
-    roughly = ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "where the target is, roughly: it is estimated")
+    roughly = ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "approximate position of the target: it is estimated")
     target = [*_table(TOOL, "flange"), ProposedLine("estimate = true"), ProposedLine(known) if known else roughly]
     if roles.mass is not None:
-        centre = ProposedLine("xyz_m = []", "to be written: the payload's centre of mass, m, in the flange frame")
+        centre = ProposedLine("xyz_m = []", "to be filled in: centre of mass of the payload, m, in the flange frame")
         target += [*_table(PAYLOAD, "flange"), centre]
     return [*target, *_table(TRACKER, "base"), ProposedLine("estimate = true")]
 
@@ -257,7 +255,7 @@ def _table(frame: str, parent: str) -> list[ProposedLine]:
 
 def robot_lines(joints: Sequence[str]) -> list[ProposedLine]:
     """Return a robot.toml to fill in: a row for each joint."""
-    mend = 'or "dh"; fill in the rows, or start again with --robot NAME or --urdf FILE'
+    mend = 'or "dh"; fill in the rows, or repeat with --robot NAME or --urdf FILE'
     lines = [ProposedLine('schema = "stiffcal/robot/1"'), ProposedLine('convention = "modified-dh"', mend)]
     for name in joints:
         lines += [ProposedLine(text) for text in ("", "[[joints]]", f"name = {quoted(name)}")]
@@ -288,7 +286,7 @@ def unit_of_role(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
                 FaultCode.UNIT_CONFLICT,
                 "",
                 place,
-                "it has no unit, but its neighbours do",
+                "it has no unit, but neighbouring columns do",
                 "write the unit into the header",
             )
         try:

@@ -64,13 +64,13 @@ def _allowed_places(folder: Path) -> list[Path]:
                 FaultCode.OPTION_INVALID,
                 "",
                 ALLOW,
-                f"{entry!r} would be another folder wherever stiffcal is started",
+                f"{entry!r} is a relative path, which depends on where stiffcal is started",
                 mend,
             )
         plain = Path(os.path.normpath(place))
         if plain.parent == plain:
             raise InputError.at(
-                FaultCode.OPTION_INVALID, "", ALLOW, f"{entry!r} would allow every file", "name the folder of the logs"
+                FaultCode.OPTION_INVALID, "", ALLOW, f"{entry!r} would allow every file", "give the folder of the logs"
             )
         if not plain.is_relative_to(os.path.normpath(Path.cwd() / folder)):
             with suppress(OSError, RuntimeError):
@@ -108,7 +108,7 @@ def link_fault(named_in: str, place: str, file: str, goal: Path) -> Fault:
     """Return the fault of a path that leads out of the campaign folder by a link."""
     # No place to allow is named: who made the link would then choose what is opened to it.
     mend = (
-        f"put the file itself there; only if you made this link yourself, allow its place: {ALLOW} "
+        f"replace the link by the file; only if you made this link yourself, allow its target: {ALLOW} "
         "(docs/reference/reach.md)"
     )
     return Fault(

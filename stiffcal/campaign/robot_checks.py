@@ -53,7 +53,7 @@ def outline_of(robot: RobotFile, path: Path) -> RobotOutline:
         links = name_links([written.get(joint.name) or joint.child for joint in turning])
         unknown = [name for name in written if name not in joints]
         if unknown:
-            reason = f'the URDF has no turning joint "{unknown[0]}"'
+            reason = f'the URDF has no revolute joint "{unknown[0]}"'
             raise InputError.at(
                 FaultCode.JOINT_UNKNOWN, path.name, f"joints ({unknown[0]})", reason, "use " + ", ".join(joints)
             )
@@ -71,7 +71,7 @@ def robot_faults(robot: RobotFile, file: str) -> list[Fault]:
 
 def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
     if (robot.urdf is None) == (robot.convention is None):
-        reason = "neither convention nor urdf is given" if robot.urdf is None else "convention and urdf are both given"
+        reason = "neither convention nor urdf is given" if robot.urdf is None else "both convention and urdf are given"
         yield Fault(
             FaultCode.KEY_CONFLICT,
             file,
@@ -93,7 +93,7 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
             file,
             "urdf",
             f'"{robot.urdf}" lies outside the campaign folder',
-            "name a file inside the folder",
+            "use a file inside the folder",
         )
     for key, placement in (("base", robot.base), ("flange", robot.flange)):
         mistake = placement.rotation_mistake()
@@ -104,7 +104,7 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
             if too_long is not None:
                 yield Fault(FaultCode.VALUE_INVALID, file, f"{key}.xyz_m", too_long.reason, too_long.mend)
     if robot.urdf is not None and "base" in robot.model_fields_set:
-        yield Fault(FaultCode.KEY_CONFLICT, file, "base", "the URDF holds the geometry already", "remove [base]")
+        yield Fault(FaultCode.KEY_CONFLICT, file, "base", "the URDF already contains the geometry", "remove [base]")
     yield from _long_rows(robot, file)
     names = [entry.name for entry in robot.joints]
     for name, count in Counter(names).items():
@@ -114,7 +114,7 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
                 file,
                 f"joints ({name})",
                 f'{count} joints have the name "{name}"',
-                "give each its own name",
+                "give each a unique name",
             )
     links = Counter(entry.link.name for entry in robot.joints if entry.link.name is not None)
     for name, count in links.items():
@@ -124,13 +124,13 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
                 file,
                 "joints.link.name",
                 f'{count} links have the name "{name}"',
-                "give each its own name",
+                "give each a unique name",
             )
     for number, entry in enumerate(robot.joints):
         yield from _joint_faults(robot, entry, names, file, f"joints[{number + 1}] ({entry.name})")
     compensator = robot.gravity_compensator
     if compensator is not None and robot.urdf is None and compensator.joint > len(robot.joints):
-        reason = f"joint {compensator.joint} of a robot with {len(robot.joints)} joints"
+        reason = f"joint {compensator.joint}, but the robot has {len(robot.joints)} joints"
         yield Fault(FaultCode.JOINT_UNKNOWN, file, "gravity_compensator.joint", reason, "count the joints from 1")
     if robot.urdf is None:
         known = name_links([entry.link.name for entry in robot.joints])
@@ -170,7 +170,7 @@ def _joint_faults(robot: RobotFile, entry: JointEntry, names: list[str], file: s
                     FaultCode.KEY_CONFLICT,
                     file,
                     f"{place}.{key}",
-                    "the URDF holds the geometry already",
+                    "the URDF already contains the geometry",
                     f"remove {key}",
                 )
     for name in entry.logged or {}:
@@ -187,7 +187,7 @@ def _joint_faults(robot: RobotFile, entry: JointEntry, names: list[str], file: s
             FaultCode.VALUE_INVALID,
             file,
             f"{place}.logged",
-            "no logged angle counts",
+            "all coefficients are zero",
             "write coefficients other than zero",
         )
     if entry.gear_ratio == 0.0:

@@ -89,7 +89,7 @@ class GravityCompensatorEntry(TomlTable):
 def _outline(value: object) -> tuple[tuple[float, float], ...]:
     points: list[Any] = list(value) if isinstance(value, list | tuple) else []
     if len(points) > MOST_CORNERS:
-        raise WrongValueError(f"an outline of {len(points)} points, more than {MOST_CORNERS}", "draw it with fewer")
+        raise WrongValueError(f"an outline with {len(points)} points, more than {MOST_CORNERS}", "draw it with fewer")
     if len(points) < 3 or not all(isinstance(point, list | tuple) and len(point) == 2 for point in points):
         raise WrongValueError(
             "an outline is three or more points", "write [[x2, x3], …] in m, in order around the section"

@@ -54,7 +54,7 @@ def parse_rows(text: str) -> tuple[RowCondition, ...]:
             )
         value = _value(match["value"])
         if isinstance(value, str) and match["operator"] not in ("==", "!="):
-            raise WrongValueError(f"{match['value']} is not a number", "compare texts with == or != only")
+            raise WrongValueError(f"{match['value']} is not a number", "compare text with == or != only")
         conditions.append(RowCondition(match["column"].strip('"`'), match["operator"], value))
     return tuple(conditions)
 
@@ -65,9 +65,7 @@ def _value(text: str) -> float | str:
     try:
         return float(text)
     except ValueError:
-        raise WrongValueError(
-            f"{text} is not a number", "write texts in quotes, numbers with a decimal point"
-        ) from None
+        raise WrongValueError(f"{text} is not a number", "write text in quotes, numbers with a decimal point") from None
 
 
 MOST_ROWS = 1_000_000  # of one campaign, each held in memory: more than that is a run to be left out

@@ -29,7 +29,7 @@ def run_faults(manifest: Manifest) -> Iterator[Fault]:
                 FaultCode.NAME_DUPLICATE,
                 place,
                 f'{counts[run.id]} runs have the name "{run.id}"',
-                "give each run a name of its own",
+                "give each run a unique name",
                 run.id,
             )
         earlier.add(run.id)
@@ -42,7 +42,7 @@ def run_faults(manifest: Manifest) -> Iterator[Fault]:
                     )
         yield from logs.faults(number, place)
         if not run.files and manifest.sources and no_source_has_a_file:
-            yield _fault(FaultCode.KEY_MISSING, place, "the run names no files", 'add files = { SOURCE = "raw/…" }')
+            yield _fault(FaultCode.KEY_MISSING, place, "the run has no files", 'add files = { SOURCE = "raw/…" }')
 
 
 class _Logs:
@@ -64,8 +64,8 @@ class _Logs:
             earlier = self._earlier[(name, file, run.states)]
             other_run = next((identifier for identifier in earlier if identifier != run.id), None)
             if other_run is not None:
-                reason = f"{file} is named by run {other_run} too"
-                yield _fault(FaultCode.KEY_CONFLICT, f"{place}.files.{name}", reason, "name this run's own log")
+                reason = f"{file} is also used by run {other_run}"
+                yield _fault(FaultCode.KEY_CONFLICT, f"{place}.files.{name}", reason, "give the log of this run")
             if len(earlier) < 2 and run.id not in earlier:  # the first, and one of another name than the first
                 earlier.append(run.id)
 
@@ -84,7 +84,7 @@ def exclusion_faults(manifest: Manifest) -> Iterator[Fault]:
             yield _fault(
                 FaultCode.KEY_MISSING,
                 place,
-                "each run has a file of its own, so rows alone are not enough",
+                "each run has its own file, so a row number is not unique",
                 "add run = …",
             )
         if entry.run is not None and runs and entry.run not in runs:

@@ -116,11 +116,11 @@ class JointSignals(Signal):
     def _something_is_logged(self) -> JointSignals:
         groups = self.groups()
         if not groups:
-            raise WrongValueError("no columns are named", 'write position = ["A1", "A2", …] or position = "A1..A6"')
+            raise WrongValueError("no columns are given", 'write position = ["A1", "A2", …] or position = "A1..A6"')
         counts = {key: len(names) for key, names in groups.items()}
         if self.torque_gain_sigma is not None and not self.has_torque:
             raise WrongValueError(
-                "torque_gain_sigma without torques", "name torque columns, or current and torque_constant"
+                "torque_gain_sigma without torque columns", "name torque columns, or current and torque_constant"
             )
         if len(set(counts.values())) > 1:
             counted = ", ".join(f"{count} {key}" for key, count in counts.items())

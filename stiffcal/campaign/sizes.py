@@ -26,7 +26,7 @@ def implausible_length(metres: float) -> WrongValueError | None:
     Examples
     --------
     >>> print(implausible_length(1200.0))
-    1200 m is longer than any robot; 1200 looks like mm: write 1.2
+    1200 m exceeds the size of any robot; 1200 looks like mm: write 1.2
     >>> implausible_length(-1.2)
     """
     if abs(metres) <= LONGEST_M:
@@ -35,7 +35,7 @@ def implausible_length(metres: float) -> WrongValueError | None:
     mend = f"{metres:.9g} looks like {unit}: write {metres * factor:.9g}"
     if not abs(metres) <= 1e6 * LONGEST_M:
         mend = "write it in m"
-    return WrongValueError(f"{metres:.9g} m is longer than any robot", mend)
+    return WrongValueError(f"{metres:.9g} m exceeds the size of any robot", mend)
 
 
 def mass_mistake(kilograms: float) -> WrongValueError | None:
@@ -44,7 +44,7 @@ def mass_mistake(kilograms: float) -> WrongValueError | None:
     Examples
     --------
     >>> print(mass_mistake(1.2e6))
-    1200000 kg is heavier than any robot; 1200000 looks like g: write 1200
+    1200000 kg exceeds the mass of any robot; 1200000 looks like g: write 1200
     >>> print(mass_mistake(-2.0))
     a mass of -2 kg; write the mass in kg, 0 where there is none
     """
@@ -53,7 +53,7 @@ def mass_mistake(kilograms: float) -> WrongValueError | None:
     if kilograms <= HEAVIEST_KG:
         return None
     mend = f"{kilograms:.9g} looks like g: write {kilograms / 1e3:.9g}" if kilograms <= 1e9 else "write it in kg"
-    return WrongValueError(f"{kilograms:.9g} kg is heavier than any robot", mend)
+    return WrongValueError(f"{kilograms:.9g} kg exceeds the mass of any robot", mend)
 
 
 def angle_mistake(degrees: float) -> WrongValueError | None:
@@ -81,11 +81,11 @@ def gravity_mistake(gravity: Sequence[float]) -> WrongValueError | None:
     size = math.hypot(*gravity)
     if size == 0.0 or GRAVITY_MPS2[0] <= size <= GRAVITY_MPS2[1]:
         return None
-    mend = "write it in m/s²: the Earth's is 9.81, and [0, 0, 0] leaves weight out"
+    mend = "write it in m/s²: 9.81 on Earth, [0, 0, 0] without weight"
     if GRAVITY_MPS2[0] <= size / 1e3 <= GRAVITY_MPS2[1]:
         mend = f"{size:.9g} looks like mm/s²: write {size / 1e3:.9g}"
     elif abs(size - 1.0) < 0.05:
-        mend = "1 looks like multiples of the Earth's: write 9.81"
+        mend = "1 looks like a multiple of g: write 9.81"
     return WrongValueError(f"gravity of {size:.9g} m/s²", mend)
 
 

@@ -41,7 +41,7 @@ def check_purpose(roles: Roles, display_name: str) -> None:
     """
     if roles.joints is None:
         mend = "name them A1 … A6, J1 …, q1 … or theta1 …, or as in the robot file or URDF (--robot, --urdf FILE)"
-        raise _missing(display_name, "no joint columns are recognised", mend)
+        raise _missing(display_name, "no joint columns recognised", mend)
     if serves_absolute(roles):
         return
     loads, moved = (
@@ -49,30 +49,30 @@ def check_purpose(roles: Roles, display_name: str) -> None:
         roles.deflection is not None or roles.position is not None,
     )
     if not loads and not moved:
-        reason = "no force columns and no displacement columns are recognised"
+        reason = "no force columns and no displacement columns recognised"
         raise _missing(
             display_name, reason,
             "name them Fx, Fy, Fz (or kg) and dx, dy, dz; joint angles with torques or currents of the drives over "
-            "time serve a friction run: stiffcal init DIR --kind friction --from LOG",
+        "time make a friction run: stiffcal init DIR --kind friction --from LOG",
         )  # fmt: skip
     if not loads:
         raise _missing(
-            display_name, "no force columns are recognised",
-            "name them Fx, Fy, Fz, or kg for dead weights; displacements without the loads that made them serve no "
-            "experiment",
+            display_name, "no force columns recognised",
+            "name them Fx, Fy, Fz, or kg for dead weights; displacements without their loads cannot be used",
         )  # fmt: skip
     if not moved:
         raise _missing(
-            display_name, "no displacement or position columns are recognised",
-            "name them dx, dy, dz (loaded minus unloaded) or X, Y, Z; joint angles with loads on a tool that is held "
-            "fast serve a clamped run: stiffcal init DIR --kind clamped --from LOG",
+            display_name, "no displacement or position columns recognised",
+            "name them dx, dy, dz (loaded minus unloaded) or X, Y, Z; joint angles with loads on a clamped tool make "
+        "a clamped run: stiffcal init DIR --kind clamped --from LOG",
         )  # fmt: skip
     if roles.deflection is None and not _rows_of_one_pose(roles):
         what = 'experiment = "absolute"' if "absolute" in kind_names() else _ABSOLUTE
         raise InputError.at(
             FaultCode.DATA_MISSING, display_name, "",
-            "every row is another pose: stiffness needs each pose unloaded and loaded, as two rows or more",
-            f"measure each pose unloaded too, or write displacements as dx, dy, dz; as it is the table serves {what}",
+            "every row is a different pose: stiffness requires each pose unloaded and loaded, as two rows or more",
+            "measure each pose unloaded too, or write displacements as dx, dy, dz; as it is, the table can be used "
+        f"for {what}",
         )  # fmt: skip
 
 

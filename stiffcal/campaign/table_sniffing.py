@@ -79,7 +79,7 @@ def sniff_table(path: Path) -> SniffedTable:
         rows = [[cell.strip() for cell in row] for line in lines for row in csv.reader([line], delimiter=delimiter)]
     except csv.Error as error:
         mend = "give a table with one row per load state"
-        raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"this is no table: {error}", mend) from error
+        raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"not a table: {error}", mend) from error
     width = _width(rows)
     decimal = "," if delimiter != "," and _decimal_commas(rows) else "."
     scope_header = _scope_header(rows)
@@ -93,7 +93,7 @@ def sniff_table(path: Path) -> SniffedTable:
             FaultCode.FILE_EMPTY,
             display_name,
             "",
-            "there is no line of numbers",
+            "the file has no line of numbers",
             "give a table with one row per load state",
         )
     header, names, units = scope_header[:3] if scope_header is not None else _header(rows, first, width, display_name)
@@ -122,7 +122,7 @@ def _header(rows: list[list[str]], first: int, width: int, display_name: str) ->
             display_name,
             f"line {first + 1}",
             "the table has no header line",
-            "write the columns' names above",
+            "add a line with the column names",
         )
     header = above[-1]
     if len(above) > 1 and _is_unit_row(rows[header]):
@@ -156,7 +156,7 @@ def _decoded(path: Path, display_name: str) -> tuple[str, str]:
             content = content[: content.rfind(b"\n") + 1]
     except FileNotFoundError:
         raise InputError.at(
-            FaultCode.FILE_MISSING, str(path), "", "no such file", "correct the name after --from"
+            FaultCode.FILE_MISSING, str(path), "", "no such file", "correct the path after --from"
         ) from None
     except (EOFError, zlib.error, gzip.BadGzipFile):
         raise InputError.at(
@@ -164,7 +164,7 @@ def _decoded(path: Path, display_name: str) -> tuple[str, str]:
         ) from None
     except OSError as error:
         raise InputError.at(
-            FaultCode.FILE_UNREADABLE, str(path), "", f"cannot be read: {error.strerror}", "name a table"
+            FaultCode.FILE_UNREADABLE, str(path), "", f"cannot be read: {error.strerror}", "give a table"
         ) from None
     if not content.strip():
         raise InputError.at(
@@ -193,7 +193,7 @@ def _delimiter(lines: list[str], display_name: str) -> str:
             FaultCode.FORMAT_UNKNOWN,
             display_name,
             "",
-            "no columns can be distinguished",
+            "no columns found",
             "separate them by commas, semicolons or tabs",
         )
     return best
@@ -269,5 +269,5 @@ def _check_names(columns: tuple[SniffedColumn, ...], display_name: str, line: in
     if twice:
         reason = f'two columns have the name "{twice[0]}"'
         raise InputError.at(
-            FaultCode.COLUMN_DUPLICATE, display_name, f"line {line}", reason, "give each column a name of its own"
+            FaultCode.COLUMN_DUPLICATE, display_name, f"line {line}", reason, "give each column a unique name"
         )

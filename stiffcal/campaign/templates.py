@@ -75,7 +75,7 @@ def chosen_robot(name: str) -> str:
     if path.suffix.lower() != ".toml":
         return bundled_robot(name)
     if not path.is_file():
-        raise InputError.at(FaultCode.FILE_MISSING, name, "", "no such file", "correct the name after --robot")
+        raise InputError.at(FaultCode.FILE_MISSING, name, "", "no such file", "correct the path after --robot")
     from stiffcal.campaign.loading import load_robot
 
     robot = load_robot(path, name)
@@ -96,7 +96,7 @@ def bundled_robot(name: str) -> str:
     if name not in bundled_robots():
         known_names = ", ".join(bundled_robots())
         mend = f"use one of {known_names}, a robot file that ends in .toml, or a URDF: --urdf FILE"
-        raise InputError.at(FaultCode.OPTION_INVALID, "", "--robot", f'no robot "{name}" comes with stiffcal', mend)
+        raise InputError.at(FaultCode.OPTION_INVALID, "", "--robot", f'stiffcal has no robot "{name}"', mend)
     return (_HERE / "robots" / f"{name}.toml").read_text(encoding="utf-8")
 
 
@@ -147,10 +147,12 @@ def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Pa
     """
     for name in texts:
         if (folder / name).exists():
-            mend = "name another folder, or move that file away"
-            raise InputError.at(FaultCode.FILE_EXISTS, str(folder / name), "", "the file is there already", mend)
+            mend = "choose another folder, or move that file"
+            raise InputError.at(FaultCode.FILE_EXISTS, str(folder / name), "", "the file already exists", mend)
     if folder.exists() and not folder.is_dir():
-        raise InputError.at(FaultCode.FILE_KIND, str(folder), "", "this is a file, not a folder", "name another folder")
+        raise InputError.at(
+            FaultCode.FILE_KIND, str(folder), "", "this is a file, not a folder", "choose another folder"
+        )
     if folder.is_dir():
         return _fill(folder, texts, copies or {})
     temporary = folder.with_name(temporary_name())

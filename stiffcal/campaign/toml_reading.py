@@ -29,7 +29,7 @@ MOST_NESTED = 20  # tables in tables: twice what any of our files needs
 WHOLE_NUMBERS = range(-(2**63), 2**63)  # TOML 1.0: what a reader has to hold
 _MANY = frozenset({"runs", "exclude", "rows", "campaigns", "parameters"})
 """Keys of lists and tables that grow with what was measured; all others are a robot's or an instrument's."""
-_DEEP = "tables or lists lie in one another too deeply"
+_DEEP = "tables or lists are nested too deeply"
 
 _PLACE = re.compile(r"\s*\(at (?P<place>line \d+, column \d+|end of document)\)$")
 
@@ -57,15 +57,15 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
         ) from None
     except IsADirectoryError:
         raise InputError.at(
-            FaultCode.FILE_KIND, file, "", "this is a folder, not a file", "name the file in it"
+            FaultCode.FILE_KIND, file, "", "this is a folder, not a file", "give the file in it"
         ) from None
     except PermissionError:
         raise InputError.at(
-            FaultCode.FILE_UNREADABLE, file, "", "the file may not be read", "change its permissions"
+            FaultCode.FILE_UNREADABLE, file, "", "no permission to read the file", "change its permissions"
         ) from None
     except OSError as error:  # links in a circle, a disk that fails
         reason = f"the file cannot be read: {error.strerror}"
-        raise InputError.at(FaultCode.FILE_UNREADABLE, file, "", reason, "put a regular file in its place") from None
+        raise InputError.at(FaultCode.FILE_UNREADABLE, file, "", reason, "replace it by a regular file") from None
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise InputError.at(
@@ -73,16 +73,16 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
         ) from None
     except ValueError:
         raise InputError.at(
-            FaultCode.NAME_INVALID, repr(file), "", "no such file: its name holds a NUL", "correct the name"
+            FaultCode.NAME_INVALID, repr(file), "", "no such file: its name contains a NUL", "correct the name"
         ) from None
     for number, row in enumerate(text.splitlines(), start=1):  # the parser's time grows with the square of these
         key = row.partition("=")[0] if "=" in row else row if row.startswith("[") and "," not in row else ""
         if key.count(".") > MOST_DOTS:
-            raise InputError.at(FaultCode.SIZE_EXCEEDED, file, f"line {number}", _DEEP, "write them side by side")
+            raise InputError.at(FaultCode.SIZE_EXCEEDED, file, f"line {number}", _DEEP, "reduce the nesting")
     try:
         document = tomllib.loads(text)
     except RecursionError:
-        raise InputError.at(FaultCode.SIZE_EXCEEDED, file, "", _DEEP, "write them side by side") from None
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, file, "", _DEEP, "reduce the nesting") from None
     except tomllib.TOMLDecodeError as error:
         parsers_words = str(error)  # all that tomllib gives: it has neither codes nor fields
         match = _PLACE.search(parsers_words)
@@ -94,12 +94,12 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
             FaultCode.SYNTAX_INVALID,
             file,
             place,
-            f"this is not TOML: {complaint[:1].lower()}{complaint[1:]}",
+            f"not valid TOML: {complaint[:1].lower()}{complaint[1:]}",
             _syntax_mend(complaint),
         ) from None
     except ValueError:  # of more digits than Python reads at all
-        reason = "a whole number of thousands of digits"
-        raise InputError.at(FaultCode.VALUE_INVALID, file, "", reason, "write a number that can be") from None
+        reason = "an integer with thousands of digits"
+        raise InputError.at(FaultCode.VALUE_INVALID, file, "", reason, "write a plausible number") from None
     _check_sizes(document, file)
     raise_faults(list(islice(name_faults(document, file), MOST_ODD_NAMES)))
     return document
@@ -111,7 +111,7 @@ def _check_sizes(document: dict[str, Any], file: str) -> None:
     while waiting:
         place, value = waiting.pop()
         if len(place) > MOST_NESTED:
-            raise InputError.at(FaultCode.SIZE_EXCEEDED, file, key_path(place[:3]), _DEEP, "write them side by side")
+            raise InputError.at(FaultCode.SIZE_EXCEEDED, file, key_path(place[:3]), _DEEP, "reduce the nesting")
         if isinstance(value, dict | list):
             limit = RUNS if place and place[-1] in _MANY else ENTRIES
             limit.check(len(value), file, key_path(place, document))
@@ -120,23 +120,23 @@ def _check_sizes(document: dict[str, Any], file: str) -> None:
         elif isinstance(value, list):
             waiting += [((*place, index), item) for index, item in enumerate(value)]
         elif isinstance(value, int) and value not in WHOLE_NUMBERS:
-            reason = f"a whole number of {len(str(abs(value)))} digits"
+            reason = f"an integer with {len(str(abs(value)))} digits"
             raise InputError.at(
-                FaultCode.VALUE_INVALID, file, key_path(place, document), reason, "write a number that can be"
+                FaultCode.VALUE_INVALID, file, key_path(place, document), reason, "write a plausible number"
             )
         elif isinstance(value, float) and LARGEST < abs(value) < math.inf:
-            reason = f"{value:g} is larger than anything that is measured"
+            reason = f"{value:g} is larger than any plausible value"
             raise InputError.at(
                 FaultCode.VALUE_INVALID, file, key_path(place, document), reason, "write it in SI units"
             )
         elif isinstance(value, float) and 0.0 < abs(value) < SMALLEST:
-            reason = f"{value:g} is smaller than anything that is measured"
+            reason = f"{value:g} is smaller than any plausible value"
             raise InputError.at(
                 FaultCode.VALUE_INVALID,
                 file,
                 key_path(place, document),
                 reason,
-                "write 0, or the number that was meant",
+                "write 0, or the intended number",
             )
 
 
@@ -156,7 +156,7 @@ def validate(document: dict[str, Any], file: str, model: type[Model]) -> Model:
 
 def _syntax_mend(parsers_words: str) -> str:
     if "overwrite" in parsers_words or "declare" in parsers_words.lower() or "twice" in parsers_words:
-        return "a key or table stands there twice: keep one"
+        return "a key or table is given twice: keep one"
     if "Invalid value" in parsers_words:
-        return "put texts in quotes, write decimal points rather than commas"
+        return "put text in quotes, and write decimal points, not commas"
     return "correct that line"

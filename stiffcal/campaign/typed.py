@@ -59,7 +59,7 @@ def _numbers(value: object, count: int) -> tuple[float, ...]:
     ):
         raise WrongValueError(f"found {value!r}", f"write {count} numbers in square brackets")
     if not value:
-        raise WrongValueError("nothing is written here yet", f"write {count} numbers")
+        raise WrongValueError("not filled in yet", f"write {count} numbers")
     if len(value) != count:
         raise WrongValueError(f"found {len(value)} numbers", f"write {count}")
     return tuple(float(item) for item in value)
@@ -135,12 +135,12 @@ def expand_columns(value: object) -> tuple[str, ...]:
     for item in items:
         names.extend(_expand_range(str(item)))
         if len(names) > MOST_COLUMNS:
-            raise WrongValueError(f"more than {MOST_COLUMNS} columns", "name those that are needed")
+            raise WrongValueError(f"more than {MOST_COLUMNS} columns", "list only those that are needed")
     if not names or "" in names:
-        raise WrongValueError("a column without a name", "write the column's name as in the file's header")
+        raise WrongValueError("a column without a name", "write the column name as in the header of the file")
     twice = sorted(name for name, times in Counter(names).items() if times > 1)
     if twice:
-        raise WrongValueError(f'column "{twice[0]}" stands here twice', "name each column once")
+        raise WrongValueError(f'column "{twice[0]}" is given twice', "list each column once")
     return tuple(names)
 
 
@@ -170,7 +170,7 @@ def columns_of_count(*counts: int) -> Callable[[tuple[str, ...]], tuple[str, ...
         if len(names) not in counts:
             wanted = " or ".join(str(count) for count in counts)
             raise WrongValueError(
-                f"found {len(names)} column{'s' if len(names) != 1 else ''}", f"name {wanted} columns"
+                f"found {len(names)} column{'s' if len(names) != 1 else ''}", f"give {wanted} columns"
             )
         return names
 
@@ -253,7 +253,7 @@ class Placement(TomlTable):
         written = self.rotations()
         if len(written) > 1:
             return written[1], WrongValueError(
-                f"the rotation is written twice, as {' and '.join(written)}", "keep one of them"
+                f"the rotation is given twice, as {' and '.join(written)}", "keep one of them"
             )
         if self.quaternion_wxyz is not None:
             length = sum(component * component for component in self.quaternion_wxyz) ** 0.5
@@ -279,7 +279,7 @@ def _matrix_mistake(matrix: Sequence[Sequence[float]]) -> tuple[str, WrongValueE
             worst = max(worst, abs(product - (1.0 if i == j else 0.0)))
     if worst > ROTATION_TOLERANCE:
         return "matrix", WrongValueError(
-            f"the rotation matrix is not orthogonal: R Rᵀ is off the identity by {worst:.3g}",
+            f"the rotation matrix is not orthogonal: R Rᵀ differs from the identity by {worst:.3g}",
             "correct its rows, or write the rotation as quaternion_wxyz or rpy_deg",
         )
     (a, b, c), (d, e, f), (g, h, i_) = matrix

@@ -101,8 +101,8 @@ def read_urdf_any_joints(
                 FaultCode.URDF_INVALID,
                 display_name,
                 f"link {tip}",
-                f"no chain of joints leads there from {base}",
-                "name other links",
+                f"no chain of joints connects it with {base}",
+                "choose other links",
             )
         chain.insert(0, above[link])
         link = above[link].parent
@@ -154,10 +154,10 @@ def _mend_for_chain(robot: UrdfRobot, joint: UrdfJoint) -> str:
     """Return how the chain can do without a joint that does not turn."""
     place = robot.path.index(joint)
     if not any(other.kind in TURNING for other in robot.path[:place]):
-        return f'begin the chain behind it: base_link = "{joint.child}" in the robot file'
+        return f'begin the chain after it: base_link = "{joint.child}" in the robot file'
     if not any(other.kind in TURNING for other in robot.path[place:]):
         return f'end the chain before it: tip_link = "{joint.parent}" in the robot file'
-    return 'where it stood still, make its type "fixed" in the URDF, moved into its place by <origin>'
+    return 'if it did not move, make its type "fixed" in the URDF, with its position in <origin>'
 
 
 def _check_path(robot: UrdfRobot, display_name: str) -> None:
@@ -180,21 +180,23 @@ def _check_path(robot: UrdfRobot, display_name: str) -> None:
                 FaultCode.URDF_INVALID,
                 display_name,
                 place,
-                "a joint of the chain mimics another",
-                "write it as logged in the robot file",
+                "a joint of the chain is a mimic of another",
+                "describe it with `logged` in the robot file",
             )
         if joint.kind != "fixed" and not any(joint.axis):
             raise InputError.at(
                 FaultCode.URDF_INVALID, display_name, place, "the joint's axis is zero", "correct <axis xyz=…/>"
             )
     if len(robot.turning) > MOST_JOINTS:
-        reason = f"{len(robot.turning)} joints turn between {robot.base} and {robot.tip}, more than {MOST_JOINTS}"
-        raise InputError.at(FaultCode.SIZE_EXCEEDED, display_name, "", reason, "name other links: base_link, tip_link")
+        reason = f"{len(robot.turning)} revolute joints between {robot.base} and {robot.tip}, more than {MOST_JOINTS}"
+        raise InputError.at(
+            FaultCode.SIZE_EXCEEDED, display_name, "", reason, "choose other links: base_link, tip_link"
+        )
     if not robot.turning:
         raise InputError.at(
             FaultCode.URDF_INVALID,
             display_name,
             "",
-            f"no joint turns between {robot.base} and {robot.tip}",
-            "name other links",
+            f"no revolute joint between {robot.base} and {robot.tip}",
+            "choose other links",
         )

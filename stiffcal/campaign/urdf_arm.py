@@ -68,9 +68,7 @@ def _check_complete(arm: Sequence[UrdfJoint], column_of: dict[str, SniffedColumn
     for joint in arm:
         if joint.name in column_of:
             continue
-        mend = (
-            'where the joint stood still, make its type "fixed" in the URDF, turned or moved into its place by <origin>'
-        )
+        mend = 'if the joint did not move, make its type "fixed" in the URDF, with its position in <origin>'
         if joint.kind in TURNING:
             reason, mend = "no column of the table has its name", f"add the column {joint.name}; {mend}"
             code = FaultCode.COLUMN_MISSING
@@ -82,13 +80,13 @@ def _check_complete(arm: Sequence[UrdfJoint], column_of: dict[str, SniffedColumn
 def _base_line(before: Sequence[UrdfJoint]) -> list[ProposedLine]:
     if not before:
         return []
-    doubt = f"{_named(before)}: what lies before this link is taken as fixed"
+    doubt = f"{_named(before)}: everything before this link is taken as fixed"
     return [ProposedLine(f"base_link = {quoted(before[-1].child)}", doubt)]
 
 
 def _tip_line(chain: UrdfRobot, behind: Sequence[UrdfJoint], others: Sequence[str]) -> list[ProposedLine]:
     if behind:
-        doubt = f"{_named(behind)}: what lies behind this link is taken as fixed"
+        doubt = f"{_named(behind)}: everything after this link is taken as fixed"
         return [ProposedLine(f"tip_link = {quoted(behind[0].parent)}", doubt)]
     if others:
         return [ProposedLine(f"tip_link = {quoted(chain.tip)}", f"the flange; the URDF has {', '.join(others)} too")]

@@ -69,7 +69,7 @@ class _Builder(ElementTree.TreeBuilder):
             FaultCode.SYNTAX_INVALID,
             self._display_name,
             "<!DOCTYPE>",
-            "a URDF has no document type",
+            "a URDF must not have a document type",
             "delete it and its entities",
         )
 
@@ -79,10 +79,8 @@ class _Builder(ElementTree.TreeBuilder):
         self._depth += 1
         URDF_NODES.check(self._nodes, self._display_name)
         if self._depth > MOST_NESTED:
-            reason = f"more than {MOST_NESTED} elements lie in one another"
-            raise InputError.at(
-                FaultCode.SIZE_EXCEEDED, self._display_name, f"<{tag}>", reason, "write them side by side"
-            )
+            reason = f"more than {MOST_NESTED} nested elements"
+            raise InputError.at(FaultCode.SIZE_EXCEEDED, self._display_name, f"<{tag}>", reason, "reduce the nesting")
         return super().start(tag, attributes)
 
     def end(self, tag: str, /) -> ElementTree.Element:
@@ -117,20 +115,20 @@ def parse_urdf(path: Path, display_name: str) -> ElementTree.Element:
         ) from None
     except ElementTree.ParseError as error:
         line, column = error.position
-        reason = f"this is not XML: {str(error).split(':')[0]}"
+        reason = f"not valid XML: {str(error).split(':')[0]}"
         raise InputError.at(
             FaultCode.SYNTAX_INVALID, display_name, f"line {line}, column {column + 1}", reason, "correct that line"
         ) from None
     except (ValueError, LookupError) as error:  # of an encoding that Python does not know
         raise InputError.at(
-            FaultCode.SYNTAX_INVALID, display_name, "line 1", f"this is not XML: {error}", "save the file as UTF-8"
+            FaultCode.SYNTAX_INVALID, display_name, "line 1", f"not valid XML: {error}", "save the file as UTF-8"
         ) from None
     if root.tag != "robot":
         raise InputError.at(
             FaultCode.URDF_INVALID,
             display_name,
             f"<{root.tag}>",
-            "this is not a URDF",
+            "not a URDF",
             "expand xacro files first; the root is <robot>",
         )
     return root

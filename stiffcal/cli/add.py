@@ -18,17 +18,18 @@ if TYPE_CHECKING:
     from stiffcal.workflow.command_results import EditResult
 
 Model = Annotated[Path, typer.Argument(metavar="DIR", help="The campaign folder.")]
-EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Its name, see `stiffcal effects`.")]
+EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Name of the effect, see `stiffcal effects`.")]
 Curved = Annotated[
-    bool, typer.Option("--curved", help="Springs with square and cube: bearing-tilt, joint-translation.")
+    bool,
+    typer.Option("--curved", help="Nonlinear springs (quadratic and cubic terms): bearing-tilt, joint-translation."),
 ]
 Start = Annotated[
     str | None,
     typer.Option(
-        "--start", metavar="SYMBOL=VALUE,…", help="Values, SI, from which the fit starts; they choose the form."
+        "--start", metavar="SYMBOL=VALUE,…", help="Start values of the fit, SI; their names select the form of the law."
     ),
 ]
-Everywhere = Annotated[bool, typer.Option("--all", help="Every place the effect can have.")]
+Everywhere = Annotated[bool, typer.Option("--all", help="At every possible place.")]
 
 
 def add(

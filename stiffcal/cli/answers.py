@@ -64,7 +64,7 @@ class Answer:
 
         console = answer_console(lambda text: self.notify(f"warning: {mask(text)}", "WARNING"))
         if getattr(result, "origin", None) == "foreign":
-            console.print("not computed by you: the logs are missing, and the results came with the folder")
+            console.print("not computed by you: the results came with the folder, and its logs are missing")
         shown = escaped_document(result)
         show(console, shown)
         console.show_warnings(shown.warnings)

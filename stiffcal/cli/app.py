@@ -35,15 +35,15 @@ from stiffcal.module_path import leave_out_current_folder, quiet_libraries
 from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
 
 COMMANDS = {
-    "init": "Make a commented campaign folder, or propose one from a table.",
-    "check": "Check the folder: what is understood, what is missing.",
+    "init": "Create a commented campaign folder, or propose one from a table.",
+    "check": "Check the folder: what was read, what is missing.",
     "ingest": "Turn raw logs into load states in the Parquet store.",
     "identify": "Fit the model: each stiffness with its uncertainty.",
-    "validate": "Judge the model in held-out poses.",
+    "validate": "Validate the model in held-out poses.",
     "diagnose": "Find which physical effect the model lacks.",
     "improve": "Add what is missing, step by step, then remove what is not needed.",
     "compare": "Compare two campaigns of one robot.",
-    "trend": "Follow one robot over many campaigns.",
+    "trend": "Track one robot over many campaigns.",
     "history": "List every fit: model, error in held-out poses, noise.",
     "plot": "Draw load against deformation, or the residual.",
     "report": "Write the report as a PDF (DIR/report.pdf).",
@@ -59,13 +59,13 @@ COMMANDS = {
     "effects": "List the physical effects, or explain one.",
     "add": "Add a physical effect to model.toml.",
     "remove": "Remove a physical effect from model.toml.",
-    "trust": "List what a campaign folder wants to run, and allow it.",
+    "trust": "List the code that a campaign folder would run, and allow it.",
     "demo": "Find a hidden effect in a bundled example.",
     "doctor": "List what is installed and what is missing.",
 }
 """Every command, with the first line of its help: what the list of commands is made of without importing them all."""
 
-_WITH_EVERY_COMMAND = "With every command: --verbose writes each step to standard error, --log FILE to a file."
+_WITH_EVERY_COMMAND = "All commands: --verbose logs each step to standard error, --log FILE to a file."
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -144,9 +144,9 @@ def _show_completion(shells: list[str]) -> int:
 def _refused(error: Exception) -> InputError | None:
     """Return the machine's refusal as an error of the user's, None where it is a fault of ours."""
     if isinstance(error, MemoryError):
-        reason = "more memory is needed than there is" + (f" ({error})" if str(error) else "")
+        reason = "not enough memory" + (f" ({error})" if str(error) else "")
         return InputError.at(
-            FaultCode.SYSTEM_REFUSAL, "", "", reason, "take fewer rows or runs, or a machine with more"
+            FaultCode.SYSTEM_REFUSAL, "", "", reason, "use fewer rows or runs, or a machine with more memory"
         )
     return refusal(error) if isinstance(error, OSError) else None
 
@@ -163,12 +163,14 @@ def _application(given: list[str]) -> Callable[[], object]:
     """
     named = given[0] if given and not given[0].startswith("-") else ""
     app = typer.Typer(
-        help="Find out how an industrial robot bends under load, and which physical effect the model lacks.",
+        help="Identify the stiffness of an industrial robot from load tests, and find the physical effect that its "
+        "model lacks.",
         add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
-        epilog="DIR is a campaign folder, `.` where left out. Start with: stiffcal demo. Completion of commands and "
+        epilog="DIR is a campaign folder (default: the current folder). Start with: stiffcal demo. Completion of "
+        "commands and "
         f"options with the tab key: stiffcal --show-completion bash|zsh|fish. {_WITH_EVERY_COMMAND}",
     )
     if not named:

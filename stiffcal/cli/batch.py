@@ -23,23 +23,28 @@ if TYPE_CHECKING:
 
 def batch(
     folders: Annotated[
-        list[Path], typer.Argument(metavar="DIR...", help="Campaign folders, or folders with such in them.")
+        list[Path], typer.Argument(metavar="DIR...", help="Campaign folders, or folders that contain campaign folders.")
     ],
     jobs: Annotated[
         int | None,
-        typer.Option("--jobs", metavar="N", min=1, help="Processes; one per core where left out.", show_default=False),
+        typer.Option(
+            "--jobs", metavar="N", min=1, help="Number of processes (default: one per core).", show_default=False
+        ),
     ] = None,
     thresholds: Thresholds = None,
     junit: Annotated[
         Path | None, typer.Option("--junit", metavar="FILE", help="Write the summary as JUnit XML.")
     ] = None,
     markdown: Annotated[
-        Path | None, typer.Option("--markdown", metavar="FILE", help="Write the summary as Markdown, for a job's page.")
+        Path | None,
+        typer.Option(
+            "--markdown", metavar="FILE", help="Write the summary as Markdown, for the summary page of a CI job."
+        ),
     ] = None,
     reports: Annotated[
-        Path | None, typer.Option("--reports", metavar="FOLDER", help="Where the PDFs go; DIR/report.pdf if left out.")
+        Path | None, typer.Option("--reports", metavar="FOLDER", help="Folder for the PDFs (default: DIR/report.pdf).")
     ] = None,
-    no_report: Annotated[bool, typer.Option("--no-report", help="Make no PDFs.")] = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no PDFs.")] = False,
     scheduler: Annotated[
         str | None,
         typer.Option("--scheduler", metavar="ADDRESS", help="Run on this Dask cluster (needs stiffcal[dask])."),
@@ -49,8 +54,8 @@ def batch(
 ) -> int:
     """Run many campaigns in parallel and check them against thresholds.
 
-    Ingests, identifies, validates and reports each; what has not changed since the last time is not computed again.
-    Ends with exit code 1 where a threshold is not held or a campaign is wrong; one that is does not stop the others.
+    Ingests, identifies, validates and reports each; unchanged campaigns are not computed again.
+    Exit code 1 if a threshold is not met or a campaign is wrong; the other campaigns still run.
 
     Example: stiffcal batch campaigns/hidden --thresholds thresholds.toml --junit junit.xml --markdown summary.md
     """
@@ -100,7 +105,7 @@ class _BatchPrinter:
 
     def interrupted(self) -> str:
         done = f"{self._done} of {self._of} campaigns are" if self._of else "no campaign is"
-        return f"{done} done; the same call goes on with the rest"
+        return f"{done} done; the same command continues with the rest"
 
 
 def show_batch(console: AnswerConsole, result: BatchResult) -> None:
@@ -128,7 +133,7 @@ def show_batch(console: AnswerConsole, result: BatchResult) -> None:
     for outcome in result.campaigns:
         steps = outcome.steps
         done = [name for name, step in steps.items() if step.done]
-        unchanged = "nothing: unchanged" if outcome.error is None else "nothing"
+        unchanged = "unchanged, not run again" if outcome.error is None else "nothing"
         computed = "all" if len(done) == len(steps) > 1 else ", ".join(done) or unchanged
         relative = None if outcome.relative is None else outcome.relative.translation
         table.add_row(

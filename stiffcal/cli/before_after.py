@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.tables import plain_table, printed_unit
+from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, interval, places, share, significant
+from stiffcal.wording import printed_unit
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -31,7 +32,9 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
     )
     n_within = len(compared) - len(moved)
     if not moved:
-        console.print(f"\n{title}: no value moves by more than its 95 % interval ({n_within} compared)", soft_wrap=True)
+        console.print(
+            f"\n{title}: no value changes by more than its 95 % interval ({n_within} compared)", soft_wrap=True
+        )
         return
     console.print(f"\n{title}:", soft_wrap=True)
     table = plain_table("effect", "place", "before, ± 95 %>", "after, ± 95 %>", "", "change>")

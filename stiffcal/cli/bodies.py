@@ -1,4 +1,4 @@
-"""Several tracked bodies, as `identify` shows them: each joint by itself, and the Cartesian stiffness at full poses."""
+"""Several tracked bodies in `identify`: each joint separately, and the Cartesian stiffness in full poses."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def show_joints(console: Console, joints: Sequence[JointByItself]) -> None:
     console : where to.
     joints : between tracked bodies.
     """
-    table = plain_table("each joint by itself", "turn about x>", "y>", "z>", "shift along x>", "y>", "z>")
+    table = plain_table("each joint separately", "rotation x>", "y>", "z>", "translation x>", "y>", "z>")
     for joint in joints:
         lines: dict[str, JointLineResult] = {line.component: line for line in joint.lines}
         table.add_row(f"joint {joint.joint}", *(_cell(lines[component]) for component in COMPONENTS))
@@ -33,8 +33,10 @@ def show_joints(console: Console, joints: Sequence[JointByItself]) -> None:
     for joint in joints:
         if joint.couplings:
             couplings = ", ".join(f"{axis} of {_LOADS[load]}" for axis, load in joint.couplings)
-            console.print(f"joint {joint.joint}: of its whole 6×6, these rise above the noise too: {couplings}")
-    console.print("N·m/rad and N/m; –: within the noise; ~: a curve, not a straight line")
+            console.print(
+                f"joint {joint.joint}: off-diagonal elements of the 6×6 compliance that are significant: {couplings}"
+            )
+    console.print("N·m/rad and N/m; –: not significant (below 3σ); ~: nonlinear")
 
 
 def _cell(line: JointLineResult) -> str:
@@ -60,7 +62,7 @@ def show_cartesian(console: Console, poses: Sequence[CartesianStiffnessResult]) 
             table.add_row(pose.run, direction, *(significant(float(matrix[k, k])) for k in range(6)))
     console.print(table)
     console.print(
-        "N/m and N·m/rad at the target, base axes; eq. 15 takes displacements for exact, and their noise draws it "
+        "N/m and N·m/rad at the target, base axes; eq. 15 takes the displacements as exact, and their noise draws it "
         f"down, in the weakest direction to {_lost_shares(poses)}"
     )
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.clocks import clock_rates
 from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.next_step import after_check, lacks_load
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
@@ -40,10 +41,10 @@ def check(
     as_json: AsJson = False,
     store: StoreAt = None,
 ) -> int:
-    """Check the folder: what is understood, what is missing.
+    """Check the folder: what was read, what is missing.
 
-    Reads everything (streamed), names every fault with its place, and is usable while still measuring.
-    Ends with exit code 1 where the campaign is not ready.
+    Reads all logs and lists every fault with its place; useful already during the measurement. Exit code 1 if the
+    campaign is not ready.
 
     Example: stiffcal check demo --quick
     """
@@ -51,7 +52,7 @@ def check(
         from stiffcal.workflow.check import check_campaign
 
         result = check_campaign(folder, quick=quick, run=run, progress=answer.progress)
-        answer.give(result, show_check, command_line("run" if result.ready else "check", folder, store=store))
+        answer.give(result, show_check, after_check(folder, result, store))
     return OK if result.ready else NOT_HELD
 
 
@@ -60,6 +61,8 @@ def show_check(console: AnswerConsole, result: CheckResult) -> None:
     show_verdict(console, "pass" if result.ready else "fail", "ready" if result.ready else "not ready:")
     for line in () if result.ready else result.missing:
         console.print(f"  {line}", soft_wrap=True)
+    if not result.ready:
+        console.print(f"to do: {_to_do(result)}", soft_wrap=True)
     console.show_warnings(result.warnings)
     show_registration(console, result.registration)
     _show_sources(console, result.sources)
@@ -70,9 +73,9 @@ def show_check(console: AnswerConsole, result: CheckResult) -> None:
     kinematics = result.kinematics
     if kinematics is not None and kinematics.median_m is not None:
         turned = kinematics.orientation_rad
-        text = f"kinematics meets the tracker within {length(kinematics.median_m)} (median)"
+        text = f"kinematics and tracker agree within {length(kinematics.median_m)} (median)"
         text += f", {length(kinematics.worst_m)} (worst)" if kinematics.worst_m is not None else ""
-        console.print(text + (f", {angle(turned)} turned" if turned is not None else ""))
+        console.print(text + (f", {angle(turned)} rotation" if turned is not None else ""))
     _show_joints(console, result.joints or [])
     show_suspects(console, result.suspects, result.suspects_not_checked)
     for view in result.rods or []:
@@ -81,8 +84,8 @@ def show_check(console: AnswerConsole, result: CheckResult) -> None:
     for proposal in result.proposals or []:
         files, device = proposal.files, proposal.device
         file_text = files[0] + (f" and {len(files) - 1} more" if len(files) > 1 else "")
-        text = f"{file_text}: not named in campaign.toml" + (f", looks like a log of: {device}" if device else "")
-        console.print(text + ("; lines to copy:" if proposal.understood else ""), soft_wrap=True)
+        text = f"{file_text}: not referenced in campaign.toml" + (f", probably a log of: {device}" if device else "")
+        console.print(text + ("; suggested lines:" if proposal.understood else ""), soft_wrap=True)
         for line in proposal.lines:
             console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
     if result.observability is not None:
@@ -90,6 +93,13 @@ def show_check(console: AnswerConsole, result: CheckResult) -> None:
         values = ((f"O{number}", getattr(indices, f"O{number}")) for number in range(1, 6))
         text = ", ".join(f"{name} {significant(value)}" for name, value in values)
         console.print(f"observability of {indices.n_parameters} parameters in {indices.n_poses} poses: {text}")
+
+
+def _to_do(result: CheckResult) -> str:
+    """Return what makes the campaign ready."""
+    if lacks_load(result):
+        return "measure these joints under other loads or poses, which plan proposes (or go on without them: run)"
+    return "add or correct what is listed, then check again"
 
 
 def _by_source(files: list[CheckedSource]) -> dict[str, list[CheckedSource]]:

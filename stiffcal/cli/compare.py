@@ -11,10 +11,10 @@ from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.before_after import change_words, estimate_words
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, NoUpdate
-from stiffcal.cli.tables import plain_table, printed_unit
+from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import places, significant
-from stiffcal.wording import listing
+from stiffcal.wording import listing, printed_unit
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 def compare(
-    before: Annotated[Path, typer.Argument(metavar="DIR1", help="The campaign before.")],
-    after: Annotated[Path, typer.Argument(metavar="DIR2", help="The campaign after.")],
+    before: Annotated[Path, typer.Argument(metavar="DIR1", help="The earlier campaign.")],
+    after: Annotated[Path, typer.Argument(metavar="DIR2", help="The later campaign.")],
     as_json: AsJson = False,
     no_update: NoUpdate = False,
 ) -> int:
     """Compare two campaigns of one robot.
 
-    Each parameter, and how surely it has changed.
+    Each parameter, with the significance of its change.
 
     Example: stiffcal compare before-service after-service
     """
@@ -68,12 +68,12 @@ def show_comparison(console: AnswerConsole, result: CompareResult) -> None:
 
 def _verdict(result: CompareResult) -> tuple[Level, str]:
     """Return whether the robot has changed by more than chance makes."""
-    together = f"all together: p = {significant(result.p_value_all, 2)} for so much change by chance"
+    together = f"all parameters together: p = {significant(result.p_value_all, 2)} of a change this large by chance"
     judged = "" if result.p_value_all is None else f"; {together}"
     n_known = sum(change.p_value is not None for change in result.parameters)
     if not n_known:
-        return "warn", "no parameter is known in both campaigns, so no change can be judged"
+        return "warn", "no parameter is identified in both campaigns: changes cannot be judged"
     if result.changed:
         moved = [f"{row.effect} ({places(row.where)})" for row in result.before_after if row.name in result.changed]
-        return "warn", f"changed beyond chance: {listing(dict.fromkeys(moved))}{judged}"
-    return "pass", f"no parameter has changed beyond what chance makes{judged}"
+        return "warn", f"significant change: {listing(dict.fromkeys(moved))}{judged}"
+    return "pass", f"no significant change of any parameter{judged}"

@@ -31,20 +31,29 @@ PathFile = Annotated[
     ),
 ]
 Force = Annotated[
-    str | None, typer.Option("--force", metavar="F", help="Fx,Fy,Fz[,Tx,Ty,Tz] all along.", show_default=False)
+    str | None,
+    typer.Option(
+        "--force",
+        metavar="F",
+        help="Constant load along the path: Fx,Fy,Fz[,Tx,Ty,Tz] in N and N·m.",
+        show_default=False,
+    ),
 ]
 Segments = Annotated[Path | None, typer.Option(metavar="FILE", help="CSV: segment, Fx … Tz.", show_default=False)]
 Log = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="CSV: t, Fx … Tz, a sensor's log on the path's clock.", show_default=False),
+    typer.Option(metavar="FILE", help="CSV: t, Fx … Tz, sensor log on the same clock as the path.", show_default=False),
 ]
 ForceFrame = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Frame that the forces are in; else base axes.", show_default=False),
+    typer.Option(metavar="NAME", help="Frame of the forces (default: base axes).", show_default=False),
 ]
-ActsOn = Annotated[Literal["robot", "environment"], typer.Option(help="What the forces act on.")]
+ActsOn = Annotated[Literal["robot", "environment"], typer.Option(help="Body on which the stated forces act.")]
 Filter = Annotated[
-    float | None, typer.Option("--filter", metavar="HZ", help="Low-pass for a log's noise.", show_default=False)
+    float | None,
+    typer.Option(
+        "--filter", metavar="HZ", help="Cut-off of the low-pass filter for a noisy log, Hz.", show_default=False
+    ),
 ]
 Tool = Annotated[
     str | None,
@@ -54,32 +63,34 @@ Tool = Annotated[
         show_default=False,
     ),
 ]
-Zeroed = Annotated[bool, typer.Option("--zeroed/--never-zeroed", help="The sensor read zero in the log's first pose.")]
+Zeroed = Annotated[
+    bool, typer.Option("--zeroed/--never-zeroed", help="The sensor was zeroed in the first pose of the log.")
+]
 Target = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Frame that follows the path; else the measured one.", show_default=False),
+    typer.Option(metavar="NAME", help="Frame that follows the path (default: the measured frame).", show_default=False),
 ]
 Start = Annotated[
     str | None,
-    typer.Option(metavar="A1,A2,…", help="Joint angles near a spatial path's first pose.", show_default=False),
+    typer.Option(metavar="A1,A2,…", help="Joint angles near the first pose of a Cartesian path.", show_default=False),
 ]
-PositionOnly = Annotated[bool, typer.Option("--position-only", help="Let the orientation go.")]
+PositionOnly = Annotated[bool, typer.Option("--position-only", help="Correct the position only, not the orientation.")]
 Sag = Annotated[
     bool | None,
     typer.Option(
         "--sag/--no-sag",
-        help="Correct geometry errors and the sag under weight too: joint angles are those of the rigid robot.toml. "
-        "Left out: yes for paths in space and where the model holds the geometry, else no.",
+        help="Correct geometry errors and the sag under weight too: joint angles are those of the rigid robot.toml "
+        "(default: yes for Cartesian paths and where the model contains the geometry, else no).",
         show_default=False,
     ),
 ]
 Normal = Annotated[
     str | None,
-    typer.Option(metavar="X,Y,Z|radial", help="Show the error in this direction.", show_default=False),
+    typer.Option(metavar="X,Y,Z|radial", help="Plot the error in this direction.", show_default=False),
 ]
 Judge = Annotated[
     Path | None,
-    typer.Option(metavar="DIR", help="Another campaign, whose robot predicts what is left.", show_default=False),
+    typer.Option(metavar="DIR", help="Campaign whose robot predicts the remaining error.", show_default=False),
 ]
 PictureFile = Annotated[
     Path | None,
@@ -112,8 +123,8 @@ def compensate(
 ) -> int:
     """Correct the joint targets of a path with known forces.
 
-    So that the loaded robot goes where it is wanted, within its joint limits; with what the model's own uncertainty
-    leaves of the error.
+    The corrected targets place the loaded robot on the wanted path, within its joint limits; with the uncertainty of
+    the remaining error.
 
     Example: stiffcal compensate demo --path path.csv --force 0,150,-300 -o corrected.csv --picture error.svg
     """
@@ -154,17 +165,17 @@ def show_compensation(console: Console, result: CompensateResult) -> None:
         for errors in ([row.error_before for row in result.rows], [row.error_after for row in result.rows])
     )
     table.add_row("without compensation", deviation(result.rms_before), length(before))
-    table.add_row("with, by the model itself", deviation(result.rms_after), length(after))
+    table.add_row("with compensation, predicted by the model itself", deviation(result.rms_after), length(after))
     judged = result.judged
     if judged is not None:
-        table.add_row(f"without, by {judged.by}", deviation(judged.rms_before), "")
-        table.add_row(f"with, by {judged.by}", deviation(judged.rms_after), "")
+        table.add_row(f"without compensation, predicted by {judged.by}", deviation(judged.rms_before), "")
+        table.add_row(f"with compensation, predicted by {judged.by}", deviation(judged.rms_after), "")
     console.print(table)
     if result.residual_95 is not None:
-        console.print(f"the model's own uncertainty leaves up to {length(result.residual_95)} (95 %)")
+        console.print(f"uncertainty of the correction: up to {length(result.residual_95)} (95 %)")
     if judged is not None and judged.gone is not None:
-        console.print(f"{share(judged.gone)} of the deflection is gone, by {judged.by}")
-    console.print("largest correction of a joint " + angle(float(result.largest_correction.max())))
+        console.print(f"{share(judged.gone)} of the deflection is compensated, predicted by {judged.by}")
+    console.print("largest joint correction " + angle(float(result.largest_correction.max())))
     for file in (result.file, result.picture):
         if file is not None:
             console.print(f"wrote {file}", soft_wrap=True)

@@ -29,7 +29,7 @@ def demo(
     """Find a hidden effect in a bundled example.
 
     Copies the example to DIR, fits stiffness alone, diagnoses which effect the model lacks, adds it, and writes report
-    and view. What was hidden is in DIR/truth.json.
+    and view. The hidden effect is in DIR/truth.json.
 
     Example: stiffcal demo
     """
@@ -49,5 +49,5 @@ def demo(
 def show_demo(console: AnswerConsole, result: RunResult, ladder: HistoryResult, page: str) -> None:
     """Draw the ladder from the first model to the noise, then what `run` shows of the last."""
     show_run(console, result, page)
-    console.print(f"\nhow the model came to this (what was hidden: {result.folder}/truth.json):", soft_wrap=True)
+    console.print(f"\nsteps of the model (the hidden effect: {result.folder}/truth.json):", soft_wrap=True)
     show_history(console, ladder)

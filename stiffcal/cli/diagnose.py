@@ -31,7 +31,7 @@ def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate
     """Find which physical effect the model lacks.
 
     Adds every effect at every place to the model in turn, refits everything, and judges each in held-out poses. States
-    the confidence, which other effects could look the same, and whether anything is missing at all.
+    the confidence, the look-alikes, and whether any effect is missing.
 
     Example: stiffcal diagnose demo
     """
@@ -85,27 +85,27 @@ def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path,
     show_suspects(console, result.suspects, result.suspects_not_checked)
     if result.with_suspects is not None:
         effect_names = ", ".join(effect_words(effect) for effect in result.with_suspects.missing) or "nothing"
-        unexplained = "; something is left unexplained" if result.with_suspects.unexplained else ""
-        console.print(f"with them the answer would be: missing: {effect_names}{unexplained}", soft_wrap=True)
+        unexplained = "; part of the error is unexplained" if result.with_suspects.unexplained else ""
+        console.print(f"including them the result would be: missing: {effect_names}{unexplained}", soft_wrap=True)
     for effect in result.missing:
         _show_missing(console, result, effect)
     names = ", ".join(effect_words(effect) for effect in result.missing)
     show_moved(console, result.before_after, f"what adding {names} would change")
     for rival in result.undecided:
-        runs = f": fits better without {', '.join(rival.deciding_runs)}" if rival.deciding_runs else ""
+        runs = f": lower error without {', '.join(rival.deciding_runs)}" if rival.deciding_runs else ""
         console.print(
             f"  {rival.effect} ({places(rival.where)}): first in {share(rival.share)} of the comparisons{runs}",
             soft_wrap=True,
         )
     if result.could_be:
-        console.print("\nlook alike in these poses and loads:")
+        console.print("\ncannot be distinguished in these poses and loads:")
         for candidate in result.could_be:
             console.print(f"  {candidate.effect}: {places(candidate.where)}", soft_wrap=True)
-        console.print("  measure in more poses, or in these under loads along other axes")
+        console.print("  measure more poses, or the same poses with loads along other axes")
     for redundant in result.superfluous:
-        console.print(f"\nnot needed: {effect_words(redundant)}: without it the error is no larger")
+        console.print(f"\nnot needed: {effect_words(redundant)}: the error without it is no larger")
     if result.structure:
-        console.print("\nwhat is left follows:")
+        console.print("\nthe remaining error depends on:")
         for dependence in result.structure:
             console.print(
                 f"  {dependence.follows} ({share(dependence.share)} of it): {dependence.seen}", soft_wrap=True
@@ -141,16 +141,14 @@ def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult, folde
         between = " and ".join(effect_words(effect) for effect in measurement.separates)
         console.print(
             f"\nto distinguish {between}: pose ({pose})°, force ({load}) N in the axes in which forces are logged; "
-            f"there they differ by {length(measurement.difference_m)}",
+            f"predicted difference {length(measurement.difference_m)}",
             soft_wrap=True,
         )
         largest = f"{math.ceil(math.hypot(*measurement.load[:3]))}"
         line = command_line("plan", folder, "--for", "look-alikes", "--force", largest, store=store)
-        console.print(f"runs that settle it: {line}", soft_wrap=True, markup=False, highlight=False)
+        console.print(f"to plan runs that decide: {line}", soft_wrap=True, markup=False, highlight=False)
     elif len(result.missing) == 1 and result.missing[0].alternatives:
-        console.print(
-            "\nno single load in reach distinguishes the foremost of these look-alikes by more than the noise"
-        )
+        console.print("\nno single feasible load separates the two leading look-alikes by more than the noise")
 
 
 def _show_pace(console: AnswerConsole, pace: SearchPace) -> None:
@@ -159,7 +157,7 @@ def _show_pace(console: AnswerConsole, pace: SearchPace) -> None:
     console.print(
         f"\ntried {pace.candidates} candidates ({pace.signatures} with their shapes) next to "
         f"{pace.models} model{'s' * (pace.models != 1)} in {significant(pace.seconds)} s: "
-        f"{pace.candidates_per_second:.0f} candidates per second, the choice repeated in every fold"
+        f"{pace.candidates_per_second:.0f} candidates per second, the selection repeated in every fold"
     )
 
 
@@ -184,7 +182,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
     console.print(table)
     more = len(result.findings) - MOST_ROWS
     if more > 0:
-        console.print(f"  and {more} more, ranked below these (all in --json)")
+        console.print(f"  and {more} more with lower rank (all in --json)")
     _show_found_later(console, result)
 
 
@@ -196,5 +194,6 @@ def _show_found_later(console: AnswerConsole, result: DiagnoseResult) -> None:
         effect_words(effect) for effect, finding in ranked if finding is not None and finding.verdict == "supported"
     ]
     if later and first:
-        text = f"each row adds one effect to the present model; {', '.join(later)} was found next to {', '.join(first)}"
+        text = f"each row adds one effect to the present model; {', '.join(later)} was found after adding "
+        text += ", ".join(first)
         console.print(f"  {text}", soft_wrap=True)

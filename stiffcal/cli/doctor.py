@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 def doctor(as_json: AsJson = False) -> int:
     """List what is installed and what is missing.
 
-    With the command that installs what is missing. Exit code 1: a library is missing without which stiffcal does not
-    run.
+    With the command that installs missing libraries. Exit code 1: a required library is missing.
 
     Example: stiffcal doctor
     """
@@ -30,7 +29,7 @@ def doctor(as_json: AsJson = False) -> int:
             from stiffcal.workflow.doctor import examine_installation
         except ModuleNotFoundError as error:
             name = error.name or "a library"
-            reason = "it is not installed, and stiffcal does not run without it"
+            reason = "not installed, but required"
             mend = "python -m pip install --force-reinstall stiffcal"
             raise InputError.at(FaultCode.LIBRARY_MISSING, name, "", reason, mend) from error
         result = examine_installation()
@@ -52,5 +51,5 @@ def show_doctor(console: Console, result: DoctorResult) -> None:
     for plugin in result.plugins:
         console.print(f"installed {plugin}", soft_wrap=True, markup=False, highlight=False)
     if result.state_fault:
-        text = f"{result.state_folder}: {result.state_fault}; nothing is recorded as trusted"
+        text = f"{result.state_folder}: {result.state_fault}; nothing can be recorded as trusted"
         console.print(text, soft_wrap=True, markup=False, highlight=False)

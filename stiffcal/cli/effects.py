@@ -34,11 +34,11 @@ PLACES = {
     "set-up": ("the set-up: once per model", ""),
 }
 ACTS = {
-    "node law": "it moves the robot there by a little",
-    "coupling": "one joint's torque turns the other",
-    "configuration": "it changes what goes into the balance of forces",
-    "observation": "it changes what the instruments read",
-    "torque in motion": "it changes the drive's torque while the joint moves",
+    "node law": "small displacement at this place",
+    "coupling": "coupling between two joints",
+    "configuration": "changes the inputs of the static equilibrium",
+    "observation": "changes what the instruments read",
+    "torque in motion": "torque of the drive while the joint moves",
 }
 # Text wider than this tires the eye.
 WIDEST = 96
@@ -63,13 +63,13 @@ def effects(
 ) -> int:
     """List the physical effects, or explain one.
 
-    With a name: physics, law, places, parameters with units and sizes, what it needs, its fingerprint, what looks like
-    it, how to check it, and a sketch of what it does to a load-deformation curve: the same as a picture with -o FILE.
+    With a name: physics, law, places, parameters with units and typical sizes, required data, fingerprint, look-alikes,
+    how to check it, and a sketch of its load-deformation curve; -o FILE draws the sketch as a picture.
 
     With --from DIR the effects of that campaign's plugins are listed too, once you trust them.
 
-    `effects new NAME --from DIR` writes a plugin that tests what `diagnose` found where nothing in the catalogue
-    accounts for the remainder, and lists it in campaign.toml; it runs once you trust it.
+    `effects new NAME --from DIR` writes a plugin that tests the dependence that `diagnose` found and no effect
+    of the catalogue explains, and adds it to campaign.toml; it runs once you trust it.
 
     Example: stiffcal effects backlash -o backlash.svg
     """

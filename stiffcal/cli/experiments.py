@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import interval, places, significant
+from stiffcal.wording import printed_unit
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,19 +36,19 @@ def show_overviews(console: Console, chosen: list[Overview]) -> None:
 
 
 def _show_table(console: Console, table: Table) -> None:
-    drawn = plain_table(*(_heading(column) for column in table.columns))
+    units = [printed_unit(column.unit) for column in table.columns]
+    drawn = plain_table(*(_heading(column, unit) for column, (unit, _) in zip(table.columns, units, strict=True)))
     for row in table.rows:
-        drawn.add_row(*(text_of(cell) for cell in row))
+        drawn.add_row(*(text_of(cell, factor) for cell, (_, factor) in zip(row, units, strict=True)))
     console.print(drawn)
 
 
-def _heading(column: Column) -> str:
-    unit = f" [{column.unit}]" if column.unit else ""
-    return f"{column.title}{unit}{'>' if column.numbers else ''}"
+def _heading(column: Column, unit: str) -> str:
+    return f"{column.title}{f' [{unit}]' if unit else ''}{'>' if column.numbers else ''}"
 
 
-def text_of(words: Words) -> str:
-    """Return a text with its numbers as the terminal writes them.
+def text_of(words: Words, factor: float = 1.0) -> str:
+    """Return a text with its numbers, times `factor`, as the terminal writes them.
 
     Examples
     --------
@@ -61,9 +62,9 @@ def text_of(words: Words) -> str:
     for piece in words:
         match piece:
             case Digits(value, digits):
-                text += significant(value, digits)
+                text += significant(None if value is None else factor * value, digits)
             case Interval(value, low, high):
-                text += interval(value, low, high)
+                text += interval(*(None if number is None else factor * number for number in (value, low, high)))
             case Names(names):
                 text += ", ".join(names)
             case Joints(joints):

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
+from stiffcal.cli.next_step import after_export
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 
 if TYPE_CHECKING:
@@ -30,21 +31,28 @@ def export(
         ),
     ] = Path("states.csv"),
     raw_text: Annotated[
-        bool, typer.Option("--raw-text", help="CSV: no ' before texts that a spreadsheet takes for formulas.")
+        bool, typer.Option("--raw-text", help="CSV: no ' before texts that a spreadsheet would read as formulas.")
     ] = False,
     convention: Annotated[
         str | None,
         typer.Option(
-            metavar="dh|modified-dh", help="Robot file: its rows; else those of the campaign's.", show_default=False
+            metavar="dh|modified-dh",
+            help="Robot file: convention of its rows (default: that of the campaign's robot).",
+            show_default=False,
         ),
     ] = None,
     strict: Annotated[
-        bool, typer.Option("--strict", help="Robot file: no β where axes are nearly parallel, as DH has none.")
+        bool, typer.Option("--strict", help="Robot file: no β for nearly parallel axes (strict DH).")
     ] = False,
-    cycle_ms: Annotated[float, typer.Option("--cycle-ms", metavar="MS", help="Code: time between two calls.")] = 4.0,
+    cycle_ms: Annotated[float, typer.Option("--cycle-ms", metavar="MS", help="Code: cycle time, ms.")] = 4.0,
     filter_hz: Annotated[
         float | None,
-        typer.Option("--filter", metavar="HZ", help="Code: low-pass of the reading.", show_default=False),
+        typer.Option(
+            "--filter",
+            metavar="HZ",
+            help="Code: cut-off of the low-pass filter of the sensor reading, Hz.",
+            show_default=False,
+        ),
     ] = None,
     tool: Annotated[
         str | None,
@@ -59,25 +67,28 @@ def export(
         typer.Option(
             "--zeroed-at",
             metavar="A1,A2,…",
-            help="Code: joints in degrees where the sensor was zeroed with the tool on; else never.",
+            help="Code: joint angles in degrees at which the sensor was zeroed with the tool attached (default: not "
+            "zeroed).",
             show_default=False,
         ),
     ] = None,
     sensor: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", help="Code: frame of the reading, axes and origin; else the campaign's.", show_default=False
+            metavar="NAME",
+            help="Code: frame of the sensor reading, axes and origin (default: that of the campaign).",
+            show_default=False,
         ),
     ] = None,
     target: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", help="Code: frame that is kept in place; else the measured one.", show_default=False
+            metavar="NAME", help="Code: frame that is held in place (default: the measured frame).", show_default=False
         ),
     ] = None,
     leave_out: Annotated[
         list[str] | None,
-        typer.Option("--leave-out", metavar="EFFECT", help="Code: leave an effect out.", show_default=False),
+        typer.Option("--leave-out", metavar="EFFECT", help="Code: omit an effect.", show_default=False),
     ] = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
@@ -85,10 +96,11 @@ def export(
 ) -> int:
     """Write the states or the model for other programs, or as code for a controller.
 
-    States with measured, predicted and residual as CSV or Parquet; the model as JSON; the robot with the geometry that
-    absolute places gave as URDF or robot file, with its springs as XML for MuJoCo; its compensation, from a sample to
-    joint offsets, as C99 with a header or as Structured Text. In CSV a text that a spreadsheet would take for a formula
-    (= + - @ first) gets a ' before it, which stiffcal takes off again.
+    States with measured, predicted and residual as CSV or Parquet; the model as JSON; the robot with the geometry
+    that absolute places gave as URDF or robot file, with its springs as XML for MuJoCo; its compensation, from a
+    sensor sample to joint offsets, as C99 with a header or as Structured Text. In CSV, text that a spreadsheet
+    would read as a formula (first character = + - @) gets a leading ', which stiffcal removes when it reads the
+    file.
 
     Example: stiffcal export demo -o states.parquet
 
@@ -103,7 +115,7 @@ def export(
         options = ControllerOptions(cycle_ms, filter_hz, tool, zeroed_at, sensor, target, tuple(leave_out or ()))
         rows = row_options(convention, strict=strict)
         result = export_campaign(folder, context, output, raw_text=raw_text, loop=options, rows=rows)
-        answer.give(result, show_export, command_line("plot", folder, store=store))
+        answer.give(result, show_export, after_export(folder, context, store))
     return OK
 
 

@@ -28,11 +28,11 @@ def history(
     folder: Folder = HERE,
     restore: Annotated[
         str | None,
-        typer.Option("--restore", metavar="ID", help="Write that fit's model back to model.toml.", show_default=False),
+        typer.Option(
+            "--restore", metavar="ID", help="Write the model of this fit back to model.toml.", show_default=False
+        ),
     ] = None,
-    yes: Annotated[
-        bool, typer.Option("--yes", help="Restore a model that somebody else has made without asking.")
-    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Restore a model that is not from you without asking.")] = False,
     as_json: AsJson = False,
     store: StoreAt = None,
 ) -> int:
@@ -57,7 +57,7 @@ def agrees(answer: Answer, fit: StoredFit, yes: bool) -> bool:
 
     Without a terminal nobody can be asked: then only ``--yes`` agrees.
     """
-    answer.notify(f"fit {fit.id} was not made by you; its model file:")
+    answer.notify(f"fit {fit.id} was not computed by you; its model file:")
     for line in fit.model_text.splitlines() or ["(none: the default model)"]:
         answer.notify("    " + one_line(line, 2000))
     if yes or answer.as_json or not sys.stdin.isatty():

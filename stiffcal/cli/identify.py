@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 def identify(
     folder: Folder = HERE,
-    loss: Annotated[str, typer.Option(help="linear (least squares) or huber (outliers count less).")] = "linear",
+    loss: Annotated[str, typer.Option(help="linear (least squares) or huber (less weight for outliers).")] = "linear",
     dual_quaternions: Annotated[
         bool,
         typer.Option(
@@ -41,7 +41,7 @@ def identify(
         ),
     ] = False,
     coupling: Annotated[
-        bool, typer.Option("--coupling", help="With rods on a link: the same readings without them, side by side.")
+        bool, typer.Option("--coupling", help="With rods on a link: compare with the fit that does not use them.")
     ] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
@@ -49,7 +49,7 @@ def identify(
 ) -> int:
     """Fit the model: each stiffness with its uncertainty.
 
-    Lists too what the data cannot identify, and what error to expect in new poses.
+    Also lists parameters that the data do not identify, and the expected error in new poses.
 
     Example: stiffcal identify demo --loss huber
     """
@@ -199,8 +199,8 @@ def _show_dual_quaternions(console: Console, comparison: DualQuaternionFit) -> N
         )
     console.print(table)
     console.print(
-        f"both forms agree to {comparison.largest_relative_difference:.1g} (relative); unweighted: Li et al. 2019, "
-        "eq. 35 as printed, which counts lengths in m or mm and pure numbers alike"
+        f"both forms agree within {comparison.largest_relative_difference:.1g} (relative); unweighted: Li et al. 2019, "
+        "eq. 35 as printed, which weights lengths in m or mm and dimensionless numbers equally"
     )
 
 

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 def improve(
     folder: Folder = HERE,
-    yes: Annotated[bool, typer.Option("--yes", help="Add without asking.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print what would be added.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask for confirmation.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only show what would be added.")] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
@@ -80,8 +80,12 @@ def show_ladder(console: AnswerConsole, result: ImproveResult) -> None:
         done = "adding" if step.action == "add" else "removing"
         show_moved(console, step.before_after, f"what {done} {step.effect} ({places(step.where)}) changed")
     if len(changes) != 1:
-        title = "what all steps together changed" if changes else "what adding what is missing would change"
+        title = (
+            "changes of the parameters over all steps"
+            if changes
+            else ("changes of the parameters if the missing effects are added")
+        )
         show_moved(console, result.before_after, title)
     show_suspects(console, result.suspects, result.suspects_not_checked)
     for dependence in result.structure:
-        console.print(f"  what is left follows the {dependence.follows}: {dependence.seen}", soft_wrap=True)
+        console.print(f"  the remaining error depends on the {dependence.follows}: {dependence.seen}", soft_wrap=True)

@@ -101,7 +101,7 @@ def _proposal_lines(proposal: EffectProposal) -> list[str]:
         before, after = deviation(finding.heldout_rms_before), deviation(finding.heldout_rms_after)
         lines.append(f"  expected error in held-out poses: {before} now, {after} with it{_explained(finding)}")
     alike = [_named(effect) for effect in getattr(proposal.effect, "alternatives", [])]
-    lines.append(f"  looks the same in these poses and loads: {', '.join(alike) or 'no other effect'}")
+    lines.append(f"  look-alikes in these poses and loads: {', '.join(alike) or 'no other effect'}")
     return lines
 
 
@@ -112,14 +112,14 @@ def _explained(finding: Finding) -> str:
 def _detail_lines(proposal: EffectProposal) -> list[str]:
     finding = proposal.diagnosed.finding_of(proposal.effect)
     if proposal.change == "remove" or finding is None:
-        return ["  no more is known"]
+        return ["  no further details"]
     lines = [f"  {finding.why}"] if finding.why and finding.evidence is None else []
     if finding.evidence is not None:
         parts = (finding.evidence.means, finding.evidence.alike, finding.evidence.check)
         lines += [f"  {text}" for text in parts if text]
     if finding.confidence is not None:
         lines.append(f"  first in {share(finding.confidence)} of the resamplings of poses")
-    return lines or ["  no more is known"]
+    return lines or ["  no further details"]
 
 
 def _named(effect: EffectAt | ProposedEffect) -> str:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 def ingest(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -> int:
     """Turn raw logs into load states in the Parquet store.
 
-    Clocks are aligned, holds found, references taken. With nothing changed since the last time it does
-    nothing and reports that.
+    Clocks are aligned, dwells found, references taken. If nothing has changed since the last ingest, the store is kept
+    and this is reported.
 
     Example: stiffcal ingest demo
     """
@@ -40,8 +40,8 @@ def show_ingest(console: Console, result: IngestResult) -> None:
     """Draw states and clocks of each run."""
     show_registration(console, result.registration)
     if result.unchanged:
-        console.print("nothing has changed since the last time: the store stays as it is")
-    table = plain_table("run", "states>", "dropped", "clocks ahead of the first source's")
+        console.print("nothing has changed since the last ingest: the store is current")
+    table = plain_table("run", "states>", "dropped", "clock offsets relative to the first source")
     for run in result.runs:
         swept = f" in {run.passes} passes" if run.passes else ""
         count_text = f"{run.n_readings} readings" if run.n_readings else run.n_states
@@ -51,7 +51,7 @@ def show_ingest(console: Console, result: IngestResult) -> None:
         console.print(line, soft_wrap=True)
     if result.rods_grew_m:
         most = length(result.rods_grew_m)
-        console.print(f"taken out of the rods' readings: growth with the temperature, up to {most} within a run")
+        console.print(f"removed from the rod readings: thermal expansion, up to {most} within a run")
 
 
 def _dropped(run: IngestedRun) -> str:

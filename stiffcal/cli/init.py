@@ -22,12 +22,12 @@ MOST_GUESSES = 10
 
 
 def init(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to make.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to create.")],
     kind: Annotated[
         str | None,
         typer.Option(
             metavar=f"<{'|'.join(template_kinds())}>",
-            help="What kind of campaign it is to be.",
+            help="Kind of campaign.",
         ),
     ] = None,
     table: Annotated[
@@ -35,8 +35,8 @@ def init(
         typer.Option(
             "--from",
             metavar="TABLE.csv",
-            help="Propose the campaign from a table's header and values; once more for each table of a set, or for "
-            "each log of clamped and friction runs.",
+            help="Propose the campaign from header and values of a table; repeat the option for each table of a set, "
+            "or for each log of clamped and friction runs.",
         ),
     ] = None,
     urdf: Annotated[Path | None, typer.Option(metavar="F", help="The robot as a URDF (with --from).")] = None,
@@ -53,7 +53,7 @@ def init(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Make a commented campaign folder, or propose one from a table.
+    """Create a commented campaign folder, or propose one from a table.
 
     What was guessed from the table is marked with `# ?` in campaign.toml.
 
@@ -82,7 +82,7 @@ def show_init(console: Console, result: InitResult) -> None:
         console.print(f"wrote {file}", soft_wrap=True)
     guessed = result.guessed
     if guessed:
-        console.print("guessed, please look at these lines (`# ?`):")
+        console.print("guessed, please check these lines (`# ?`):")
         for line in guessed[:MOST_GUESSES]:
             console.print(f"  {line}", soft_wrap=True)
         if len(guessed) > MOST_GUESSES:

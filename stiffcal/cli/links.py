@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 # Elements of the 6×6 that people look at: the beam's own. (row, column, words, factor from SI, unit)
 _ELEMENTS = (
-    (0, 0, "stretch per force along", 1e9, "µm/kN"),
-    (1, 1, "u2 per force along x2", 1e9, "µm/kN"),
-    (5, 5, "turn about x3 per moment", 1e9, "µrad/(kN·m)"),
-    (2, 2, "u3 per force along x3", 1e9, "µm/kN"),
-    (4, 4, "turn about x2 per moment", 1e9, "µrad/(kN·m)"),
-    (3, 3, "twist per moment", 1e9, "µrad/(kN·m)"),
+    (0, 0, "stretch per force along", 1e6, "µm/N"),
+    (1, 1, "u2 per force along x2", 1e6, "µm/N"),
+    (5, 5, "rotation about x3 per moment", 1e6, "µrad/(N·m)"),
+    (2, 2, "u3 per force along x3", 1e6, "µm/N"),
+    (4, 4, "rotation about x2 per moment", 1e6, "µrad/(N·m)"),
+    (3, 3, "twist per moment", 1e6, "µrad/(N·m)"),
 )
 
 
@@ -28,9 +28,11 @@ def show_links(console: Console, links: list[LinkResult]) -> None:
     """Draw what the rods show of each link: what they carry, the compliance of its end, what they do not identify."""
     for link in links:
         tool_share = link.share_of_tool
-        without_twist = "" if link.torsion.identifiable else ", its twist left out"
+        without_twist = "" if link.torsion.identifiable else ", its torsion not included"
         of_tool = (
-            "" if tool_share is None else f"; {share(tool_share)} of the tool's deflection is the link's{without_twist}"
+            ""
+            if tool_share is None
+            else f"; {share(tool_share)} of the tool's deflection comes from the link{without_twist}"
         )
         console.print(f"{link.link}: {len(link.rods)} rods carry {', '.join(link.carried)}{of_tool}")
         as_beam = " (as a beam)" if link.compliance_structure == "beam" else ""
@@ -68,7 +70,7 @@ def show_coupling(console: Console, coupling: CouplingResult) -> None:
 _HEADS = {
     "links-rigid": "links rigid",
     "tool-alone": "tool alone",
-    "links-taken-out": "links taken out",
+    "links-taken-out": "link deflection subtracted",
     "with-rods": "with rods, ± 95 %",
 }
 

@@ -27,27 +27,35 @@ def map(  # noqa: A001  (the command's name)
         typer.Option(metavar="F", help="Fx,Fy,Fz[,Tx,Ty,Tz] at the load point, base axes.", show_default=False),
     ] = None,
     mass: Annotated[
-        float | None, typer.Option(metavar="KG", help="A mass hung on the load point instead.", show_default=False)
+        float | None,
+        typer.Option(metavar="KG", help="Mass at the load point, kg, instead of --load.", show_default=False),
     ] = None,
     stiffness: Annotated[
-        str | None, typer.Option(metavar="x|y|z|X,Y,Z", help="Map the stiffness along this too.", show_default=False)
+        str | None,
+        typer.Option(metavar="x|y|z|X,Y,Z", help="Also map the stiffness along this direction.", show_default=False),
     ] = None,
-    plane: Annotated[Literal["xy", "xz", "yz"], typer.Option(help="The plane that is mapped.")] = "xz",
+    plane: Annotated[Literal["xy", "xz", "yz"], typer.Option(help="Plane of the map.")] = "xz",
     at: Annotated[
         float | None,
-        typer.Option(metavar="M", help="Where it cuts the third axis, m; else through the middle.", show_default=False),
+        typer.Option(
+            metavar="M",
+            help="Position of the plane on the third axis, m (default: middle of the reach).",
+            show_default=False,
+        ),
     ] = None,
-    slices: Annotated[int, typer.Option(metavar="N", help="Several parallel planes: a volume.")] = 1,
-    points: Annotated[int, typer.Option(metavar="N", help="Points along a plane's longer side.")] = 41,
+    slices: Annotated[int, typer.Option(metavar="N", help="Number of parallel planes: a volume.")] = 1,
+    points: Annotated[int, typer.Option(metavar="N", help="Points along the longer side of a plane.")] = 41,
     pose: Annotated[
         str | None,
         typer.Option(
-            metavar="A1,A2,…", help="Keep the tool's orientation of this pose; else free.", show_default=False
+            metavar="A1,A2,…",
+            help="Keep the tool orientation of this pose (default: orientation free).",
+            show_default=False,
         ),
     ] = None,
     target: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Frame that is mapped; else the measured one.", show_default=False),
+        typer.Option(metavar="NAME", help="Frame that is mapped (default: the measured frame).", show_default=False),
     ] = None,
     output: Output = None,
     table: Annotated[

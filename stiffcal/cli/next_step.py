@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
     from stiffcal.results.history_results import HistoryResult
     from stiffcal.results.validate_result import ValidateResult
+    from stiffcal.workflow.check_results import CheckResult
     from stiffcal.workflow.improve_results import ImproveResult
     from stiffcal.workflow.steps import RunContext
 
@@ -49,9 +50,59 @@ def after_pictures(folder: Path, context: RunContext, store: str | None, finishe
     ------
     InputError : the folder holds no campaign.
     """
-    from stiffcal.workflow.history import diagnosis_of_fit, read_history
+    from stiffcal.workflow.history import read_history
+
+    return _after_fits(folder, context, read_history(folder, context), store, finished)
+
+
+def after_export(folder: Path, context: RunContext, store: str | None) -> str:
+    """Return the step that the present model calls for; of a finished one the comparison with a later campaign.
+
+    Parameters
+    ----------
+    folder : the campaign folder. context : with its store. store : where results are kept; None: in the folder.
+
+    Raises
+    ------
+    InputError : the folder holds no campaign.
+    """
+    from stiffcal.workflow.history import read_history
 
     result = read_history(folder, context)
+    if not result.fits:  # the values are those of model.toml
+        return command_line("predict", folder, "--poses", "poses.csv", store=store)
+    return _after_fits(folder, context, result, store, ("compare", "LATER_DIR"))
+
+
+def after_check(folder: Path, result: CheckResult, store: str | None) -> str:
+    """Return `run` of a campaign that is ready, `plan` where joints lack load, else `check` again.
+
+    Parameters
+    ----------
+    folder : the campaign folder. result : of `check`. store : where results are kept; None: in the folder.
+    """
+    if result.ready:
+        return command_line("run", folder, store=store)
+    if lacks_load(result):
+        force = max((run.largest_force_N or 0.0 for run in result.runs), default=0.0)
+        return command_line("plan", folder, *(("--force", f"{force:.0f}") if force >= 1.0 else ()), store=store)
+    return command_line("check", folder, store=store)
+
+
+def lacks_load(result: CheckResult) -> bool:
+    """Return whether nothing is missing but loads that identify some joints."""
+    from stiffcal.reduction.excitation import NOT_KNOWN
+
+    spreads = [joint.expected_relative_std for joint in result.joints or []]
+    lacking = [spread for spread in spreads if spread is None or spread > NOT_KNOWN]
+    return bool(lacking) and len(result.missing) == len(lacking)
+
+
+def _after_fits(
+    folder: Path, context: RunContext, result: HistoryResult, store: str | None, finished: tuple[str, ...]
+) -> str:
+    from stiffcal.workflow.history import diagnosis_of_fit
+
     is_fitted = bool(result.fits) and result.not_fitted_yet is None
     diagnosis = diagnosis_of_fit(folder, context, result.fits[-1].id) if is_fitted else None
     return after_history(folder, result, diagnosis, store, finished)

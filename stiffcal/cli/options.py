@@ -11,13 +11,13 @@ Folder: TypeAlias = Annotated[Path, typer.Argument(metavar="DIR", help="The camp
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON document (SI units) and nothing else.")]
 StoreAt: TypeAlias = Annotated[
     str | None,
-    typer.Option("--store", metavar="URI", help="Where the store is, if not in DIR/store.", show_default=False),
+    typer.Option("--store", metavar="URI", help="Location of the store (default: DIR/store).", show_default=False),
 ]
 NoUpdate: TypeAlias = Annotated[
-    bool, typer.Option("--no-update", help="Refuse where an earlier step is missing or stale, instead of running it.")
+    bool, typer.Option("--no-update", help="Stop if an earlier step is missing or stale, instead of running it.")
 ]
 Output: TypeAlias = Annotated[
-    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Where to write.", show_default=False)
+    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Output file.", show_default=False)
 ]
 Joints: TypeAlias = Annotated[
     str | None, typer.Option("--joints", metavar="2,3", help="Joints by number or name.", show_default=False)
@@ -31,7 +31,7 @@ Pairs: TypeAlias = Annotated[
 Thresholds: TypeAlias = Annotated[
     Path | None,
     typer.Option(
-        "--thresholds", metavar="FILE", help="Thresholds; a campaign may only tighten them.", show_default=False
+        "--thresholds", metavar="FILE", help="File of thresholds; a campaign can only tighten them.", show_default=False
     ),
 ]
 HERE = Path()

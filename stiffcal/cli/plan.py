@@ -44,20 +44,21 @@ def plan(
     ] = None,
     runs: Annotated[
         int | None,
-        typer.Option(min=1, max=1000, help="How many runs; else plan.toml's budget.", show_default=False),
+        typer.Option(min=1, max=1000, help="Number of runs (default: the budget of plan.toml).", show_default=False),
     ] = None,
     force: Annotated[
-        float | None, typer.Option(min=1e-3, metavar="N", help="Largest force; else plan.toml's.", show_default=False)
+        float | None,
+        typer.Option(min=1e-3, metavar="N", help="Largest force, N (default: that of plan.toml).", show_default=False),
     ] = None,
     campaign: Annotated[
         Path | None,
-        typer.Option("--campaign", metavar="OUT", help="Make a campaign folder for the logs.", show_default=False),
+        typer.Option("--campaign", metavar="OUT", help="Create a campaign folder for the logs.", show_default=False),
     ] = None,
     program: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Robot program of the joint moves: .src (KUKA), .mod (ABB), .script (UR), .ls (Fanuc).",
+            help="Robot program of the joint moves: .src (KUKA), .mod (ABB), .script (UR), .ls (FANUC).",
             show_default=False,
         ),
     ] = None,
@@ -68,8 +69,8 @@ def plan(
 ) -> int:
     """Plan which poses and loads to measure.
 
-    What is possible stands in DIR/plan.toml: limits, boxes, the tracker's place, loads, minutes. -o writes a run sheet
-    (.csv or .pdf), --campaign a folder for the logs that `check` reads while you measure.
+    The limits are those of DIR/plan.toml: joint limits, boxes, position of the tracker, loads, minutes. -o writes a
+    run sheet (.csv or .pdf), --campaign a folder for the logs that `check` reads while you measure.
 
     Example: stiffcal plan campaigns/irb4400 --force 450 --runs 8 -o runs.csv
     """
@@ -109,8 +110,8 @@ def show_plan(console: Console, result: PlanResult) -> None:
     console.print(table)
     _show_expected(console, result)
     if result.separations:
-        console.print("\nwere one of the look-alikes true, how much worse the other would fit")
-        table = plain_table("true", "fitted in its stead", "χ²>")
+        console.print("\nseparation of the look-alikes: misfit of the second if the first is true")
+        table = plain_table("true", "fitted instead", "χ²>")
         for entry in result.separations:
             table.add_row(entry.truth, entry.rival, significant(entry.chi_square, 2))
         console.print(table)
@@ -135,16 +136,16 @@ def _show_expected(console: Console, result: PlanResult) -> None:
         table.add_row(parameter.name, *((half, parameter.unit) if with_units else ()), known)
     console.print(table)
     if with_units:
-        console.print("± % of geometry and frames is of the typical size of their errors")
+        console.print("for geometry and frames ± % is relative to the typical size of their errors")
     if result.observability is not None:
         console.print(indices_text(result.observability))
     if result.not_identified:
-        console.print(f"not identified with these means: {', '.join(result.not_identified)}")
+        console.print(f"not identifiable with this equipment: {', '.join(result.not_identified)}")
     for remedy in result.remedies or ():
         console.print(remedy_text(remedy))
     if result.prediction_half_width_m is not None:
         what = "place" if with_units else "deflection"
-        without = ", what is not identified left out" if result.not_identified else ""
+        without = ", without parameters that are not identified" if result.not_identified else ""
         console.print(f"{what} at {result.predicted_at}: ± {length(result.prediction_half_width_m)}{without}")
 
 
@@ -160,8 +161,10 @@ def _show_gain(console: Console, result: PlanResult) -> None:
     if result.another_hour is not None:
         console.print(another_hour_text(len(result.runs), result.another_hour))
     console.print(
-        f"efficiency ({result.criterion}): {result.efficiency:.2f}, the variance that no plan undercuts over "
-        "this one's (Kiefer and Wolfowitz, 1960)"
+        f"efficiency ({result.criterion}): {result.efficiency:.2f}, lower bound of the variance over that of this "
+        f"plan (Kiefer and Wolfowitz, 1960)"
     )
     for goal in result.goals or ():
-        console.print(f"  {goal.goal}, {100.0 * goal.weight:.0f} % of the mix: {goal.efficiency:.2f} in this alone")
+        console.print(
+            f"  {goal.goal}, {100.0 * goal.weight:.0f} % of the goal: {goal.efficiency:.2f} for this goal alone"
+        )

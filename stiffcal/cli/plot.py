@@ -35,7 +35,7 @@ def plot(
 ) -> int:
     """Draw load against deformation, or the residual.
 
-    The residual against anything it might follow; SVG, PNG or PDF by the file's ending.
+    The residual against any logged variable; SVG, PNG or PDF by the ending of the file name.
 
     Example: stiffcal plot demo --against torque:4 -o residual.svg
     """

@@ -38,20 +38,18 @@ def predict(
         typer.Option(
             "--load-path",
             metavar="F;F;…",
-            help="Forces in N (base axes) that are passed through at --at; or a CSV file. The report shows the path.",
+            help="Sequence of forces in N (base axes) at the pose --at, or a CSV file. The report shows the path.",
             show_default=False,
         ),
     ] = None,
     at: Annotated[
         str | None,
         typer.Option(
-            "--at", metavar="A1,A2,…", help="The pose of the load path, joint angles in degrees.", show_default=False
+            "--at", metavar="A1,A2,…", help="Pose of the load path, joint angles in degrees.", show_default=False
         ),
     ] = None,
-    points: Annotated[int, typer.Option(help="Points on each leg of the load path.")] = 20,
-    note: Annotated[
-        str, typer.Option(metavar="WORDS", help="A note that the report prints next to the load path.")
-    ] = "",
+    points: Annotated[int, typer.Option(help="Points on each segment of the load path.")] = 20,
+    note: Annotated[str, typer.Option(metavar="WORDS", help="Note for the report, printed with the load path.")] = "",
     output: Output = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
@@ -82,7 +80,7 @@ def show_prediction(console: Console, result: PredictResult, most: int = 24) -> 
     for number, state in numbered_states:
         table.add_row(str(number), *(_translation(state, k) for k in range(3)))
     console.print(table)
-    console.print("\nstiffness [N/mm], with complementary stiffness and without")
+    console.print("\nstiffness [N/mm], with and without complementary stiffness")
     table = plain_table("state>", "x>", "y>", "z>", "x without>", "y without>", "z without>")
     for number, state in numbered_states:
         table.add_row(str(number), *_stiffness(state.cartesian_compliance), *_stiffness(state.linear_compliance))

@@ -19,7 +19,7 @@ def show_registration(console: Console, registration: RegistrationSummary | None
     names, turned = ", ".join(registration.frames), registration.rms_rad
     turn = "" if turned is None or turned != turned else f", {angle(turned)}"
     console.print(
-        f"registration of {names} in {registration.n_poses} poses: the kinematics misses the measured places by "
+        f"registration of {names} in {registration.n_poses} poses: measured and predicted positions differ by "
         f"{length(registration.rms_m)}{turn} rms",
         soft_wrap=True,
     )

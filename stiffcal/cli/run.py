@@ -48,7 +48,7 @@ def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
     )
     validation = result.validate
     for line in validation.failed:
-        show_verdict(console, "fail", f"thresholds NOT held: {line}")
+        show_verdict(console, "fail", f"thresholds NOT met: {line}")
     console.show_warnings(result.check.warnings)
     show_fitted(console, result.identify, is_part=True)
     relative = dict(validation.relative.items())
@@ -60,7 +60,7 @@ def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
         sentence += f", {share(error_share)} of {of} is left" if error_share is not None else ""
         console.print(f"{sentence} (no model: {deviation(validation.zero_model)})")
     else:
-        console.print("held-out poses: none, so nothing is judged there")
+        console.print("held-out poses: none, the error in new poses is not validated")
     console.show_warnings(validation.warnings)
     console.print(f"report: {result.report}", soft_wrap=True)
     console.print(f"in a browser: {result.view} (written by {page})", soft_wrap=True)

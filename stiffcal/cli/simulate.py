@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="The campaign folder to make.")],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="The campaign folder to create.")],
     source: Annotated[
         Path,
         typer.Option(
@@ -27,13 +27,17 @@ def simulate(
     ],
     seed: Annotated[
         int | None,
-        typer.Option(metavar="N", help="The same seed gives the same bytes; else simulate.toml's.", show_default=False),
+        typer.Option(
+            metavar="N",
+            help="Random seed (default: that of simulate.toml); the same seed gives the same bytes.",
+            show_default=False,
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Simulate a campaign: raw logs of a known robot.
 
-    The robot and model of --from, with the sensors and their faults as simulate.toml has them.
+    Robot and model of --from, with the sensors and their faults of simulate.toml.
 
     Example: stiffcal simulate twin --from campaigns/irb4400 --seed 1
     """

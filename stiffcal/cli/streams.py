@@ -54,7 +54,7 @@ class StandardStream:
         TypeError : it is no text; click finds out by this that a stream takes texts.
         """
         if not isinstance(text, str):
-            raise TypeError(f"a text is needed, not {type(text).__name__}")
+            raise TypeError(f"text is needed, not {type(text).__name__}")
         if text and not self.lost:
             try:
                 self._stream.write(text)
@@ -103,7 +103,7 @@ class StandardStream:
 def unwritable(error: OSError) -> InputError:
     """Return the error of an answer that standard output does not take."""
     text = os.strerror(error.errno) if error.errno else type(error).__name__
-    mend = "send it to a file or a pipe that can be written to"
+    mend = "redirect it to a file or a pipe that can be written"
     return refusal(error, NAME) or InputError.at(
         FaultCode.FILE_UNWRITABLE, NAME, "", f"cannot be written: {text}", mend
     )

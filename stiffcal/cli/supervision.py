@@ -107,7 +107,7 @@ class Supervision:
         self.restore()
         if self.files and not self._interrupted:
             if code == INTERRUPTED and self.own_process:
-                raise _ended(self.files, "by an interruption that is not the user's")
+                raise _ended(self.files, "by an interruption that did not come from you")
             if code in (OK, NOT_HELD) and not self.answered:
                 raise _ended(self.files, "without an answer")
         return code
@@ -262,7 +262,11 @@ def supervised(own_process: bool, as_json: bool) -> Iterator[Supervision]:
 def _ended(files: tuple[str, ...], how: str) -> InputError:
     reason = f"the program ended {how}, after code of this campaign began to run"
     return InputError.at(
-        FaultCode.PLUGIN_FAILED, ", ".join(files), "plugins", reason, "mend the code, or see whether memory was short"
+        FaultCode.PLUGIN_FAILED,
+        ", ".join(files),
+        "plugins",
+        reason,
+        "correct the code, or check whether memory ran out",
     )
 
 

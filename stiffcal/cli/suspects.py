@@ -23,9 +23,9 @@ def show_suspects(
         console.print(f"  likely: {suspect.likely}", soft_wrap=True, markup=False)
         if suspect.explained_by:
             effects = " and ".join(f"{effect.effect} ({places(effect.where)})" for effect in suspect.explained_by)
-            console.print(f"  as well explained by an effect: {effects}", soft_wrap=True, markup=False)
+            console.print(f"  equally well explained by an effect: {effects}", soft_wrap=True, markup=False)
     if suspects:
-        console.print("suspects are still in the fit; to leave them out, lines to copy into campaign.toml:")
+        console.print("suspects are included in the fit; to exclude them, copy these lines into campaign.toml:")
         for suspect in suspects:
             for line in suspect.exclude:
                 console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.wording import interval, places, significant
-from stiffcal.wording import drift_unit
+from stiffcal.wording import printed_unit
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
+    from stiffcal.identification.fit_results import IdentifiedParameter
 
 
 def plain_table(*columns: str) -> Table:
@@ -45,9 +45,10 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
     if compliances:
         table = plain_table("effect", "place", "stiffness, ± 95 %>", *from_geometry, "")
         for parameter in compliances:
-            unit = stiffness_unit(parameter.unit) + _in_noise(parameter)
+            unit, factor = printed_unit(stiffness_unit(parameter.unit))
             share = (share_from_geometry(parameter),) * shared
-            table.add_row(parameter.effect, _place(parameter), _stiffness(parameter), *share, unit)
+            cells = parameter.effect, _place(parameter), _stiffness(parameter, factor)
+            table.add_row(*cells, *share, unit + _in_noise(parameter))
         console.print(table)
     if not_compliances:
         table = plain_table("parameter", "place", "value, ± 95 %>", *from_geometry, "")
@@ -66,29 +67,13 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
         console.print(table)
 
 
-def printed_unit(unit: str, drift_follows: DriftFollows | None) -> tuple[str, float]:
-    """Return the unit that the terminal prints, and the factor to it: of a rate of drift per hour or kelvin.
-
-    Parameters
-    ----------
-    unit : of the JSON document. drift_follows : of a rate of drift what it is counted by; None of others.
-
-    Examples
-    --------
-    >>> printed_unit("m/s or m/K", "time"), printed_unit("rad", None)
-    (('µm/h', 3600000000.0), ('rad', 1.0))
-    """
-    drift = None if drift_follows is None else drift_unit(unit, drift_follows == "temperature")
-    return drift or (unit, 1.0)
-
-
 def share_from_geometry(parameter: IdentifiedParameter) -> str:
     """Return how much of the variance the geometry's tolerance makes, in per cent."""
     return "" if parameter.from_geometry is None else f"{100.0 * parameter.from_geometry:.0f} %"
 
 
 def _in_noise(parameter: IdentifiedParameter) -> str:
-    return "  within the noise" if parameter.above_noise is False else ""
+    return "  not significant (below 3σ)" if parameter.above_noise is False else ""
 
 
 def _place(parameter: IdentifiedParameter) -> str:
@@ -97,14 +82,14 @@ def _place(parameter: IdentifiedParameter) -> str:
     return places(parameter.where) + ("" if symbol == "c" else f", {symbol}")
 
 
-def _stiffness(parameter: IdentifiedParameter) -> str:
-    low, high = _ends(parameter.stiffness_interval)
+def _stiffness(parameter: IdentifiedParameter, factor: float) -> str:
+    low, high = (None if end is None else factor * end for end in _ends(parameter.stiffness_interval))
     if parameter.value is None:
         return "not identifiable"
     # A compliance of zero: these data show no give at all, and only how stiff the joint is at least.
     if parameter.known_stiffness is None:
         return f"above {significant(low)}" if low else "rigid"
-    return interval(parameter.known_stiffness, low, high) + (" (fixed)" if parameter.fixed else "")
+    return interval(factor * parameter.known_stiffness, low, high) + (" (fixed)" if parameter.fixed else "")
 
 
 def _ends(ends: Sequence[float | None] | None) -> tuple[float | None, float | None]:

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from stiffcal.validation.trend_result import ChangeCause, PossibleCause, TrendParameter, TrendResult
 
 VERDICTS = {
-    "wear": "wear: what has changed is what a joint that becomes softer shows, and no change of the set-up does",
-    "stiffened": "a joint has become stiffer: no wear; a repair or an exchange shows like this",
-    "set-up": "a change of the set-up: what has changed is what it shows in all parameters, and no joint alone does",
-    "undecided": "wear or a change of the set-up: both would show like this",
-    "unexplained": "neither a joint nor a change of the set-up shows like this",
+    "wear": "wear: the changes are those of a joint that becomes softer, and no change of the set-up explains them",
+    "stiffened": "a joint has become stiffer: no wear, but possibly a repair or replacement",
+    "set-up": "a change of the set-up: it explains the changes of all parameters, and no joint alone does",
+    "undecided": "wear or a change of the set-up: both would explain these changes",
+    "unexplained": "unexplained: neither a joint nor a change of the set-up explains these changes",
 }
 
 
@@ -35,7 +35,7 @@ def trend(
         typer.Option(
             "--max-change",
             metavar="SHARE",
-            help="Exit code 1 where a parameter has surely changed by more, e.g. 0.1.",
+            help="Exit code 1 if a parameter has changed by more than this share with 95 % confidence, e.g. 0.1.",
             show_default=False,
         ),
     ] = None,
@@ -43,10 +43,10 @@ def trend(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
 ) -> int:
-    """Follow one robot over many campaigns.
+    """Track one robot over many campaigns.
 
-    Each parameter over time, an alarm where one has changed beyond what varies between campaigns, and whether a joint
-    wears or the set-up has changed. Ends with exit code 1 where there is an alarm.
+    Each parameter over time, an alarm if one has changed by more than the scatter between campaigns, and whether
+    wear of a joint or a change of the set-up explains it. Exit code 1 if there is an alarm.
 
     Example: stiffcal trend robot-7/2026-* -o trend.svg --max-change 0.1
     """
@@ -89,13 +89,13 @@ def show_trend(console: Console, result: TrendResult) -> None:
         )
     console.print(table)
     if result.figure is not None:
-        console.print(f"drew the parameters over the campaigns: {result.figure}", soft_wrap=True)
+        console.print(f"parameters over the campaigns: {result.figure}", soft_wrap=True)
     if result.cause is not None:
         _show_cause(console, result, result.cause)
     elif result.threshold is not None and not result.alarms:
-        console.print("no alarm: no parameter has changed beyond what varies between campaigns", soft_wrap=True)
+        console.print("no alarm: no parameter has changed by more than the scatter between campaigns", soft_wrap=True)
     for name in result.exceeded:
-        console.print(f"more than {share(result.max_change)} of change: {name}", soft_wrap=True)
+        console.print(f"more than {share(result.max_change)} change: {name}", soft_wrap=True)
 
 
 def _deviation(row: TrendParameter) -> str:
@@ -118,12 +118,10 @@ def _campaign(result: TrendResult, number: int) -> str:
 def _show_cause(console: Console, result: TrendResult, cause: ChangeCause) -> None:
     console.print(f"since {_campaign(result, cause.since)}: {VERDICTS[cause.verdict]}", soft_wrap=True)
     if cause.misfit_grew:
-        console.print(
-            "  the residuals have grown since then: the model lacks something, stiffcal diagnose looks for it"
-        )
+        console.print("  the residuals have grown since then: the model lacks an effect (stiffcal diagnose)")
     for one in cause.causes:
         console.print(
-            f"  {_cause(one)}: probability {share(one.probability)} among the causes compared, "
+            f"  {_cause(one)}: probability {share(one.probability)} among the compared causes, "
             f"p = {significant(one.p_value, 2)}",
             soft_wrap=True,
         )

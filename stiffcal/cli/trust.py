@@ -36,27 +36,27 @@ def trust(
     folder: Annotated[
         Path | None, typer.Argument(metavar="DIR", help="The campaign folder.", show_default=False)
     ] = None,
-    edit: Annotated[bool, typer.Option("--edit", help="Trust any code in DIR, while you work on it there.")] = False,
+    edit: Annotated[bool, typer.Option("--edit", help="Trust any code in DIR, for development.")] = False,
     listed: Annotated[bool, typer.Option("--list", help="List everything that you trust.")] = False,
     revoke: Annotated[
         str | None,
-        typer.Option("--revoke", metavar="DIR|HASH|URI", help="Take back what you allowed.", show_default=False),
+        typer.Option("--revoke", metavar="DIR|HASH|URI", help="Revoke a permission.", show_default=False),
     ] = None,
     only_hash: Annotated[
         bool, typer.Option("--hash", help="Print the SHA-256 alone: STIFFCAL_TRUST takes it, in CI.")
     ] = False,
     place: Annotated[
         str | None,
-        typer.Option("--store", metavar="URI", help="Trust stores in this place and below.", show_default=False),
+        typer.Option("--store", metavar="URI", help="Trust stores at this location and below.", show_default=False),
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Allow without asking.")] = False,
     as_json: AsJson = False,
 ) -> int:
-    """List what a campaign folder wants to run, and allow it.
+    """List the code that a campaign folder would run, and allow it.
 
     A campaign from somebody else may bring code (plugins) and queries to a database. None of it runs until you have
-    allowed it here. What you allow is this content, by its SHA-256, in whatever folder: a change needs a new look. It
-    is no sandbox: what you allow runs with your rights.
+    allowed it here. You allow this content, by its SHA-256, in any folder: a change has to be allowed again. There
+    is no sandbox: allowed code runs with your rights.
 
     Example: stiffcal trust my-robot
     """
@@ -75,7 +75,11 @@ def trust(
             )
         if folder is not None and (listed or revoke is not None or place is not None):
             raise InputError.at(
-                FaultCode.OPTION_CONFLICT, "command line", chosen[0], f"takes no folder, here {folder}", "leave DIR out"
+                FaultCode.OPTION_CONFLICT,
+                "command line",
+                chosen[0],
+                f"takes no folder, found {folder}",
+                "leave DIR out",
             )
         if listed:
             answer.give(work.list_trust(), show_entries)
@@ -127,7 +131,7 @@ def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
             FaultCode.PLUGIN_UNTRUSTED,
             str(showing.folder),
             "",
-            "is not allowed, and there is no terminal to ask at",
+            "is not allowed, and there is no terminal to ask for confirmation",
             mend,
         )
     if not typer.confirm("Allow this to run with your rights?", default=False, err=True):
@@ -164,12 +168,12 @@ def show_entries(console: Console, result: TrustResult) -> None:
             table.add_row(kind, entry.key, entry.note, entry.since.replace("T", " ")[:16])
         console.print(table)
     elif result.is_list:
-        console.print("nothing is trusted but what is installed")
+        console.print("nothing is trusted except installed packages")
     if result.is_list:
         for digest in result.environment or []:
             console.print(f"by STIFFCAL_TRUST: {digest}", soft_wrap=True)
-        console.print(f"generations of stores that your own runs wrote: {result.generations}", soft_wrap=True)
-        console.print(f"record: {result.record or 'none can be kept'}", soft_wrap=True)
+        console.print(f"store generations written by your own runs: {result.generations}", soft_wrap=True)
+        console.print(f"record: {result.record or 'none can be recorded'}", soft_wrap=True)
 
 
 def code_lines(result: TrustResult) -> list[str]:
@@ -190,7 +194,7 @@ def code_lines(result: TrustResult) -> list[str]:
         lines += [f"code in {files}, SHA-256 {plugins.sha256}: {_state(plugins)}", NO_SANDBOX]
     if queries:
         lines.append(QUERIES_RUN)
-    return lines or ["nothing in this campaign needs trust: it brings no code and no query"]
+    return lines or ["nothing in this campaign needs trust: it contains no code and no query"]
 
 
 def _numbered(lines: Sequence[str]) -> list[str]:

@@ -30,16 +30,18 @@ def validate(
     folder: Folder = HERE,
     model: Annotated[
         Path | None,
-        typer.Option("--model", metavar="OTHER_DIR", help="Judge another campaign's fitted model with these data."),
+        typer.Option(
+            "--model", metavar="OTHER_DIR", help="Validate the fitted model of another campaign with these data."
+        ),
     ] = None,
     thresholds: Thresholds = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
 ) -> int:
-    """Judge the model in held-out poses.
+    """Validate the model in held-out poses.
 
-    Lists where it fails. Ends with exit code 1 where a threshold of campaign.toml, or of --thresholds, is exceeded.
+    Lists the largest errors. Exit code 1 if a threshold of campaign.toml, or of --thresholds, is exceeded.
 
     Example: stiffcal validate demo
     """
@@ -62,7 +64,7 @@ def show_validation(console: AnswerConsole, result: ValidateResult) -> None:
     """Draw the error in held-out poses next to the noise, then where it is largest, then what does not hold."""
     show_verdict(console, *_verdict(result))
     for line in result.failed:
-        console.print(f"  NOT held: {line}", soft_wrap=True)
+        console.print(f"  NOT met: {line}", soft_wrap=True)
     for line in result.not_judged:
         console.print(f"  not judged: {line}", soft_wrap=True)
     console.show_warnings(result.warnings)
@@ -94,7 +96,7 @@ def show_validation(console: AnswerConsole, result: ValidateResult) -> None:
     show_suspects(console, result.suspects, result.suspects_not_checked)
     limits = ", ".join(result.thresholds)
     if result.passed:
-        console.print(f"thresholds held: {limits}" if limits else "no thresholds are set")
+        console.print(f"thresholds met: {limits}" if limits else "no thresholds are set")
 
 
 def _verdict(result: ValidateResult) -> tuple[Level, str]:
@@ -102,7 +104,7 @@ def _verdict(result: ValidateResult) -> tuple[Level, str]:
     text = f"error in held-out data {deviation(result.rms)} rms"
     text += f", noise {deviation(result.noise)}" if result.noise is not None else ", noise not known"
     if not result.passed:
-        return "fail", f"thresholds NOT held: {text}"
+        return "fail", f"thresholds NOT met: {text}"
     return ("pass", text) if is_within_noise(result.rms, result.noise) else ("warn", text)
 
 
@@ -143,7 +145,7 @@ def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice]
         table.add_row(*cells)
     console.print(table)
     if len(ranked) > most:
-        console.print(f"  and {len(ranked) - most} more, each below these (all in --json)")
+        console.print(f"  and {len(ranked) - most} more with smaller errors (all in --json)")
 
 
 def _shares(relative: Rms) -> str:

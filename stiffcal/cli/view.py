@@ -20,9 +20,7 @@ if TYPE_CHECKING:
 def view(
     folder: Folder = HERE,
     output: Output = None,
-    no_raw: Annotated[
-        bool, typer.Option("--no-raw", help="Leave out readings and names of logs, for customers.")
-    ] = False,
+    no_raw: Annotated[bool, typer.Option("--no-raw", help="Omit raw readings and log names, for customers.")] = False,
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
@@ -53,5 +51,7 @@ def view(
 def show_view(console: Console, result: ViewResult) -> None:
     """Name the page."""
     if result.n_shown < result.n_states:
-        console.print(f"{result.n_shown} of {result.n_states} load states are drawn; errors are of all", soft_wrap=True)
+        console.print(
+            f"{result.n_shown} of {result.n_states} load states are shown; errors are computed from all", soft_wrap=True
+        )
     console.print(f"view: {result.file}", soft_wrap=True)

@@ -110,8 +110,8 @@ def linear_nodes(
             left_out.append(f"{placed_effect.effect.name}.{placed_effect.place.label}")
             if placed_effect.effect.name not in leave_out:
                 raise ValueError(
-                    f"{placed_effect.effect.name} at {placed_effect.place.label} does not answer in proportion to its "
-                    f"load: a controller's loop cannot hold it as a number; leave it out by name, or use compensate"
+                    f"{placed_effect.effect.name} at {placed_effect.place.label} is not proportional to its load, so "
+                    "a controller cannot compute it in real time; omit it by name (--leave-out), or use compensate"
                 )
             continue
         total += matrix

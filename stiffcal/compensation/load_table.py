@@ -145,7 +145,7 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     """
     display_name = str(file)
     if not is_given(file):
-        raise InputError.at(FaultCode.FILE_MISSING, display_name, "", "no such file", "correct its name")
+        raise InputError.at(FaultCode.FILE_MISSING, display_name, "", "no such file", "correct the path")
     try:
         text = read_given(file, TABLE).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -162,8 +162,8 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     try:
         header, *rows = list(csv.reader(lines, delimiter=delimiter))
     except csv.Error as error:
-        mend = "close every quotation mark, one number to a cell"
-        raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"this is no table: {error}", mend) from error
+        mend = "close every quotation mark, with one number per cell"
+        raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"not a table: {error}", mend) from error
     columns = [_column(csv_cell.original(word), joint_names, (*asked, *words), display_name) for word in header]
     at = np.array([number for number, _ in numbered[1:]], dtype=np.int64)
     numbers = {name: np.zeros(len(rows)) for name, _ in columns if name in asked}
@@ -189,7 +189,7 @@ def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], display
     if name not in asked:
         plain = {_plain(known): known for known in asked}
         if _plain(name) in plain:  # a load or an angle that would silently be taken as zero
-            reason = f"no column is called {name} here"
+            reason = f"unknown column {name}"
             raise InputError.at(
                 FaultCode.COLUMN_MISSING, display_name, "line 1", reason, f"did you mean {plain[_plain(name)]}?"
             )
@@ -220,11 +220,11 @@ def _number(cell: str, display_name: str, line: int, name: str, delimiter: str) 
             FaultCode.NUMBER_INVALID,
             display_name,
             f"line {line}, column {name}",
-            f"{cell!r} is no number",
+            f"{cell!r} is not a number",
             "correct the cell",
         )
     if abs(value) > LARGEST:
-        reason = f"{value:g} is larger than anything that is measured"
+        reason = f"{value:g} is larger than any plausible value"
         raise InputError.at(
             FaultCode.NUMBER_INVALID, display_name, f"line {line}, column {name}", reason, "correct the cell"
         )

@@ -133,16 +133,16 @@ def mujoco_model(robot: CompliantRobot, setup: MeasurementSetup, head: Sequence[
 
 def _about_what_lacks(lacking: Sequence[str]) -> Iterator[str]:
     for entry in lacking:
-        yield f"WITHOUT COUNTERPART HERE, left out: {entry}"
+        yield f"WITHOUT COUNTERPART HERE, omitted: {entry}"
 
 
 def _springs_of(robot: CompliantRobot, placed: PlacedEffect) -> EffectSprings | str:
     """Return the springs of an effect, or why it has none."""
     if acts_next_to_drive(robot, placed):
-        return "a torque next to the drive"
+        return "an additional torque on the joint"
     matrix = matrix_of(robot, placed)
     if matrix is None:
-        return "not in proportion to its load"
+        return "not proportional to its load"
     chain, count = robot.chain, len(matrix) // 6
     # what turns joints about their own axes, over the logged axes that the drives sit on
     about = np.array([6 * joint_node(k) + RZ for k in range(1, chain.n_joints + 1)])

@@ -48,7 +48,7 @@ def tool_arm(chain: Chain, sensor: Attachment, com: Floats) -> Floats:
     elif sensor.body == chain.n_joints:
         flange_from_sensor = inverse_transform(chain.flange) @ sensor.transform
     else:
-        raise ValueError("a tool's weight can be taken out of a sensor on the flange or the last link only")
+        raise ValueError("the tool weight can be subtracted only for a sensor on the flange or the last link")
     return np.asarray((inverse_transform(flange_from_sensor) @ np.append(com, 1.0))[:3])
 
 
@@ -92,7 +92,9 @@ def tool_in_reading(
         return np.zeros((6, 3)), np.zeros(6)
     sensor = setup.wrench_axes
     if not np.allclose(sensor.transform, setup.wrench_point.transform):
-        raise ValueError("a tool's weight is taken out of a reading whose axes and point are one frame, the sensor")
+        raise ValueError(
+            "subtracting the tool weight requires a reading with axes and reference point of one frame, the sensor"
+        )
     per_gravity = weight_matrix(tool_arm(chain, sensor, com), mass)
     if zeroed_at is None:
         return per_gravity, np.zeros(6)

@@ -59,12 +59,12 @@ def list_candidates(
         places = effect.places(robot.chain)
         if driven is not None:
             if not effect.in_drive:
-                needs = "load runs: clamped runs show what acts in a drive"
+                needs = "load runs: clamped runs show only effects of a drive"
                 not_tried.append(UntestableEffect(effect.name, needs))
                 continue
             places = [place for place in places if driven.issuperset(place.joints)]
         if not places:
-            not_tried.append(UntestableEffect(effect.name, f"no place on this robot: it sits on {effect.place_kind}"))
+            not_tried.append(UntestableEffect(effect.name, f"no place on this robot: it acts at {effect.place_kind}"))
         for place in places:
             if (effect.name, place) in in_model or stands_in_the_way(effect, place, robot):
                 continue

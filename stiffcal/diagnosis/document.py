@@ -189,11 +189,11 @@ def _undecided(states: LoadStates, search: Search) -> list[UndecidedEffect]:
 def _warnings(search: Search) -> list[str]:
     texts = []
     if search.before is None and (search.tried or search.unexplained):
-        texts.append("no repeats and no stated sigma: how much of the error is noise is not known")
+        texts.append("no repeats and no stated sigma: the share of noise in the error is unknown")
     elif search.before is None:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if len(search.first.folds) < 6:
-        texts.append(f"only {len(search.first.folds)} poses: the error in held-out poses is poorly known")
+        texts.append(f"only {len(search.first.folds)} poses: the error in held-out poses is poorly determined")
     texts += _refused_by_places(search)
     if search.wrong_geometry is not None:
         texts.append(wrong_geometry_in_words(search.wrong_geometry.misfit))
@@ -201,13 +201,13 @@ def _warnings(search: Search) -> list[str]:
     if now is not None and now.lag_one_correlation > REPORTED_LINGERING and not now.drifts and not search.unexplained:
         texts.append(
             f"successive readings have correlated errors (correlation {now.lag_one_correlation:.2g}): "
-            "noise that varies slowly (air, temperature, a filter), so that uncertainties are larger than those given; "
-            "wait longer between readings"
+            "slowly varying noise (air, temperature, a filter), so the uncertainties are larger than stated; wait "
+            "longer between readings"
         )
     if now is not None and not now.adequate and not search.unexplained:
         texts.append(
-            f"what is left is {now.ratio:.2g} times the noise that the manifest states, and depends on no variable: "
-            "look at sigma in campaign.toml, or repeat loads, which measures the noise itself"
+            f"the remaining error is {now.ratio:.2g} times the noise that the manifest states, and depends on no "
+            "variable: check sigma in campaign.toml, or repeat loads to measure the noise"
         )
     return texts
 
@@ -221,7 +221,7 @@ def _refused_by_places(search: Search) -> list[str]:
         return []
     name = candidate_in_words(leader.candidate)
     reason = f"absolute positions contradict it, {places_in_words(leader.places)}"
-    return [f"{name} fits the displacements best and is not named: {reason}"]
+    return [f"{name} fits the displacements best but is not named: {reason}"]
 
 
 def _findings(search: Search, before: Rms) -> list[Finding]:
@@ -258,8 +258,8 @@ def _missing_effect_in_words(missing_effect: MissingEffect) -> str:
     if not n_alternatives:
         return name
     if n_alternatives == 1:
-        return f"{name} (or {candidate_in_words(missing_effect.alternatives[0])}, which looks alike)"
-    return f"{name} (or one of {n_alternatives} others that look alike in these poses)"
+        return f"{name} (or {candidate_in_words(missing_effect.alternatives[0])}, which cannot be distinguished)"
+    return f"{name} (or one of {n_alternatives} others that cannot be distinguished in these poses)"
 
 
 def _contradicted_words(search: Search) -> str:
@@ -271,13 +271,17 @@ def _contradicted_words(search: Search) -> str:
         else:
             free = f"{setting.free_value or 0.0:.3g} ± {setting.free_std or 0.0:.2g}"
             words.append(f"{setting.parameter} fixed at {setting.fixed_at or 0.0:.3g} (free, it is {free})")
-    return f"The data contradict what model.toml sets: {', '.join(words)}. Without that: " if words else ""
+    return f"The data contradict settings of model.toml: {', '.join(words)}. Without that: " if words else ""
 
 
 def _next_sentence(search: Search) -> str:
     """Return between which effects a lesser one is undecided; "" where none is."""
     between = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided_next)
-    return f" One more is undecided between {between}: add this first, and diagnose again." if between else ""
+    return (
+        (f" A further effect is undecided between {between}: add this one first, then diagnose again.")
+        if between
+        else ""
+    )
 
 
 def _evidence_sentence(search: Search, states: LoadStates) -> str:
@@ -287,14 +291,12 @@ def _evidence_sentence(search: Search, states: LoadStates) -> str:
     follows = [dependence.follows for dependence in what_it_follows(search.final_scan, states)]
     if not follows:
         return ""
-    added = " with it added" if search.tried else ""
-    return (
-        f" The noise is not known; that something is missing shows in what is left{added}: it depends on {follows[0]}."
-    )
+    added = " with it in the model" if search.tried else ""
+    return f" The noise is unknown, but the remaining error{added} depends on {follows[0]}: an effect is missing."
 
 
 def _pattern_sentence(pattern: CompliancePattern | None) -> str:
-    return "" if pattern is None else f" Where to look: {pattern_in_words(pattern)}."
+    return "" if pattern is None else f" Probable location: {pattern_in_words(pattern)}."
 
 
 def share_in_words(search: Search) -> str:
@@ -319,11 +321,13 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     against += f", noise {error_in_words(floor, measure)}" if floor else ""
     if not search.tried and search.before is None and not search.unexplained:
         return (
-            f"Nothing is supported; without a known noise it cannot be judged whether that is good enough ({against})."
+            "Nothing is supported; without a known noise it cannot be judged whether the model is good enough "
+            f"({against})."
         )
     if not search.tried and not search.unexplained and search.before is not None and not search.before.adequate:
         return (
-            "No effect is missing: what is left depends on no variable, as if the noise were larger than stated "
+            "No effect is missing: the remaining error depends on no variable; the noise is probably larger than "
+            "stated "
             f"({against})."
         )
     if not search.tried and not search.unexplained:
@@ -331,39 +335,37 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     names = " and ".join(_missing_effect_in_words(missing_effect) for missing_effect in search.found)
     if search.undecided:
         between = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided)
-        reason = "without a single pose another of them explains the error better"
+        reason = "without one of the poses another of them explains the error better"
         if not any(rival.deciding for rival in search.undecided):
-            reason = "these and more look alike in these poses and loads"
+            reason = "these and more cannot be distinguished in these poses and loads"
         return f"Undecided between {between}: {reason} ({against})."
     share = share_in_words(search)
     if search.found and search.before is None and not search.unexplained:
-        doubt = "without a known noise it cannot be judged whether that is all"
+        doubt = "without a known noise it cannot be judged whether more is missing"
         return f"Missing: {names}, which {share} ({against}); {doubt}."
     if search.found and not search.unexplained:
         return f"Missing: {names}, which {share} ({against})."
     if search.found and search.before is not None and not search.explained.whole:
-        return f"Part of it: {names}, which {share}; nothing in the catalogue accounts for the rest ({against})."
+        return f"Part of it: {names}, which {share}; no effect of the catalogue explains the rest ({against})."
     if search.found:
-        rest = "and something else that nothing in the catalogue accounts for"
+        rest = "and something else that no effect of the catalogue explains"
         return f"Missing: {names}, which {share}; {rest} ({against})."
     if search.wrong_geometry is not None and search.wrong_geometry.explains >= LEAST_EXPLAINED:
         return (
             f"Errors of the robot's geometry explain {100.0 * search.wrong_geometry.explains:.0f} % of the avoidable "
-            f"error, as large as absolute places show them: correct robot.toml before any effect is added ({against})."
+            f"error, of the size that absolute positions show: correct robot.toml before adding any effect ({against})."
         )
     if search.could_be:
         n = len(search.could_be)
         holder = f"each of {n} effects alone fits" if n > 1 else f"{candidate_in_words(search.could_be[0])} alone fits"
         return (
-            f"Something is missing, and these {len(search.first.folds)} poses are too few to decide what: "
-            f"{holder} them all, so that leaving poses out cannot choose among them ({against})."
+            f"Something is missing, and these {len(search.first.folds)} poses are too few to decide what: {holder} "
+            f"all of them, so held-out poses cannot decide ({against})."
         )
     part = ""
     if search.tried:
         best = " and ".join(candidate_in_words(missing_effect.candidate) for missing_effect in search.tried)
         part = f" Adding {best} {share}: too little to be named."
         if search.many_laws:
-            part = f" Together {best} fit these poses; so many laws would fit any, and none of them is named."
-    return (
-        f"Something is missing, and it is none of these: no effect in the catalogue accounts for it ({against}).{part}"
-    )
+            part = f" Together {best} fit these poses; that many laws would fit any data, so none of them is named."
+    return f"Something is missing that no effect of the catalogue explains ({against}).{part}"

@@ -152,7 +152,7 @@ def _evidence(
     if not covariate:
         value, covariate, unit = (
             law * 1e3,
-            f"what {placed_effect.effect.name} adds",
+            f"contribution of {placed_effect.effect.name}",
             "mrad" if data.rotational[rows][0] else "mm",
         )
     return EffectEvidence(

@@ -154,7 +154,7 @@ def _explained(parts: Sequence[PartialDiagnosis]) -> Explained | None:
     return Explained(share, max(0.0, share - below), min(1.0, share + above), total)
 
 
-_HELD_OUT = {Subject.CLAMPED: "in what was left out", Subject.MOTION: "at held-out speeds"}
+_HELD_OUT = {Subject.CLAMPED: "in held-out data", Subject.MOTION: "at held-out speeds"}
 _TORQUE_OVER = {Subject.CLAMPED: "Torque over angle", Subject.MOTION: "Torque over motion"}
 
 

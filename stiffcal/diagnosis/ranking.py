@@ -99,9 +99,9 @@ def why_rejected(scan: Scan, trial: Trial) -> str:
     if trial.places is not None and trial.places.contradicted:
         return f"absolute positions contradict it, {places_in_words(trial.places)}"
     if not judgement.possible:
-        return "its values would have to be impossible (negative or zero)"
+        return "its values would be impossible (negative or zero)"
     if judgement.fall <= 0.0:
-        return "the error in held-out poses does not fall"
+        return "the error in held-out poses does not decrease"
     if not alike(scan, trial, scan.trials[0]):
-        return "the error in held-out poses falls too little, or others explain more"
-    return f"too little to be sure: {judgement.errors:.2g} standard errors over poses, p {judgement.p_value:.2g}"
+        return "the error in held-out poses decreases too little, or others explain more"
+    return f"not significant: {judgement.errors:.2g} standard errors over poses, p {judgement.p_value:.2g}"

@@ -123,7 +123,7 @@ def too_few_folds(problem: RowProblem, fit: RowFit) -> DiagnoseResult | None:
         heldout_rms_after_choosing=nothing,
         parameters_with_missing=[],
         pace=SearchPace(models=0, candidates=0, signatures=0, seconds=0.0, candidates_per_second=0.0),
-        summary=f"{_who(problem)}: whether the model is good enough cannot be judged: it takes {needs}.",
+        summary=f"{_who(problem)}: whether the model is good enough cannot be judged: this requires {needs}.",
         superfluous=[],
         evidence=[],
         fit_id="",
@@ -203,20 +203,20 @@ def _explain(
     first, second = (dict(rms.items()).get(problem.measure) or 0.0 for rms in (before, after))
     seen = (
         f"At {place_in_words(trial.candidate.place)}: {effect.fingerprint or effect.summary}, by "
-        f"{_size(scan, trial):.2g} {problem.unit} rms; with it the error {problem.left_out} goes from {first:.3g} to "
-        f"{second:.3g} {problem.unit} and falls at {helped} of {n_folds} {problem.folds_in_words}."
+        f"{_size(scan, trial):.2g} {problem.unit} rms; with it the error {problem.left_out} decreases from "
+        f"{first:.3g} to {second:.3g} {problem.unit}, at {helped} of {n_folds} {problem.folds_in_words}."
     )
     names = " and ".join(candidate_in_words(candidate) for candidate in alike)
     return Explanation(
         seen=seen,
         means=f"That is {effect.name}: {effect.summary}{values_in_words(trial)}.",
-        alike=f"In these runs {names} would look the same." if names else "",
+        alike=f"In these runs {names} cannot be distinguished from it." if names else "",
         check=f"To check on the machine: {effect.how_to_check}" if effect.how_to_check else "",
     )
 
 
 def _indistinct(scan: RowScan) -> list[UntestableEffect]:
-    needs = "more travel: neighbouring orders fit as well"
+    needs = "a longer travel: neighbouring orders fit equally well"
     return [UntestableEffect(name, needs) for name in dict.fromkeys(c.effect.name for c in scan.indistinct)]
 
 
@@ -225,8 +225,8 @@ def _warnings(context: RowSearchContext, search: RowSearch) -> list[str]:
     texts = []
     if search.before is None:
         texts.append(
-            f"{_who(context.problem)}: the noise is not known: what is left is judged by whole "
-            f"{context.problem.folds_in_words} that are left out, and by resampling them as blocks"
+            f"{_who(context.problem)}: the noise is unknown: the remaining error is judged by leaving out whole "
+            f"{context.problem.folds_in_words}, and by resampling them as blocks"
         )
     for missing in search.found:
         if _time_would_do(context, search, missing.candidate):
@@ -236,8 +236,8 @@ def _warnings(context: RowSearchContext, search: RowSearch) -> list[str]:
             )
         if missing.candidate.effect.constant_torque:
             texts.append(
-                f"{candidate_in_words(missing.candidate)}: the zero of the torque sensor would be the same constant, "
-                "unless it is known"
+                f"{candidate_in_words(missing.candidate)}: an unknown zero offset of the torque sensor has the same "
+                "effect"
             )
     return texts
 
@@ -294,7 +294,7 @@ def _summary(context: RowSearchContext, search: RowSearch, follows: list[str], b
     remainder = ""
     if search.unexplained:
         followed = " and ".join(follows)
-        remainder = f" What is left follows {followed or 'none of what was logged'}."
+        remainder = f" The remaining error depends on {followed or 'none of what was logged'}."
     names = " and ".join(candidate_in_words(missing.candidate) for missing in search.found)
     between = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided)
     if search.undecided:
@@ -302,15 +302,15 @@ def _summary(context: RowSearchContext, search: RowSearch, follows: list[str], b
     elif search.found and not search.unexplained:
         text = f"missing: {names}"
     elif search.found:
-        text = f"missing: {names}; something else is left that nothing in the catalogue accounts for"
+        text = f"missing: {names}; a further error is explained by no effect of the catalogue"
     elif search.unexplained:
-        text = "something is missing, and no effect in the catalogue accounts for it"
+        text = "something is missing that no effect of the catalogue explains"
     elif search.before is None:
-        text = "nothing is supported; without a known noise it cannot be judged whether that is good enough"
+        text = "nothing is supported; without a known noise it cannot be judged whether the model is good enough"
     else:
         text = "nothing is missing: the error is that of the instruments"
     more = " and ".join(candidate_in_words(rival.candidate) for rival in search.undecided_next)
-    further = f" One more is undecided between {more}: add this first, and diagnose again." if more else ""
+    further = f" A further effect is undecided between {more}: add this one first, then diagnose again." if more else ""
     return f"{_who(problem)}: {text} ({against}).{remainder}{further}"
 
 

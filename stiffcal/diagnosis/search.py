@@ -96,7 +96,7 @@ def search_in(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progr
 
 def _search(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progress) -> SearchOf[S, F]:
     """Add what is supported, reconsider each effect, simplify, and conclude."""
-    progress("trying every effect at every place", 0.05)
+    progress("testing every effect at every place", 0.05)
     first = scan = bench.look(robot)
     _check_something_is_left(first)
     chosen: list[Candidate] = []
@@ -133,8 +133,8 @@ def _search(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progres
 def _check_something_is_left(scan: Scan) -> None:
     """Raise an `InputError` where the model's own values use up all readings: no residual could show an effect."""
     if scan.dof <= scan.n_columns:
-        reason = f"{max(scan.dof, 0)} readings are no more than the {scan.n_columns} values that the model holds"
-        mend = "measure more poses or loads, or take effects out of model.toml: nothing is left to judge it by"
+        reason = f"{max(scan.dof, 0)} readings for {scan.n_columns} parameters of the model"
+        mend = "measure more poses or loads, or remove effects from model.toml: there are no degrees of freedom left"
         raise InputError.at(FaultCode.DATA_MISSING, "campaign.toml", "runs", reason, mend)
 
 
@@ -168,7 +168,7 @@ def _pair(
     now = lack_of_fit(scan.fit, scan)
     if general is None and (now is None or now.adequate):
         return None
-    progress("trying pairs", 0.5)
+    progress("testing pairs", 0.5)
     pair = best_pair(scan)
     if pair is None:
         return None

@@ -105,7 +105,7 @@ def _families(data: Observations, states: LoadStates) -> list[_Family]:
         _Family(
             "joint angle",
             _per_component(data, load),
-            "in each pose the residual is proportional to the load, but from pose to pose with another factor",
+            "in each pose the residual is proportional to the load, with a factor that differs from pose to pose",
             by_run=True,
         ),
         _Family(
@@ -116,21 +116,21 @@ def _families(data: Observations, states: LoadStates) -> list[_Family]:
         _Family(
             "branch",
             _per_component(data, np.stack(signed)),
-            "loading and unloading run on different curves",
+            "loading and unloading follow different curves",
             by_run=True,
         ),
     ]
     if data.absolute.any():
         # One row per pose: curves by run would fit anything, and nothing is loaded and unloaded.
-        text = "the places miss by an amount that follows the joints' angles"
+        text = "the position error depends on the joint angles"
         families = [_Family("joint angle", _per_component(data, _angle_curves(data)), text)]
     time = data.order.since_reference
     if np.isfinite(time).all() and varies(time):
-        text = "the residual drifts with the time since the run's reference"
+        text = "the residual drifts with time since the reference of the run"
         families.append(_Family("time", _per_component(data, (time / np.ptp(time))[None]), text))
     warm = data.order.temperature
     if np.isfinite(warm).all() and varies(warm):
-        text = "the residual follows the logged temperature"
+        text = "the residual depends on the logged temperature"
         families.append(_Family("temperature", _per_component(data, (warm / np.ptp(warm))[None]), text))
     loaded = size.any() or data.absolute.any()
     return [family for family in families if loaded or family.what in ("time", "temperature")]

@@ -63,8 +63,8 @@ def suggested_name(pattern: CompliancePattern) -> str:
 
 def pattern_in_words(pattern: CompliancePattern | PatternAlternative) -> str:
     """Return which joint's compliance follows what, and the share of the error that it explains."""
-    share = f"{100.0 * pattern.share:.0f} % of the remainder"
-    return f"the compliance of joint {pattern.joint} follows the {what_is_followed(pattern)} ({share})"
+    share = f"{100.0 * pattern.share:.0f} % of the remaining error"
+    return f"the compliance of joint {pattern.joint} depends on the {what_is_followed(pattern)} ({share})"
 
 
 def candidate_in_words(candidate: Candidate) -> str:
@@ -116,20 +116,20 @@ def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequen
     kinds = errors_by_experiment(scan, trial)
     errors = [dict(rms.items()).get(measure) for rms in (before, after)]
     if kinds:
-        effect_text += f"; with it the error falls {' and '.join(_in_experiment(kind) for kind in kinds)}."
+        effect_text += f"; with it the error decreases {' and '.join(_in_experiment(kind) for kind in kinds)}."
     elif errors[0] is not None and errors[1] is not None:
         first, last = (error_in_words(error or 0.0, measure) for error in errors)
-        effect_text += f"; with it the error in held-out poses goes from {first} to {last}"
+        effect_text += f"; with it the error in held-out poses decreases from {first} to {last}"
     if not kinds:
-        effect_text += f" and falls in {helped} of {poses} poses."
+        effect_text += f", in {helped} of {poses} poses."
     means = f"That is {effect.name}: {effect.summary}{values_in_words(trial, _logs_temperature(scan))}."
     if trial.places is not None and trial.places.supported:
-        means += f" Absolute places support it, {places_in_words(trial.places)}."
+        means += f" Absolute positions support it, {places_in_words(trial.places)}."
     look_alike_text = ""
     if alike:
         names = [candidate_in_words(candidate) for candidate in alike]
         listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-        look_alike_text = f"In these poses and loads {listed} would look the same."
+        look_alike_text = f"In these poses and loads {listed} cannot be distinguished from it."
     check = f"To check on the machine: {effect.how_to_check}" if effect.how_to_check else ""
     return Explanation(seen=effect_text, means=means, alike=look_alike_text, check=check)
 

@@ -22,7 +22,7 @@ from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 
 class AsymmetricStiffness(DocumentedEffect):
-    """A drive gives more under torque in one direction than in the other.
+    """The compliance of a drive differs between the two directions of torque.
 
     Law: δ_Rz = c max(τ, 0), added to joint-compliance: under positive torque (about the joint frame's z axis) the
     compliance is that of joint-compliance plus c, under negative torque that of joint-compliance alone.
@@ -39,7 +39,7 @@ class AsymmetricStiffness(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
-    summary = "other stiffness for positive than for negative torque"
+    summary = "different stiffness for positive and negative torque"
     parameters = (
         ParameterSpec(
             symbol="c",
@@ -55,7 +55,7 @@ class AsymmetricStiffness(DocumentedEffect):
     needs = ("torque of both signs on the joint",)
     looks_like = ("cubic-stiffness", "backlash", "two-slope")
     fingerprint = "deflection over the joint's torque has a kink at zero torque: two straight lines of different slope"
-    how_to_check = "Load the joint alone in both directions from a pose where weight puts no torque on it."
+    how_to_check = "Load only this joint, in both directions, in a pose where weight produces no torque on it."
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ_Rz = c max(τ, 0)."""

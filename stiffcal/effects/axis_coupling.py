@@ -19,7 +19,7 @@ from stiffcal.model.effect import (
 
 
 class AxisCoupling(DocumentedEffect):
-    """Torque on one joint turns another one too, because they share shafts, belts, a housing or a control loop.
+    """Torque on one joint also rotates another one, because they share shafts, belts, a housing or a control loop.
 
     Law: δ_a += c τ_b and δ_b += c τ_a, rotations about the two joints' axes over the torques about them; one number for
     both, after Maxwell and Betti. It is the off-diagonal element of the joint compliance matrix, which Wang, Zhang and
@@ -28,20 +28,21 @@ class AxisCoupling(DocumentedEffect):
     Assumes that the coupling is elastic and does not depend on the pose. Hollow-shaft wrists, whose motors sit in the
     arm and drive through one another, couple joints 4, 5 and 6; cables and parallel rods couple 2 and 3.
 
-    Limits: c² may not exceed the product of the two joints' own compliances, else load would set energy free. The sign
-    of c is free. Joints whose axes stay parallel (2 and 3 on most robots) couple through torques that are much alike.
+    Limits: c² may not exceed the product of the two joints' own compliances, otherwise a load would release energy. The
+    sign of c is free. Joints whose axes stay parallel (2 and 3 on most robots) couple through torques that are nearly
+    the same.
     """
 
     name = "axis-coupling"
     kind = Kind.COUPLING
     place_kind = "pairs"
     in_drive = True
-    summary = "torque on one joint turns the other"
+    summary = "torque on one joint rotates the other"
     parameters = (
         ParameterSpec(
             symbol="c",
             unit="rad/(N·m)",
-            meaning="turn of either joint per torque on the other",
+            meaning="rotation of either joint per torque on the other",
             lower=-1e-3,
             upper=1e-3,
             typical=1e-6,
@@ -50,10 +51,10 @@ class AxisCoupling(DocumentedEffect):
         ),
     )
     looks_like = ("joint-compliance", "bearing-tilt", "link-beam")
-    fingerprint = "a joint turns although no torque acts about its axis, in proportion to the torque on another joint"
+    fingerprint = "a joint rotates without torque about its axis, in proportion to the torque on another joint"
     how_to_check = (
-        "Load the tool with the force's line through one joint's axis and at a lever to the other's; watch the link of "
-        "the unloaded joint with a dial gauge."
+        "Load the tool with the line of force through one joint axis and at a lever arm to the other; measure the "
+        "link of the unloaded joint with a dial indicator."
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

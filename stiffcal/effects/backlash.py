@@ -29,17 +29,16 @@ _BANDS = np.geomspace(3e-3, 0.3, 6)
 
 
 class Backlash(DocumentedEffect):
-    """The teeth of a gear have clearance: when the torque changes sign, the joint turns by the width of the gap.
+    """The teeth of a gear have clearance: when the torque changes sign, the joint rotates by the lost motion.
 
     Law: δ_Rz = (b/2) tanh(τ/w), with b the lost motion between the two flanks (width) and w the band of torque within
     which it is crossed; τ is the whole torque, weight included. Lehmann et al. 2013, section 3.1 and figure 3: theory
     crosses at no torque, real gears within a narrow band, because of friction and teeth that do not all touch at once.
 
-    Assumes that the crossing takes the same way in both directions; where it does not, friction-hysteresis shows
-    next to it.
+    Assumes that the crossing is the same in both directions; a difference is found as friction-hysteresis in addition.
 
-    Limits: a joint that weight keeps on one flank in every pose and at every load shows none, and nothing is known
-    of its backlash. The band is seldom known well: few load states lie inside it, and only these determine it.
+    Limits: a joint that weight keeps on one flank in every pose and at every load shows no backlash, and its backlash
+    is not identifiable. The band is seldom well determined: only the few load states inside it determine it.
     """
 
     name = "backlash"
@@ -53,17 +52,17 @@ class Backlash(DocumentedEffect):
             "Lehmann et al. 2013, Table 2 (KUKA KR125, clamped): 0.10° to 0.16°; new precision gears: 1 arc minute",
         ),
         ParameterSpec(
-            "band", "N·m", "torque within which the gap is crossed", 1e-3, 1e4, 5.0,
-            "makers of cycloidal gears state lost motion within ±3 % of the rated torque of some 10² to 10³ N·m",
+            "band", "N·m", "torque within which the backlash is crossed", 1e-3, 1e4, 5.0,
+            "manufacturers of cycloidal gears state lost motion within ±3 % of the rated torque of some 10² to 10³ N·m",
             ParameterRole.NONLINEAR,
         ),
     )  # fmt: skip
     needs = ("torque of both signs on the joint",)
     looks_like = ("friction-hysteresis", "two-slope", "asymmetric-stiffness", "cubic-stiffness")
-    fingerprint = "the residual jumps where the joint's whole torque changes sign, and is flat on either side"
+    fingerprint = "the residual jumps where the total torque on the joint changes sign, and is constant on both sides"
     how_to_check = (
-        "Turn the joint to where weight puts no torque on it, and rock the link by hand against a dial gauge: it moves "
-        "freely by the gap."
+        "Move the joint to a pose where weight produces no torque on it, and rock the link by hand with a dial "
+        "indicator on it: it moves freely by the backlash."
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

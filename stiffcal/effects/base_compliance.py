@@ -22,13 +22,13 @@ from stiffcal.model.effect import (
 )
 
 _TURN = CompliantAxis(
-    "turn of the base about its {axis} axis",
+    "rotation of the base about its {axis} axis",
     1e-3,
     7e-8,
     "as stiff as joint 1's bearing of a KUKA KR240 (after Rösch): 1/1.4e7; anchored plates are several times softer",
 )
 _SHIFT = CompliantAxis(
-    "shift of the base along its {axis} axis",
+    "translation of the base along its {axis} axis",
     1e-5,
     5e-9,
     "Schneider et al. 2014, section III.C: all translations together below 4e-8",
@@ -36,27 +36,27 @@ _SHIFT = CompliantAxis(
 
 
 class BaseCompliance(DocumentedEffect):
-    """The foundation, the pedestal or the bolts under the robot give.
+    """The foundation, the pedestal or the bolts under the robot are compliant.
 
     Law: δ = diag(tx, ty, tz, rx, ry, rz) w, three rotations over the three moments and three translations over the
     three forces at the base's origin, in base axes. Abele et al. 2008 and Wang, Zhang and Fuhlbrigge 2009, section
-    II.A, name the base as a source of compliance and leave it out.
+    II.A, mention the base as a source of compliance and do not model it.
 
-    Assumes that the six directions do not couple and that the tracker stands on other ground than the robot.
+    Assumes that the six directions do not couple and that the tracker is not on the foundation of the robot.
 
-    Limits: the turn about z (about joint 1's axis) moves everything exactly as the drive of joint 1 does; only their
-    sum is known. Turns about x and y differ from tilts of joint 1's bearing only in that they stay with the base
-    while joint 1 turns.
+    Limits: the rotation about z (about joint 1's axis) moves everything exactly as the drive of joint 1 does; only
+    their sum is identifiable. Rotations about x and y differ from tilts of joint 1's bearing only in that they stay
+    with the base while joint 1 turns.
     """
 
     name = "base-compliance"
     kind = Kind.NODE_LAW
     place_kind = "setup"
-    summary = "the foundation gives: three rotations, three translations"
+    summary = "compliance of the foundation: three rotations, three translations"
     parameters = diagonal_parameters(_TURN, _SHIFT)
     looks_like = ("bearing-tilt", "joint-compliance", "tracker-frame")
-    fingerprint = "the whole robot leans with the moment on its foot, about the same base axis wherever joint 1 points"
-    how_to_check = "Put a target or a dial gauge on the robot's foot and load the tool at full reach."
+    fingerprint = "the whole robot tilts with the moment on its base, about the same base axis at any angle of joint 1"
+    how_to_check = "Mount a target or a dial indicator on the robot base and load the tool at full reach."
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """A diagonal compliance at the base's origin."""

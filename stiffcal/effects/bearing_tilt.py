@@ -30,7 +30,7 @@ _AXES = {"x": RX, "y": RY}
 
 
 class BearingTilt(DocumentedEffect):
-    """The main bearing of a joint tilts under the moments across the joint's axis.
+    """The main bearing of a joint tilts under moments perpendicular to the joint axis.
 
     Law: δ_Rx = c_x M_x and δ_Ry = c_y M_y, about the x and y axes of the joint's frame, with M the moment that the
     bearing carries about its centre (the joint's node: the frame's origin, moved by bearing_m along the axis). Abele et
@@ -39,16 +39,17 @@ class BearingTilt(DocumentedEffect):
     c2 M² + c3 M³ (Schneider et al. 2014, III.C).
 
     Assumes a bearing that is pre-loaded, so that it tilts in proportion, and that its two directions do not couple. A
-    bearing's tilt is of the same order as the give of its gear and cannot be measured at the motor.
+    bearing's tilt is of the same order as the compliance of its gear and cannot be measured at the motor.
 
-    Limits: the tilts of wrist bearings about the next joint's axis turn the tool exactly as that joint's drive does;
-    only their sum is known. Tilts of neighbouring joints with nearly parallel directions are hard to distinguish.
+    Limits: the tilts of wrist bearings about the next joint's axis rotate the tool exactly as that joint's drive does;
+    only their sum is identifiable. Tilts of neighbouring joints with nearly parallel directions are hard to
+    distinguish.
     """
 
     name = "bearing-tilt"
     kind = Kind.NODE_LAW
     place_kind = "joints"
-    summary = "rotation about the two axes across the joint axis"
+    summary = "rotation about the two axes perpendicular to the joint axis"
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
         ParameterSpec(
             "x", "rad/(N·m)", "tilt compliance about the joint frame's x axis", 0.0, 1e-3, 1.4e-7, _SOURCE,
@@ -62,12 +63,12 @@ class BearingTilt(DocumentedEffect):
     curve = curve_symbols(_AXES)
     looks_like = ("link-beam", "link-springs", "joint-compliance", "base-compliance")
     fingerprint = (
-        "the tool gives across the plane in which the joint moves it, in proportion to the moment across the joint's "
-        "axis; the joint's own angle does not move"
+        "the tool deflects out of the plane of the joint's motion, in proportion to the moment perpendicular to the "
+        "joint axis; the joint angle does not change"
     )
     how_to_check = (
-        "Load the link right behind the joint sideways, parallel to the joint's axis, and hold a dial gauge between "
-        "the two housings on either side of the bearing: the gap opens on one side."
+        "Load the link next to the joint sideways, parallel to the joint axis, with a dial indicator between the "
+        "housings on both sides of the bearing: the gap opens on one side."
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
@@ -79,7 +80,7 @@ class BearingTilt(DocumentedEffect):
         """The moment across the joint's axis."""
         node = joint_node(place.joints[0])
         moment = np.hypot(loads.wrench[node, RX], loads.wrench[node, RY])
-        return Covariate(f"moment across joint {place.joints[0]}", "N·m", moment)
+        return Covariate(f"tilting moment on joint {place.joints[0]}", "N·m", moment)
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of: straight lines, or curves."""

@@ -11,25 +11,25 @@ from stiffcal.model.effect import DocumentedEffect, Kind, Observed, ParameterSpe
 
 
 class ClockOffset(DocumentedEffect):
-    """Two devices log on clocks that do not agree, so that readings are paired with those of another moment.
+    """The clocks of two devices differ, so readings are paired with those of another time.
 
-    Law: y_seen(t) = y(t + offset), the offset in seconds by which the displacement is read later than the force that it
-    is paired. Over a sweep it adds offset × dy/dt, and opens a loop between loading and unloading that is wider the
-    faster the load moves.
+    Law: y_measured(t) = y(t + offset), with the offset in seconds by which the displacement is read later than the
+    force that it is paired with. Over a sweep it adds offset × dy/dt, and opens a loop between loading and unloading
+    that is wider the faster the load moves.
 
     Assumes clocks that run at the same rate over a run, and one offset for all runs.
 
-    Limits: it shows in sweeps and ramps only. In load states, averaged while the load is held, nothing moves, and
-    nothing is left of it. The clocks are aligned before, when the logs are reduced (`ingest` reports clock_ahead_s):
-    what this effect can find is what is left of that, or a clock_ahead_s written wrong. A loop that hysteresis makes is
-    as wide in a slow sweep as in a fast one.
+    Limits: it shows in sweeps and ramps only. In load states, averaged at constant load, nothing moves, so it has no
+    influence. The clocks are aligned before, when the logs are reduced (`ingest` reports clock_ahead_s): this effect
+    can find the remaining error of that, or a wrong clock_ahead_s. A hysteresis loop is equally wide in slow and fast
+    sweeps.
     """
 
     name = "clock-offset"
     kind = Kind.OBSERVATION
     place_kind = "setup"
     in_drive = True
-    summary = "two logs are shifted in time"
+    summary = "time offset between two logs"
     parameters = (
         ParameterSpec(
             "offset", "s", "how far the second log's clock is ahead", -3600.0, 3600.0, 0.5,
@@ -38,14 +38,19 @@ class ClockOffset(DocumentedEffect):
     )  # fmt: skip
     needs = ("sweeps or ramps logged at a rate",)
     looks_like = ("friction-hysteresis", "creep")
-    fingerprint = "loading and unloading differ, the more the faster the load moves, and not at all while it is held"
-    how_to_check = "Tap the tool: the tap must show at the same time in all logs. Or repeat a sweep at half the speed."
+    fingerprint = "loading and unloading differ in proportion to the rate of loading, and not at constant load"
+    how_to_check = (
+        "Tap the tool: the tap must appear at the same time in all logs. Or repeat a sweep at half the speed."
+    )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Loads that are held show no motion; of those that are swept the time is needed."""
         swept = np.array([run.swept for run in states.runs], dtype=np.bool_)[states.run]
         if not swept.any():
-            return "sweeps or ramps: load states are held still; ingest aligns the clocks and reports clock_ahead_s"
+            return (
+                "sweeps or ramps: load states are taken at constant load; ingest aligns the clocks and reports "
+                "clock_ahead_s"
+            )
         return None if np.isfinite(states.time[swept]).all() else "time stamps of the states of sweeps"
 
     def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:

@@ -26,19 +26,20 @@ from stiffcal.model.memory import first_of_run, relax
 
 
 class Creep(DocumentedEffect):
-    """A part of the drive gives slowly: the deflection goes on growing while the load is held, and returns slowly.
+    """A part of the drive is viscoelastic: the deflection continues to grow under constant load, and returns slowly.
 
     Law: T dδ/dt = c τ − δ, a Kelvin–Voigt element (spring and damper side by side) about the joint's axis, in series
-    with the rest; c is what it gives in the end, T its time. τ is the whole torque.
+    with the rest; c is its final compliance, T its time constant. τ is the whole torque.
 
     Integrated over the run's time stamps, step by step and exactly for torque that is constant within the step: a load
     acts from the stamp before it until its own. Where the time for which the load was held is logged, it acts for that
-    long before its stamp, and the load before it until then. Before the run weight has acted for long.
+    long before its stamp, and the load before it until then. Before the run, weight is taken as applied for a long
+    time.
 
     Assumes that loads change quickly against T and that the stamp is the time of the reading. States without order or
-    time count as held for ever.
+    time count as fully relaxed.
 
-    Limits: T is known only within the spans that were measured, from one hold to one run; much shorter times look
+    Limits: T is known only within the spans that were measured, from one dwell to one run; much shorter times look
     elastic, much longer ones like thermal drift.
     """
 
@@ -46,30 +47,32 @@ class Creep(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
-    summary = "the deflection goes on growing while the load is held"
+    summary = "the deflection continues to grow under constant load"
     has_memory = True
     parameters = (
         ParameterSpec(
-            "c", "rad/(N·m)", "compliance of the slow part, in the end", 0.0, 1e-3, 1e-7,
+            "c", "rad/(N·m)", "final compliance of the slow part", 0.0, 1e-3, 1e-7,
             "a few per cent of a drive's compliance of 2e-6 (Wang, Zhang and Fuhlbrigge 2009, section III.C)",
         ),
         ParameterSpec(
-            "time", "s", "time after which 63 % have come", 1e-2, 1e6, 30.0,
+            "time", "s", "time constant (63 % of the final value)", 1e-2, 1e6, 30.0,
             "Wang, Zhang and Fuhlbrigge 2009 wait one minute at each load, Schneider et al. 2014 a few seconds",
             ParameterRole.NONLINEAR,
         ),
     )  # fmt: skip
     needs = ("time stamps of the states",)
     looks_like = ("friction-hysteresis", "thermal-drift")
-    fingerprint = "the residual grows with the time for which the load has been held and lags behind it on unloading"
-    how_to_check = "Hold the largest load for ten minutes and log the target: it goes on moving, ever more slowly."
+    fingerprint = "the residual grows with the time under load, and decays slowly after unloading"
+    how_to_check = (
+        "Keep the largest load for ten minutes and log the target: it continues to move at a decreasing rate."
+    )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Time is needed, and several states in a run or the time for which each load was held."""
         if not np.isfinite(states.time).any():
             return "time stamps of the load states"
         if np.bincount(states.run).max(initial=0) < 2 and not np.isfinite(states.hold).any():
-            return "several states in a run, or the time for which each load was held"
+            return "several states in a run, or the time under load of each state"
         return None
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

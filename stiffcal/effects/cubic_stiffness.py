@@ -29,25 +29,25 @@ from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 _SOURCE = (
     "Lehmann et al. 2013, Table 2, joint 2 of a KUKA KR125 (−42.5 φ³ − 5.30 φ² + 6.35 φ, 10³ N·m over degrees), "
-    "turned round"
+    "inverted"
 )
 _CLAMPED = "Lehmann et al. 2013, Table 2: 2·10⁴ to 6·10⁶ N·m over degrees at the flanks of a KUKA KR125's joints, in SI"
 
 
 class CubicStiffness(DocumentedEffect):
-    """The drive's torque–angle line is curved: it hardens or softens smoothly as the torque grows.
+    """The torque–angle characteristic of the drive is curved: it hardens or softens smoothly as the torque grows.
 
     Law: δ_Rz = c2 τ² + c3 τ³, added to the linear c τ of joint-compliance; the load form of the third-order polynomial
     τ = p1 φ + p2 φ² + p3 φ³ that Lehmann et al. 2013 (section 5.2 and Table 2) fit to clamped joints: c = 1/p1, c2 =
     −p2/p1³, c3 = (2 p2² − p1 p3)/p1⁵ to third order. τ is the whole torque, weight included. Clamped runs give p1, p2
     and p3 themselves; a model that gives these instead takes the curve as it is, φ(τ), its linear term included.
 
-    Assumes one smooth curve for loading and unloading. c3 below zero hardens, above zero softens; c2 makes the two
-    directions of torque unlike.
+    Assumes one smooth curve for loading and unloading. c3 below zero means hardening, above zero softening; c2 makes
+    the two directions of torque different.
 
-    Limits: a polynomial holds within the torques that were measured and not beyond. The sum c + 2 c2 τ + 3 c3 τ² must
-    stay positive there. Weight works as an offset on the curve: where it keeps the torque within a narrow range, the
-    curve looks straight.
+    Limits: a polynomial is valid only within the measured torques. The sum c + 2 c2 τ + 3 c3 τ² must stay positive
+    there. Weight acts as an offset on the curve: where it keeps the torque within a narrow range, the curve looks
+    straight.
     """
 
     name = "cubic-stiffness"
@@ -62,9 +62,10 @@ class CubicStiffness(DocumentedEffect):
     has_curve_of_torque = True
     needs = ("loads of several sizes",)
     looks_like = ("two-slope", "asymmetric-stiffness", "backlash")
-    fingerprint = "the residual bends with the joint's torque, smoothly, the same on loading and unloading"
+    fingerprint = "the residual is a smooth nonlinear function of the joint torque, the same for loading and unloading"
     how_to_check = (
-        "Load the joint alone up to twice the usual load, in both directions: the slope changes steadily with torque."
+        "Load only this joint up to twice the usual load, in both directions: the slope changes continuously with "
+        "torque."
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

@@ -28,16 +28,16 @@ _SOURCE = "an encoder's mount and disk that warm up: 10 µrad in ten minutes, or
 
 
 class EncoderDrift(DocumentedEffect):
-    """The reading of a joint's encoder wanders with time or temperature while the joint stands still.
+    """The encoder reading of a joint drifts with time or temperature while the joint is at rest.
 
     Law: q_read = q + rad_per_s (t − t_ref), with q the joint's angle and q_read the logged one; or q_read = q +
     rad_per_K (T − T_ref) in the form that a model with [rad_per_K] takes; t_ref and T_ref (the campaign's first
-    temperature) are those of the run's reference state. Clamped runs read it as if the drive had given by as much.
+    temperature) are those of the run's reference state. In clamped runs it appears as compliance of the drive.
 
-    Assumes an even drift; one that settles within a run is not a straight line over time.
+    Assumes a constant rate of drift; a drift that settles within a run is not a straight line over time.
 
     Limits: it shows in clamped runs, whose motor angles are read to microradians. Each run begins at its own zero. A
-    load that only grows cannot separate it from compliance: sweep there and back. Where temperature rises evenly with
+    load that only grows cannot separate it from compliance: sweep there and back. Where temperature rises linearly with
     time, the two forms cannot be distinguished.
     """
 
@@ -45,14 +45,14 @@ class EncoderDrift(DocumentedEffect):
     kind = Kind.OBSERVATION
     place_kind = "joints"
     in_drive = True
-    summary = "a joint's encoder reading wanders with time or temperature"
+    summary = "the encoder reading of a joint drifts with time or temperature"
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
         ParameterSpec("rad_per_s", "rad/s", "drift of the reading over time", -1e-3, 1e-3, 2e-8, _SOURCE),
     )
     needs = ("clamped runs with time stamps or a temperature",)
     looks_like = ("creep", "friction-hysteresis", "clock-offset")
-    fingerprint = "the loop of torque over angle does not close: each cycle is shifted by as much as the one before"
-    how_to_check = "Leave the clamped robot at rest for as long as a run takes, with the brakes on, and log the angle."
+    fingerprint = "the loop of torque over angle does not close: each cycle is shifted by the same amount"
+    how_to_check = "Leave the clamped robot at rest for the duration of a run, with the brakes on, and log the angle."
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of: over time (rad_per_s) or over temperature (rad_per_K)."""
@@ -70,7 +70,7 @@ class EncoderDrift(DocumentedEffect):
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Clamped runs, and a time or temperature that changes within one."""
         if not states.clamped.any():
-            return "clamped runs: elsewhere the motors' angles are no readings of the fit"
+            return "clamped runs: in other runs the motor angles are not fitted"
         if not any(_varies_in_a_run(states, value) for value in (states.time, *states.temperature.T[:1])):
             return "time stamps or a temperature that change within a clamped run"
         return None

@@ -16,24 +16,24 @@ LEAST_DIFFERENT = 0.01
 
 
 class FixtureCompliance(DocumentedEffect):
-    """The fixture that holds the flange of a clamped robot gives a little, and the motors turn by as much more.
+    """The fixture of a clamped robot is compliant, and the motors rotate by a corresponding additional angle.
 
     Law: D = −C W, the motion of the held frame, with W what the fixture does to the robot and C = diag(translation,
-    rotation), each alike along and about all three axes, about the origin of the held frame. The closed chain of
+    rotation), each the same along and about all three axes, about the origin of the held frame. The closed chain of
     clamped motors then reads J (Δd_motor + δ) = −C W (Lehmann et al. 2013 take the fixture as rigid). It comes on top
     of what the manifest gives as the run's fixture_compliance.
 
     Assumes one fixture for all clamped runs, without play.
 
     Limits: it turns the motors in proportion to the load, as joint-compliance does. They differ where several joints
-    load the same fixture, or one joint loads it by different levers.
+    load the same fixture, or one joint loads it with different lever arms.
     """
 
     name = "fixture-compliance"
     kind = Kind.OBSERVATION
     place_kind = "setup"
     in_drive = True
-    summary = "the fixture that holds a clamped robot gives"
+    summary = "compliance of the fixture of a clamped robot"
     parameters = (
         ParameterSpec(
             "translation", "m/N", "compliance along each axis", 0.0, 1e-3, 1e-8, _SOURCE, compliance=True
@@ -42,18 +42,21 @@ class FixtureCompliance(DocumentedEffect):
             "rotation", "rad/(N·m)", "compliance about each axis", 0.0, 1e-2, 1e-7, _SOURCE, compliance=True
         ),
     )  # fmt: skip
-    needs = ("clamped runs of several joints, or of one joint in poses with different levers",)
+    needs = ("clamped runs of several joints, or of one joint in poses with different lever arms",)
     looks_like = ("joint-compliance", "base-compliance", "tool-compliance")
-    fingerprint = "all joints look softer clamped, the more the longer their lever to the fixture"
-    how_to_check = "Put a dial gauge on the fixture, against the floor, and read it while a joint pushes to and fro."
+    fingerprint = "all joints appear softer in clamped runs, more so with a longer lever arm to the fixture"
+    how_to_check = "Mount a dial indicator between fixture and floor, and read it while a joint pushes back and forth."
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Clamped runs in which it does something else than the joints' compliance."""
         held = held_frame(chain, states)
         if held is None:
-            return "clamped runs: nothing else is held by a fixture"
+            return "clamped runs: there is no fixture in other runs"
         if _is_joint_compliance(chain, states, held):
-            return "clamped runs of several joints, or with different levers: in these it is joint-compliance again"
+            return (
+                "clamped runs of several joints, or with different lever arms: in these it cannot be separated "
+                "from joint-compliance"
+            )
         return None
 
     def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:

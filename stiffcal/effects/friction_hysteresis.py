@@ -33,59 +33,60 @@ _STILL = 1e-9
 
 
 class FrictionHysteresis(DocumentedEffect):
-    """A part of the drive is held by dry friction: it follows the torque only after this has turned back far enough.
+    """A part of the drive is held by dry friction: it follows the torque only after the torque has reversed far enough.
 
-    Law: δ_Rz = c P_r[τ], P_r the play operator: its value stays until it is r (slip) behind the torque, then follows
-    at that distance, P_i = min(max(P_{i−1}, τ_i − r), τ_i + r) (Brokate and Sprekels 1996, section 2.3; a spring in
-    parallel with a slider, the element of Ruderman, Hoffmann and Bertram 2009). τ is the whole torque, states in the
-    order in which they were reached; the memory is zero at the run's start, then the weight acts, then the states.
+    Law: δ_Rz = c P_r[τ], P_r the play operator: its value is constant until it lags the torque by r (slip), then
+    follows at that distance, P_i = min(max(P_{i−1}, τ_i − r), τ_i + r) (Brokate and Sprekels 1996, section 2.3; a
+    spring in parallel with a slider, the element of Ruderman, Hoffmann and Bertram 2009). τ is the whole torque, states
+    in the order in which they were reached; the memory is zero at the run's start, then the weight acts, then the
+    states.
 
     Assumes dry friction that does not depend on speed or time, and that all turning points of the load are among the
     load states. Several elements with different slips add up to any symmetric loop; one is fitted.
 
-    Limits: nothing is known of what the joint did before the run; the first half cycle is therefore less certain than
-    the later ones. Load that only grows shows no loop.
+    Limits: the history of the joint before the run is unknown; the first half cycle is therefore less certain than
+    later ones. Load that only grows shows no loop.
 
-    Where the load of clamped runs is the motor's torque, friction between motor and spring takes part of it away. The
-    form [coulomb per_Nm] is that law: the torque s of the spring stays until the motor's differs from it by
-    coulomb + per_Nm |s|, then follows at that distance (the generalised play operator, Visintin 1994, section III.2;
-    friction that grows with the load: Bittencourt and Gunnarsson 2012). All laws of the drive act on s: compliance,
-    play and curve are those of the spring. joint-friction and friction-load hold the same two for a moving joint.
-    A wrong torque constant changes coulomb and all stiffnesses by one factor, and cannot be distinguished from them.
-    An error of the torque at a turning point is shared by all states up to the next motion; the uncertainties of this
-    form leave that out and are too small, by up to ten times on a simulated bench with 0.05 N·m of noise.
+    Where the load of clamped runs is the motor's torque, friction between motor and spring reduces it. The form
+    [coulomb per_Nm] is that law: the torque s of the spring stays until the motor's differs from it by coulomb + per_Nm
+    |s|, then follows at that distance (the generalised play operator, Visintin 1994, section III.2; friction that grows
+    with the load: Bittencourt and Gunnarsson 2012). All laws of the drive act on s: compliance, play and curve are
+    those of the spring. joint-friction and friction-load hold the same two for a moving joint. A wrong torque constant
+    changes coulomb and all stiffnesses by one factor, and cannot be distinguished from them. An error of the torque at
+    a turning point is shared by all states up to the next motion; the uncertainties of this form leave that out and are
+    too small, by up to ten times on a simulated bench with 0.05 N·m of noise.
     """
 
     name = "friction-hysteresis"
     kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
-    summary = "loading and unloading run on different curves"
+    summary = "loading and unloading follow different curves"
     has_memory = True
     # the friction of a drive lies in the torque of its motor
     whole_form_expected = True
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
         ParameterSpec(
-            "c", "rad/(N·m)", "compliance of what slips", 0.0, 1e-1, 1e-6,
+            "c", "rad/(N·m)", "compliance of the slipping part", 0.0, 1e-1, 1e-6,
             "hysteresis loss of 1 arc minute (2 c slip), the usual limit in catalogues of strain-wave gears",
         ),
         ParameterSpec(
-            "slip", "N·m", "torque by which the part stays behind", 1e-2, 1e5, 150.0,
+            "slip", "N·m", "torque at which the part slips", 1e-2, 1e5, 150.0,
             "as c: 1 arc minute; as the friction torque of a loaded robot joint (Lehmann et al. 2013, section 3.2)",
             ParameterRole.NONLINEAR,
         ),
     )  # fmt: skip
     needs = ("loading and unloading in one run",)
     looks_like = ("backlash", "creep", "two-slope")
-    fingerprint = "loading and unloading run on different curves, by the same amount in every cycle, however slowly"
+    fingerprint = "loading and unloading follow different curves, by the same amount in every cycle, at any rate"
     how_to_check = (
-        "Run the load up and down with twice the waiting time: creep would close the loop, friction leaves it as it is."
+        "Repeat loading and unloading with twice the waiting time: with creep the loop closes, with friction it stays."
     )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Runs of a single state have no path."""
         if np.bincount(states.run).max(initial=0) < 3:
-            return "loading and unloading in one run: every run has one or two states"
+            return "loading and unloading in one run: every run has only one or two states"
         return None
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
@@ -146,7 +147,7 @@ class _BeforeSpring(FrictionHysteresis):
         ),
         ParameterSpec(
             "per_Nm", "1", "friction between motor and spring per torque of the spring", 0.0, 0.9, 0.05,
-            "some per cent of the load torque (Bittencourt and Gunnarsson 2012, experiments on an ABB IRB 6620)",
+            "a few per cent of the load torque (Bittencourt and Gunnarsson 2012, experiments on an ABB IRB 6620)",
             ParameterRole.SETUP,
         ),
     )  # fmt: skip

@@ -15,7 +15,7 @@ LEAST_SPREAD = 0.1
 
 
 class FrictionLoad(MotionEffect):
-    """A moving joint resists more under load: teeth and bearings are pressed together harder.
+    """The friction of a moving joint increases under load, with the contact forces of teeth and bearings.
 
     Law: τ_f += per_Nm |τ| sign(ω), with τ the joint's load: the torque of the weight of arm and tool about its axis
     (Bittencourt and Gunnarsson 2012, where Coulomb friction grows linearly with the size of the load torque; ω at the
@@ -29,18 +29,20 @@ class FrictionLoad(MotionEffect):
     """
 
     name = "friction-load"
-    summary = "friction of a moving joint grows with the torque of the weight that it carries"
+    summary = "friction of a moving joint increases with the torque of the weight"
     parameters = (
         ParameterSpec(
-            "per_Nm", "1", "friction per torque of the load", 0.0, 1.0, 0.02,
-            "some per cent of the load torque (Bittencourt and Gunnarsson 2012, experiments on an ABB IRB 6620)",
+            "per_Nm", "1", "friction per load torque", 0.0, 1.0, 0.02,
+            "a few per cent of the load torque (Bittencourt and Gunnarsson 2012, experiments on an ABB IRB 6620)",
         ),
     )  # fmt: skip
     needs = ("friction runs: both directions at angles with different weight torques", "masses in robot.toml")
     looks_like = ("joint-friction", "friction-temperature", "torque-ripple")
-    fingerprint = "half the difference between the two directions' torques grows with the size of the weight's torque"
+    fingerprint = (
+        "half the difference between the torques of the two directions increases with the torque of the weight"
+    )
     how_to_check = (
-        "Repeat one speed, both ways, with the arm stretched out, hanging down, and with a known tool weight."
+        "Repeat one speed, in both directions, with the arm stretched out, hanging down, and with a known tool weight."
     )
 
     def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:

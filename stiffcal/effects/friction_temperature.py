@@ -11,20 +11,23 @@ from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Covariate, ParameterSpec, Place, Values
 from stiffcal.model.motion_effect import MotionEffect
 
-_SOURCE = "viscous friction falls by some per cent per kelvin as the lubricant thins (Bittencourt and Gunnarsson 2012)"
+_SOURCE = (
+    "viscous friction decreases by a few per cent per kelvin with the viscosity of the lubricant (Bittencourt "
+    "and Gunnarsson 2012)"
+)
 
 
 class FrictionTemperature(MotionEffect):
-    """A drive that warms up resists less, mostly at speed, because its lubricant becomes thinner.
+    """The friction of a drive decreases as it warms up, mostly at speed, because the viscosity of its lubricant falls.
 
     Law: τ_f += (coulomb_K sign(ω) + viscous_K ω) (T − T_ref), with T the first temperature that the campaign logs and
     T_ref its first reading; ω at the joint's side of the gear. This is the linear part of what Bittencourt and
-    Gunnarsson 2012 measured on an industrial robot. Coulomb and viscous friction of joint-friction hold at T_ref.
+    Gunnarsson 2012 measured on an industrial robot. Coulomb and viscous friction of joint-friction are those at T_ref.
 
-    Assumes one temperature for the whole drive. Viscosity falls exponentially: over more than some 20 K a straight
-    line is too little.
+    Assumes one temperature for the whole drive. Viscosity falls exponentially: over more than some 20 K a straight line
+    is not sufficient.
 
-    Limits: a drive that warms up once, evenly, cannot show whether temperature or time is the cause (running in, a
+    Limits: a drive that warms up once, steadily, cannot show whether temperature or time is the cause (running in, a
     drifting amplifier): let it cool down and repeat. A thermometer on the housing lags behind the lubricant.
     """
 
@@ -36,7 +39,7 @@ class FrictionTemperature(MotionEffect):
     )
     needs = ("friction runs: both directions", "a temperature that changes")
     looks_like = ("friction-load", "viscous-power")
-    fingerprint = "the same speed takes less torque as the log's temperature rises"
+    fingerprint = "the torque at the same speed decreases as the logged temperature rises"
     how_to_check = "Repeat the same speeds with the drive cold, warm and cold again: friction follows the temperature."
 
     def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:

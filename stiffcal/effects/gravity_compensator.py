@@ -25,7 +25,7 @@ _NO_GEOMETRY = "the compensator's geometry: [gravity_compensator] in robot.toml"
 
 
 class GravityCompensator(DocumentedEffect):
-    """A spring or cylinder in parallel with a joint balances weight, resists turning and shifts torque.
+    """A spring or cylinder in parallel with a joint balances weight, adds stiffness and shifts torque.
 
     Law: F = k (l − l0) and τ_s = −F ∂l/∂q, with F the tension and l(q) the length of a spring that runs from an anchor
     on the link before to an arm on the link moved, and τ_s what it adds to its joint's drive: the drive carries the
@@ -44,17 +44,17 @@ class GravityCompensator(DocumentedEffect):
     name = "gravity-compensator"
     kind = Kind.CONFIGURATION
     place_kind = "joints"
-    summary = "the balancing spring or cylinder next to the joint, where robot.toml gives its geometry"
+    summary = "balancing spring or cylinder of a joint, with its geometry in robot.toml"
     parameters = (
         ParameterSpec(
-            "rate", "N/m", "rate of the balancing spring", 0.0, 1e8, 1e5,
-            "a balancer of the 200 kg class: some 10 kN over a stroke of 0.1 m; makers of robots give no numbers",
+            "rate", "N/m", "spring rate of the balancing spring", 0.0, 1e8, 1e5,
+            "a balancer of the 200 kg class: some 10 kN over a stroke of 0.1 m; robot manufacturers publish no values",
             ParameterRole.SETUP,
         ),
     )  # fmt: skip
     needs = ("the compensator's geometry in robot.toml",)
     looks_like = ("periodic-stiffness", "joint-compliance")
-    fingerprint = "the joint's compliance follows the lever of the balancing spring from pose to pose"
+    fingerprint = "the compliance of the joint depends on the lever arm of the balancing spring in each pose"
     how_to_check = (
         "Measure the joint's motor current in free motion over its range, with and without the spring's preload."
     )

@@ -21,7 +21,7 @@ from stiffcal.model.effect import (
 
 
 class JointCompliance(DocumentedEffect):
-    """The drive of a joint (gear, shaft, motor's position loop) turns in proportion to the torque about its axis.
+    """The drive of a joint (gear, shaft, motor's position loop) rotates in proportion to the torque about its axis.
 
     Law: δ_Rz = c τ, with τ the whole torque about the joint's axis, weight included (Wang, Zhang and Fuhlbrigge 2009,
     eq. 7; c = 1 / k_θ).
@@ -30,15 +30,16 @@ class JointCompliance(DocumentedEffect):
     are coupled mechanically the drive sits on the logged axis: it carries τ_drive = Mᵀ τ and turns the model joints by
     M δ (coupling = "mechanical" in robot.toml).
 
-    Limits: holds for torques well above the friction of the gear and well below its limit. What else turns the tool
-    about the same axis (base about z, tool about the last axis, a wrist's bearing) goes into the same number.
+    Limits: holds for torques well above the friction of the gear and well below its limit. Any other rotation of the
+    tool about the same axis (base about z, tool about the last axis, a wrist bearing) is included in the same
+    parameter.
     """
 
     name = "joint-compliance"
     kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
-    summary = "drive: rotation about the joint axis, proportional to torque"
+    summary = "drive compliance: rotation about the joint axis, proportional to torque"
     parameters = (
         ParameterSpec(
             symbol="c",
@@ -54,8 +55,8 @@ class JointCompliance(DocumentedEffect):
         ),
     )
     looks_like = ("base-compliance", "tool-compliance", "bearing-tilt")
-    fingerprint = "deflection proportional to load, growing with the lever about the joint's axis"
-    how_to_check = "Load the joint alone, with the force at right angles to its axis, at two levers."
+    fingerprint = "deflection proportional to load and to the lever arm about the joint axis"
+    how_to_check = "Load only this joint, with the force perpendicular to its axis, at two lever arms."
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ_Rz = c τ, at every joint that the drive turns: one, but for mechanically coupled axes."""

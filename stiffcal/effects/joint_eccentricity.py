@@ -40,9 +40,10 @@ class JointEccentricity(DocumentedEffect):
 
     Assumes that the error depends on the joint's own angle alone, not on load or direction of motion.
 
-    Limits: the constant part is the joint's zero and belongs to the geometry. Where a joint turns less than half a
-    turn, order 1 is hardly more than the zero and a scale. A joint's compliance under weight alone follows a sine of
-    order 1 of its angle too: the two differ only where other joints, or a payload, change the torque at one angle.
+    Limits: the constant part is the joint's zero and belongs to the geometry. If the range of a joint is less than half
+    a revolution, order 1 can barely be separated from the zero and a scale. A joint's compliance under weight alone
+    follows a sine of order 1 of its angle too: the two differ only where other joints, or a payload, change the torque
+    at one angle.
     """
 
     name = "joint-eccentricity"
@@ -53,14 +54,16 @@ class JointEccentricity(DocumentedEffect):
         ParameterSpec("a", "rad", "cosine part of the error", -0.05, 0.05, 2e-4, _SOURCE, tolerance=5e-3),
         ParameterSpec("b", "rad", "sine part of the error", -0.05, 0.05, 2e-4, _SOURCE, tolerance=5e-3),
         ParameterSpec(
-            "order", "1", "waves per turn of the joint", 1.0, 1e4, 1.0,
+            "order", "1", "waves per revolution of the joint", 1.0, 1e4, 1.0,
             "1 and 2 for encoders, else the gear orders in robot.toml",
             ParameterRole.NONLINEAR, discrete=True,
         ),
     )  # fmt: skip
     needs = ("absolute places at many angles of the joint",)
     looks_like = ("joint-compliance", "joint-offset", "link-geometry")
-    fingerprint = "the places miss by the lever about one joint's axis, as a sine of its angle, whatever the load"
+    fingerprint = (
+        "the position error is the lever arm about one joint axis times a sine of its angle, independent of load"
+    )
     how_to_check = "Turn the joint alone through its range, unloaded, and compare with an encoder or an index table."
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:

@@ -22,7 +22,7 @@ from stiffcal.model.effect import (
 )
 
 _PAIRS = tuple((i, j) for i in range(6) for j in range(i, 6))
-_COMPONENTS = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
+_COMPONENTS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
 # Eigenvalues may be this share of the largest below zero before a compliance counts as impossible: rounding.
 _ROUNDING = 1e-9
 # Lengths scaled by 0.1 m, so that translations and rotations can stand in one eigenvalue.
@@ -47,7 +47,7 @@ def _spec(i: int, j: int) -> ParameterSpec:
     meaning = f"compliance: {_COMPONENTS[i]}" if on_diagonal else f"coupling: {_COMPONENTS[i]} with {_COMPONENTS[j]}"
     source = (
         "rotations 1e-7 to 1e-6 (KUKA KR240, Rösch); Schneider et al. 2014, section III.C: translations below 4e-8; "
-        "couplings as the geometric mean of theirs, the most that positive energy allows"
+        "couplings up to the geometric mean of these, the limit of positive energy"
     )
     typical = (5e-9, 2.6e-8, 1.4e-7)[(i >= 3) + (j >= 3)]
     return ParameterSpec(
@@ -57,7 +57,7 @@ def _spec(i: int, j: int) -> ParameterSpec:
 
 
 class JointFull(DocumentedEffect):
-    """A joint gives in all six directions, and a load in one may move it in another.
+    """A joint is compliant in all six directions, and a load in one direction may move it in another.
 
     Law: δ = C w, with C the symmetric, positive semidefinite 6×6 compliance of the joint, δ and w the displacement and
     wrench at the joint's node in its axes, ordered (translation, rotation) and (force, moment): c11 is along x, c66
@@ -75,14 +75,17 @@ class JointFull(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "joints"
     general = True
-    summary = "the whole symmetric 6×6 compliance of a joint"
+    summary = "full symmetric 6×6 compliance of a joint"
     includes = ("joint-compliance", "bearing-tilt", "joint-translation")
     parameters = tuple(_spec(i, j) for i, j in _PAIRS)
     looks_like = ("bearing-tilt", "joint-translation", "axis-coupling", "link-beam")
-    fingerprint = "load in one direction at the joint moves the link in another, in proportion and in every pose alike"
+    fingerprint = (
+        "a load in one direction at the joint displaces the link in another direction, in proportion, the "
+        "same in every pose"
+    )
     how_to_check = (
-        "Track the links before and behind the joint (a target on each) while the tool is loaded in three directions: "
-        "their relative motion against the joint's wrench is C, column by column."
+        "Track the links on both sides of the joint (one target each) while the tool is loaded in three directions: "
+        "their relative motion over the wrench on the joint gives C, column by column."
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
@@ -100,7 +103,7 @@ class JointFull(DocumentedEffect):
         """Return a reason where C has a negative eigenvalue: the joint would give work away under load."""
         eigenvalues = np.linalg.eigvalsh(_matrix([values.get(f"c{i + 1}{j + 1}", 0.0) for i, j in _PAIRS]))
         if eigenvalues[0] < -_ROUNDING * max(abs(float(eigenvalues[-1])), 1e-300):
-            return f"the joint's compliance has a negative eigenvalue ({eigenvalues[0]:.2g}): it would give energy away"
+            return f"the joint's compliance has a negative eigenvalue ({eigenvalues[0]:.2g}): it would release energy"
         return None
 
     def possible_near(self, values: Values, information: Floats, reach: float) -> bool:

@@ -15,31 +15,33 @@ from stiffcal.model.effect import RZ, DocumentedEffect, Kind, ParameterSpec, Pla
 
 
 class JointOffset(DocumentedEffect):
-    """The controller's zero of a joint is not the robot file's: what one enters in the controller to mend it.
+    """The zero of a joint differs from the robot file; the value is the offset to enter in the controller.
 
     Law: q = q_read + zero, with q_read the logged angle of the joint, before ``direction`` and ``logged = {…}``; the
     model angles that are combinations of it follow.
 
     Assumes that the whole scale is shifted, as after a lost or changed encoder.
 
-    Limits: next to the geometry of all links it adds nothing (``link-geometry`` replaces it). The first joint's zero
-    cannot be separated from a tracker that is estimated, the last one's not from a target that is.
+    Limits: together with the geometry of all links it is redundant (``link-geometry`` replaces it). The first joint's
+    zero cannot be separated from a tracker that is estimated, the last one's not from a target that is.
     """
 
     name = "joint-offset"
     kind = Kind.CONFIGURATION
     place_kind = "joints"
-    summary = "the joint's zero is not the robot file's"
+    summary = "zero offset of a joint against the robot file"
     parameters = (
         ParameterSpec(
-            "zero", "rad", "added to the angle as logged", -0.2, 0.2, 1e-3,
+            "zero", "rad", "offset added to the logged angle", -0.2, 0.2, 1e-3,
             "mastering of industrial robots: about a milliradian", tolerance=5e-3,
         ),
     )  # fmt: skip
-    needs = ("absolute places in poses that turn the joints",)
+    needs = ("absolute places in poses with different joint angles",)
     looks_like = ("link-geometry", "joint-eccentricity")
-    fingerprint = "the places miss by the lever about one joint's axis, alike at all its angles"
-    how_to_check = "Move the joint to its mechanical mark and compare with the angle that the controller shows."
+    fingerprint = "the position error is proportional to the lever arm about one joint axis, the same at all its angles"
+    how_to_check = (
+        "Move the joint to its mechanical reference mark and compare with the angle that the controller shows."
+    )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Displacements do not depend on it to first order."""

@@ -31,7 +31,7 @@ _COMPONENTS = {symbol: axis for symbol, (axis, _) in _AXES.items()}
 
 
 class JointTranslation(DocumentedEffect):
-    """The bearing of a joint gives along the forces that it carries, radially and axially.
+    """The bearing of a joint is compliant along the forces that it carries, radially and axially.
 
     Law: δ_tx = c_tx F_x, δ_ty = c_ty F_y, δ_tz = c_tz F_z, in the joint's frame (the translational part of the joint
     model of Schneider et al. 2014, eq. 1, taken diagonal). A model that names tx2, tx3, ty2 … (`stiffcal add …
@@ -41,24 +41,24 @@ class JointTranslation(DocumentedEffect):
 
     Limits: usually small. A kilonewton moves a good bearing by some micrometres; Schneider et al. 2014 found no clear
     trend in the translations of six joints. Expect it to matter only where a bearing or its seat is damaged or loose.
-    The forces are nearly the same at all joints, so that the place shows only in how the joints' axes turn from pose to
-    pose.
+    The forces are nearly the same at all joints, so the place is identifiable only from the orientation of the joint
+    axes in different poses.
     """
 
     name = "joint-translation"
     kind = Kind.NODE_LAW
     place_kind = "joints"
-    summary = "axial and radial give of the bearing"
+    summary = "axial and radial compliance of the bearing"
     parameters = tuple(
         ParameterSpec(symbol, "m/N", f"compliance {meaning}", 0.0, 1e-5, 5e-9, _SOURCE, compliance=True, along=axis)
         for symbol, (axis, meaning) in _AXES.items()
     )
     curve = curve_symbols(_COMPONENTS)
     looks_like = ("base-compliance", "tool-compliance", "joint-translation")
-    fingerprint = "the tool shifts along the force without turning, by the same amount whatever the lever"
+    fingerprint = "the tool moves along the force without rotation, by the same amount for any lever arm"
     how_to_check = (
-        "Push the link behind the joint along and across the axis, with the force's line through the bearing, and hold "
-        "a dial gauge against the housing before the bearing."
+        "Push the link after the joint along and perpendicular to the axis, with the line of force through the "
+        "bearing, and measure against the housing before the bearing with a dial indicator."
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

@@ -37,18 +37,19 @@ class LinkBeam(DocumentedEffect):
     end in beam axes (x1 along the beam) and L its length (Gross, Hauger, Schröder and Wall, Engineering Mechanics 2,
     table 4.3; signs as in “Deformation of Robot Bodies During Machining”, eq. 2 and 3: φ3 = u2′, φ2 = −u3′).
 
-    Assumes a straight, even, slender link of linear material: no shear, free warping. What is outboard of the link
-    bends it; its own weight, which acts between its ends, does not. EI2 is bending about x2 (deflection along x3),
-    EI3 bending about x3, which lies along the inboard joint's axis.
+    Assumes a straight, uniform, slender link of linear material: no shear, free warping. What is outboard of the link
+    bends it; its own weight, which acts between its ends, does not. EI2 is bending about x2 (deflection along x3), EI3
+    bending about x3, which lies along the inboard joint's axis.
 
-    Limits: bending about x3 of a link between two parallel joints looks much like the give of these joints; twist looks
-    like a bearing's tilt. Tension is as a rule far below what can be measured. Links shorter than 50 mm are no place.
+    Limits: bending about x3 of a link between two parallel joints is similar to the compliance of these joints; twist
+    is similar to the tilt of a bearing. Tension is as a rule far below what can be measured. Links shorter than 50 mm
+    are no place.
     """
 
     name = "link-beam"
     kind = Kind.NODE_LAW
     place_kind = "links"
-    summary = "bending in two planes, torsion, tension of a link as a beam"
+    summary = "link as a beam: bending in two planes, torsion, tension"
     excludes = ("link-springs",)
     parameters = (
         ParameterSpec("EI2", "N·m²", "flexural rigidity about x2", 1e2, np.inf, 8e6, _BENDING, inverse=True),
@@ -64,12 +65,12 @@ class LinkBeam(DocumentedEffect):
     )  # fmt: skip
     looks_like = ("link-springs", "bearing-tilt", "joint-compliance")
     fingerprint = (
-        "the tool gives across the link, in proportion to the bending moment in it; the link's outboard end turns and "
-        "moves against its inboard end"
+        "the tool deflects perpendicular to the link, in proportion to its bending moment; the outboard end of the "
+        "link rotates and moves relative to its inboard end"
     )
     how_to_check = (
-        "Put targets on both ends of the link (or integral deformation sensors along it) and load the tool: "
-        "the ends turn against each other."
+        "Mount targets on both ends of the link (or integral deformation sensors along it) and load the tool: the "
+        "ends rotate relative to each other."
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

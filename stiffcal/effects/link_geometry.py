@@ -20,7 +20,7 @@ _WORST_LENGTH, _WORST_ANGLE = 5e-3, 5e-3
 
 
 class LinkGeometry(DocumentedEffect):
-    """A joint's axis is not where the robot file puts it on the link before: shifted across and tilted.
+    """The axis of a joint on the previous link differs from the robot file by a shift and a tilt.
 
     Law: T = N · Trans(x, y, 0) · Exp(rx, ry, 0) · Rz(θ), with N the joint's frame on the link before at model angle 0,
     z along the axis. The shift along the axis and the turn about it are left out at every joint, because the next
@@ -37,7 +37,7 @@ class LinkGeometry(DocumentedEffect):
     name = "link-geometry"
     kind = Kind.CONFIGURATION
     place_kind = "joints"
-    summary = "the joint's axis is shifted and tilted on the link before it"
+    summary = "the joint axis is shifted and tilted relative to the previous link"
     includes = ("joint-offset",)
     parameters = (
         ParameterSpec("x", "m", "shift of the axis along x", -0.05, 0.05, 3e-4, _SOURCE, tolerance=_WORST_LENGTH),
@@ -45,10 +45,13 @@ class LinkGeometry(DocumentedEffect):
         ParameterSpec("rx", "rad", "tilt of the axis about x", -0.1, 0.1, 5e-4, _SOURCE, tolerance=_WORST_ANGLE),
         ParameterSpec("ry", "rad", "tilt of the axis about y", -0.1, 0.1, 5e-4, _SOURCE, tolerance=_WORST_ANGLE),
     )
-    needs = ("absolute places in poses that turn every joint",)
+    needs = ("absolute places in poses with different angles of every joint",)
     looks_like = ("joint-offset", "joint-eccentricity", "link-springs")
-    fingerprint = "the places miss by a fixed vector on each link, which turns with the joints and not with the load"
-    how_to_check = "Turn the joint alone, unloaded: the target's circle shows where the axis is and how it is tilted."
+    fingerprint = (
+        "the position error is a fixed vector on each link, which rotates with the joints and does not "
+        "depend on the load"
+    )
+    how_to_check = "Move only this joint, unloaded: the circle of the target gives position and tilt of the axis."
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Displacements do not depend on it to first order."""

@@ -32,10 +32,10 @@ class LinkWeight(DocumentedEffect):
     """A link's first moment, its mass times the place of its centre, differs from the robot file's.
 
     Law: M = R (m + (mx, my, 0)) × g, the moment of the weight of link k about the origin of its joint's frame, with m
-    the first moment of robot.toml, in the joint's axes, and R its rotation. Every joint inboard carries the
-    difference. Of mass and first moment of a link only two numbers act on springs of joints: the mass and the part
-    along the axis turn the joint before alone, and stand in its numbers (regrouping; Gautier and Khalil 1990; Khalil
-    and Dombre, Modeling, Identification and Control of Robots, 2002, ch. 9).
+    the first moment of robot.toml, in the joint's axes, and R its rotation. Every joint inboard carries the difference.
+    Of mass and first moment of a link only two numbers act on springs of joints: the mass and the part along the axis
+    act on the previous joint only, and are included in its parameters (regrouping; Gautier and Khalil 1990; Khalil and
+    Dombre, Modeling, Identification and Control of Robots, 2002, ch. 9).
 
     Assumes masses that are right enough for the forces in links and bearings; what differs there by regrouping is of
     second order.
@@ -49,7 +49,7 @@ class LinkWeight(DocumentedEffect):
     name = "link-weight"
     kind = Kind.CONFIGURATION
     place_kind = "links"
-    summary = "the link's first moment differs from the robot file's"
+    summary = "first moment of mass of a link differs from the robot file"
     parameters = tuple(
         ParameterSpec(
             f"m{axis}",
@@ -65,8 +65,8 @@ class LinkWeight(DocumentedEffect):
     )
     needs = ("absolute places of a robot whose links' masses are in robot.toml",)
     looks_like = ("joint-compliance", "periodic-stiffness", "joint-eccentricity")
-    fingerprint = "the places sag by what a weight on one link makes, on all joints inboard of it, payload or not"
-    how_to_check = "Turn the joint slowly to and fro at several angles; the mean of both motor torques is weight."
+    fingerprint = "the positions sag as by an additional weight on one link, with or without payload"
+    how_to_check = "Move the joint slowly back and forth at several angles; the mean of both motor torques is weight."
     moves_masses = True
 
     def places(self, chain: Chain) -> list[Place]:

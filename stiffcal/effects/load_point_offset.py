@@ -10,30 +10,30 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
 
-_SOURCE = "a hook or a string's knot measured with a ruler: some millimetres"
+_SOURCE = "a hook or the knot of a rope measured with a ruler: a few millimetres"
 
 
 class LoadPointOffset(DocumentedEffect):
-    """The force does not act where the manifest states, so that its moments about the joints are others.
+    """The point of load application differs from the manifest, so the moments about the joints are wrong.
 
     Law: p_true = p + (x, y, z), with p the load point of the manifest, in flange axes. Only where force alone is
     measured: a six-axis sensor reads the moment and needs no load point.
 
     Assumes one load point for the whole campaign, fixed to the flange.
 
-    Limits: an offset along the force does nothing; three directions of load are needed. An offset of a millimetre at a
+    Limits: an offset along the force has no effect; three directions of load are needed. An offset of a millimetre at a
     lever of a metre changes that joint's deflection by a thousandth: the wrist, with its short levers, shows more.
     """
 
     name = "load-point-offset"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the force does not act where the manifest puts it (force-only campaigns)"
+    summary = "point of load application differs from the manifest (campaigns with forces only)"
     parameters = tuple(
         ParameterSpec(
             axis,
             "m",
-            f"true minus manifest along the flange's {axis} axis",
+            f"true minus manifest position along the flange's {axis} axis",
             -0.5,
             0.5,
             5e-3,
@@ -44,13 +44,13 @@ class LoadPointOffset(DocumentedEffect):
     )
     needs = ("forces without moments, acting on the flange",)
     looks_like = ("target-offset", "wrench-frame", "joint-compliance")
-    fingerprint = "the wrist turns by more or less than its lever gives, in proportion to the load"
-    how_to_check = "Measure the load point with the tracker itself: hold a reflector to the hook."
+    fingerprint = "the rotation of the wrist differs from that of the stated lever arm, in proportion to the load"
+    how_to_check = "Measure the load point with the tracker: place a reflector on the hook."
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Only for forces without moments, on the flange."""
         if states.setup.moments_measured:
-            return "forces without moments: here the moments are measured, and no load point is needed"
+            return "forces without moments: here the moments are measured, so no load point is needed"
         if states.setup.wrench_point.body != chain.n_joints + 1:
             return "a load that acts on the flange"
         return None

@@ -24,17 +24,17 @@ from stiffcal.model.effect import (
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 _ORDERS = (1, 2, 3, 4)
-_SOURCE = "some ten per cent of a drive's compliance of 2e-6 (Wang, Zhang and Fuhlbrigge 2009, section III.C)"
+_SOURCE = "about ten per cent of a drive's compliance of 2e-6 (Wang, Zhang and Fuhlbrigge 2009, section III.C)"
 
 
 class PeriodicStiffness(DocumentedEffect):
-    """A joint is softer at some of its angles than at others, because what carries turns with it.
+    """The compliance of a joint varies with its angle, because the load-carrying parts rotate with it.
 
     Law: δ_Rz = (a cos mq + b sin mq) τ, with q the joint's angle from its zero as the controller shows it (in the
     joint frame's sense of turning), m the order and τ the whole torque. Orders 1 to 4 are tried, and the gear orders
     that robot.toml gives for the joint, no others: a free order finds something in any data.
 
-    Assumes that compliance follows the joint's own angle and nothing else. Bearings with uneven seats (order 1, 2),
+    Assumes that compliance varies with the joint angle and nothing else. Bearings with uneven seats (order 1, 2),
     gears with two, three or four eccentrics or rollers, and balancing springs of unknown geometry (order 1) do so.
 
     Limits: twelve poses are twelve angles; two amplitudes besides the joint's mean compliance use them up fast, and an
@@ -45,25 +45,28 @@ class PeriodicStiffness(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
-    summary = "compliance follows the joint's own angle"
+    summary = "compliance varies with the joint angle"
     parameters = (
-        ParameterSpec("a", "rad/(N·m)", "cosine part of the compliance's swing", -1e-3, 1e-3, 2e-7, _SOURCE),
-        ParameterSpec("b", "rad/(N·m)", "sine part of the compliance's swing", -1e-3, 1e-3, 2e-7, _SOURCE),
+        ParameterSpec("a", "rad/(N·m)", "cosine part of the compliance variation", -1e-3, 1e-3, 2e-7, _SOURCE),
+        ParameterSpec("b", "rad/(N·m)", "sine part of the compliance variation", -1e-3, 1e-3, 2e-7, _SOURCE),
         ParameterSpec(
-            "order", "1", "waves per turn of the joint", 1.0, 1e4, 2.0,
+            "order", "1", "waves per revolution of the joint", 1.0, 1e4, 2.0,
             "physics of bearings and gears: 1 to 4, else the gear orders in robot.toml",
             ParameterRole.NONLINEAR, discrete=True,
         ),
     )  # fmt: skip
     needs = ("several angles of the joint",)
     looks_like = ("joint-compliance", "gravity-compensator", "bearing-tilt")
-    fingerprint = "the joint's compliance, pose by pose, follows a sine of the joint's angle"
-    how_to_check = "Load the joint alone with the same lever at angles 30° apart all through its range."
+    fingerprint = "the compliance of the joint in each pose is a sine of its angle"
+    how_to_check = "Load only this joint with the same lever arm at angles 30° apart over its range."
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Three angles at least: mean, cosine and sine."""
         if len(np.unique(np.round(np.degrees(states.joints)), axis=0)) < 4:
-            return "at least four poses: mean, cosine and sine of each joint's compliance are three numbers already"
+            return (
+                "at least four poses: mean, cosine and sine of the compliance of each joint are already three "
+                "parameters"
+            )
         return None
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

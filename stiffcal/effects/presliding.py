@@ -16,7 +16,7 @@ NEAR = 0.3
 
 
 class Presliding(MotionEffect):
-    """After a reversal friction does not jump to its new sign: it builds up over a small angle, like a spring.
+    """After a reversal, friction builds up over a small angle like a spring, instead of changing sign at once.
 
     Law: τ_f += −stiffness · angle · exp(−s/angle) sign(ω), with s the travel since the direction last changed. It is
     Dahl's solid friction (Dahl 1968; "presliding displacement" in Armstrong-Hélouvry, Dupont and Canudas de Wit 1994)
@@ -27,28 +27,31 @@ class Presliding(MotionEffect):
     Assumes that friction was fully built up before each reversal, and that it does not depend on speed as it builds up.
 
     Limits: it shows within some angles after a reversal only, in a log that runs through reversals. The drive's own
-    wind-up and backlash, seen by a motor's encoder, do the same: clamp the joint to distinguish them.
+    wind-up and backlash, measured by the encoder of the motor, have the same effect: clamp the joint to distinguish
+    them.
     """
 
     name = "presliding"
-    summary = "after a reversal friction builds up over a small angle"
+    summary = "friction builds up over a small angle after a reversal"
     parameters = (
-        ParameterSpec("stiffness", "N·m/rad", "slope of friction right after a reversal", 0.0, 1e9, 5e4, _SOURCE),
+        ParameterSpec("stiffness", "N·m/rad", "slope of friction directly after a reversal", 0.0, 1e9, 5e4, _SOURCE),
         ParameterSpec(
-            "angle", "rad", "travel over which 1/e of it is still to come", 1e-6, 0.5, 2e-3, _SOURCE,
+            "angle", "rad", "travel constant (1/e of the friction still missing)", 1e-6, 0.5, 2e-3, _SOURCE,
             ParameterRole.NONLINEAR,
         ),
     )  # fmt: skip
-    needs = ("friction runs: logs that run through reversals of the direction",)
+    needs = ("friction runs: logs that contain reversals of direction",)
     looks_like = ("stribeck", "joint-friction")
-    fingerprint = "right after each reversal the torque is too small, and catches up over the same small angle"
-    how_to_check = "Move to and fro by a degree at crawling speed: torque over angle makes a loop with rounded corners."
+    fingerprint = "directly after each reversal the torque is too small, and recovers over the same small angle"
+    how_to_check = (
+        "Move back and forth by one degree at very low speed: torque over angle forms a loop with rounded corners."
+    )
 
     def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
         """Samples soon after a reversal."""
         known = motion.travel[np.isfinite(motion.travel)]
         if not known.size:
-            return "logs that run through reversals of the direction"
+            return "logs that contain reversals of direction"
         if float(known.min()) > NEAR * float(known.max()):
             return "samples soon after a reversal of the direction"
         return None

@@ -21,16 +21,16 @@ from stiffcal.model.effect import (
 )
 from stiffcal.model.memory import first_of_run
 
-_SOURCE = "a reflector's nest holds to some 10 µm; bolted seats slip by the clearance of their holes, 0.1 mm and more"
+_SOURCE = "a reflector nest repeats to about 10 µm; bolted joints slip by the clearance of their holes, 0.1 mm and more"
 
 
 class SeatShift(DocumentedEffect):
-    """A fixture, the reflector or the robot's base slips once, suddenly, and stays where it slipped to.
+    """A fixture, the reflector or the robot base slips once, suddenly, and stays displaced.
 
     Law: D += (x, y, z), base axes, from one state to the end of its run. `state` is the number of the first shifted
     state, counted through the campaign from 1 in the order of the states.
 
-    Assumes one slip; the next run takes a new reference and does not know of it.
+    Assumes one slip; the next run has a new reference and is not affected.
 
     Limits: a slip of what holds the reflector counts in the tool's axes, one of the base in the base's: within a run,
     where the pose stands still, the two are the same. A slip between runs leaves no trace at all.
@@ -39,21 +39,21 @@ class SeatShift(DocumentedEffect):
     name = "seat-shift"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "one sudden slip of a fixture, reflector or base between two states of a run"
+    summary = "sudden slip of a fixture, reflector or base between two states of a run"
     parameters = (
         ParameterSpec(
             "state", "1", "number of the first shifted state in the campaign, from 1", 1.0, 1e9, 2.0,
             "any state but the first of a run", ParameterRole.NONLINEAR, discrete=True,
         ),
-        ParameterSpec("x", "m", "shift along the base's x axis", -0.1, 0.1, 5e-5, _SOURCE),
-        ParameterSpec("y", "m", "shift along the base's y axis", -0.1, 0.1, 5e-5, _SOURCE),
-        ParameterSpec("z", "m", "shift along the base's z axis", -0.1, 0.1, 5e-5, _SOURCE),
+        ParameterSpec("x", "m", "displacement along the base x axis", -0.1, 0.1, 5e-5, _SOURCE),
+        ParameterSpec("y", "m", "displacement along the base y axis", -0.1, 0.1, 5e-5, _SOURCE),
+        ParameterSpec("z", "m", "displacement along the base z axis", -0.1, 0.1, 5e-5, _SOURCE),
     )  # fmt: skip
     needs = ("several states in a run",)
     looks_like = ("thermal-drift", "friction-hysteresis")
-    fingerprint = "in one run, and only there, all residuals after one state are shifted by the same vector"
+    fingerprint = "in one run only, all residuals after one state are shifted by the same vector"
     how_to_check = (
-        "Unload at the end of the run: the target does not come back to where the run began. Tighten what is loose and "
+        "Unload at the end of the run: the target does not return to its initial position. Tighten loose parts and "
         "repeat the run."
     )
 

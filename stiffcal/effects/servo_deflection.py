@@ -25,7 +25,7 @@ _STANDS_STILL = 1e-6
 
 
 class ServoDeflection(DocumentedEffect):
-    """The motor itself is pushed off its target under load, because its position loop is not infinitely stiff.
+    """The motor deviates from its target under load, because the stiffness of its position loop is finite.
 
     Law: D = … + J Δq_motor: the joints turn by what the motors' encoders show since the run's reference, besides the
     give of everything behind the encoder (physics, section 1). There is no free parameter: the controller's log gives
@@ -42,13 +42,13 @@ class ServoDeflection(DocumentedEffect):
     name = "servo-deflection"
     kind = Kind.CONFIGURATION
     place_kind = "joints"
-    summary = "the motor itself is pushed off; visible in the controller log"
+    summary = "deviation of the motor position under load, visible in the controller log"
     needs = ("measured joint positions of every state",)
     looks_like = ("joint-compliance", "creep", "friction-hysteresis")
-    fingerprint = "the joint's logged position moves with the load, and the tool moves with it"
+    fingerprint = "the logged joint position moves with the load, and the tool moves with it"
     how_to_check = (
-        "Read the joint's position on the controller while the load comes on: it moves, and creeps back where the "
-        "position loop integrates."
+        "Read the joint position on the controller while the load is applied: it moves, and returns slowly if the "
+        "position loop has integral action."
     )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
@@ -57,7 +57,7 @@ class ServoDeflection(DocumentedEffect):
         for members in members_of(states.run):
             largest_motion = max(largest_motion, float(np.ptp(states.joints[members], axis=0).max()))
         if largest_motion < _STANDS_STILL:
-            return "measured joint positions of every state: the joint log does not move within any run"
+            return "measured joint positions of every state: the joint log is constant within every run"
         return None
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

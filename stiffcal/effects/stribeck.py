@@ -11,7 +11,7 @@ from stiffcal.model.effect import ParameterRole, ParameterSpec, Place, Values
 from stiffcal.model.motion_effect import MotionEffect
 
 _SOURCE = "a third of a drive's Coulomb friction, as drawn in Lehmann et al. 2013, figure 4"
-_VELOCITY = "where friction is least at some per cent of the rated speed (Bittencourt and Gunnarsson 2012)"
+_VELOCITY = "minimum of friction at a few per cent of the rated speed (Bittencourt and Gunnarsson 2012)"
 _EXPONENT = "1 (exponential) and 2 (Gaussian) are usual, 0.5 to 1.3 measured (Armstrong-Hélouvry et al. 1994)"
 # Coulomb and viscous friction and the three parameters of the law itself are not known from fewer.
 LEAST_SPEEDS = 4
@@ -19,7 +19,7 @@ _EXPONENTS = (0.5, 1.0, 1.3, 2.0)
 
 
 class Stribeck(MotionEffect):
-    """A moving joint resists more at crawling speed, before the lubricant separates the surfaces.
+    """Friction of a moving joint increases towards very low speed, where the lubricant does not separate the surfaces.
 
     Law: τ_f += F exp(−|ω/ω_S|^α) sign(ω), with stribeck F, velocity ω_S, exponent α; ω and τ_f at the joint's side of
     the gear (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994; Lehmann et al. 2013, eq. 1, after Bittencourt et al.
@@ -28,26 +28,26 @@ class Stribeck(MotionEffect):
     Assumes steady motion at constant temperature. After Bittencourt and Gunnarsson 2012 ω_S grows with load and
     temperature.
 
-    Limits: ω_S is known only where some speeds lie below it and some above; friction that has faded below the slowest
-    speed counts as none, and friction that has not faded at the fastest counts as Coulomb friction. Load states are
-    taken at rest; there friction shows as friction-hysteresis.
+    Limits: ω_S is known only where some speeds lie below it and some above; a Stribeck term that has vanished below the
+    lowest speed is not identifiable, and one that has not vanished at the highest speed counts as Coulomb friction.
+    Load states are taken at rest; there friction shows as friction-hysteresis.
     """
 
     name = "stribeck"
-    summary = "friction rises as the joint slows down to crawling speed"
+    summary = "friction increases towards very low speed"
     parameters = (
-        ParameterSpec("stribeck", "N·m", "what comes on top at crawling speed", 0.0, 1e5, 20.0, _SOURCE),
+        ParameterSpec("stribeck", "N·m", "additional friction at very low speed", 0.0, 1e5, 20.0, _SOURCE),
         ParameterSpec(
-            "velocity", "rad/s", "speed at which 1/e of it is left", 1e-5, 10.0, 0.05, _VELOCITY,
+            "velocity", "rad/s", "speed at which it has decreased to 1/e", 1e-5, 10.0, 0.05, _VELOCITY,
             ParameterRole.NONLINEAR,
         ),
-        ParameterSpec("exponent", "1", "how sharply it fades", 0.3, 4.0, 1.3, _EXPONENT, ParameterRole.NONLINEAR),
+        ParameterSpec("exponent", "1", "exponent of the decrease", 0.3, 4.0, 1.3, _EXPONENT, ParameterRole.NONLINEAR),
     )  # fmt: skip
     needs = ("friction runs: both directions at four speeds or more, some of them slow",)
     looks_like = ("viscous-power", "presliding", "joint-friction")
     least_speeds = LEAST_SPEEDS
-    fingerprint = "torque over speed bends up towards standstill, in both directions alike"
-    how_to_check = "Add speeds of 1 to 5 % of the rated speed, both ways: friction rises as the joint slows down."
+    fingerprint = "torque over speed rises towards standstill, in both directions"
+    how_to_check = "Add speeds of 1 to 5 % of the rated speed, both ways: friction increases as the joint slows down."
 
     def torque_columns(self, velocity: Floats, shape: Values) -> dict[str, Floats]:
         """Return the (n,) torque per N·m of it at velocities (n,), rad/s."""

@@ -10,30 +10,30 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
 
-_SOURCE = "a reflector's place measured with a ruler: a millimetre or two"
+_SOURCE = "position of a reflector measured with a ruler: one or two millimetres"
 
 
 class TargetOffset(DocumentedEffect):
-    """The reflector or probe is not where the manifest states, so that the turning of the tool moves it otherwise.
+    """The position of the reflector or probe differs from the manifest, so a rotation of the tool moves it differently.
 
     Law: p_true = p + (x, y, z), with p the target's place on the flange of the manifest, in flange axes; where several
     targets sit on the flange, all of them (one tool, one error). Targets on links stay.
 
     Assumes that the target does not move against the flange.
 
-    Limits: a displacement differs by the tool's turn times the offset: a millirad of turn and a millimetre of offset
-    make one micrometre. It shows in the unloaded poses long before, as an error of absolute position.
+    Limits: a displacement differs by the rotation of the tool times the offset: 1 mrad and 1 mm make 1 µm. The unloaded
+    poses show it much more clearly, as an error of absolute position.
     """
 
     name = "target-offset"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the reflector is not where the manifest puts it"
+    summary = "position of the reflector differs from the manifest"
     parameters = tuple(
         ParameterSpec(
             axis,
             "m",
-            f"true minus manifest along the flange's {axis} axis",
+            f"true minus manifest position along the flange's {axis} axis",
             -0.5,
             0.5,
             2e-3,
@@ -44,9 +44,10 @@ class TargetOffset(DocumentedEffect):
     )
     needs = ("a target on the flange",)
     looks_like = ("load-point-offset", "tool-compliance")
-    fingerprint = "the residual is in proportion to how much the tool turns under load"
+    fingerprint = "the residual is proportional to the rotation of the tool under load"
     how_to_check = (
-        "Turn the last joint through a full turn, unloaded: the reflector's circle shows its offset from the axis."
+        "Rotate the last joint by a full revolution, unloaded: the circle of the reflector shows its offset from the "
+        "axis."
     )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
@@ -54,7 +55,7 @@ class TargetOffset(DocumentedEffect):
         if all(target.body != chain.n_joints + 1 for target in states.setup.targets):
             return "a target on the flange: all targets sit on links"
         if states.absolute.any() and set(states.setup.target_names) <= set(states.setup.estimated):
-            return "a target whose place the manifest gives: those with estimate = true are found by the fit"
+            return "a target whose position the manifest gives: those with estimate = true are estimated by the fit"
         return None
 
     def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:

@@ -20,22 +20,22 @@ from stiffcal.model.effect import (
     Values,
 )
 
-_MOVE = "0.2 mm in an hour: a robot or a tracker's stand warming up"
+_MOVE = "0.2 mm in an hour: a robot or a tracker stand that warms up"
 _TURN = "0.2 mm at one metre in an hour"
 _SYMBOLS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class ThermalDrift(DocumentedEffect):
-    """The target wanders while nothing is loaded, because robot, stand or instrument warm up or settle.
+    """The target drifts without load, because robot, stand or instrument warm up or settle.
 
     Law: D += r (t − t_ref), with r the drift's rate; D += r (T − T_ref) where the campaign logs a temperature (its
     first channel), in base axes, t_ref and T_ref being those of the run's reference state; where orientation is
     measured, the target also turns at its own rate. One rate for the whole campaign, on its one clock.
 
-    Assumes that the drift is even over the campaign. ISO 9283 has a test of its own for the drift of a warming robot,
+    Assumes a constant rate of drift over the campaign. ISO 9283 has a test of its own for the drift of a warming robot,
     which is quicker at first; then the runs at the beginning show it more.
 
-    Absolute places have no reference of their own: there time counts from the first row.
+    Absolute positions have no reference: time counts from the first row.
 
     Limits: only what happens between a run's reference and its states shows. Runs in which load and time rise
     together cannot separate drift from compliance: measure unloaded states in between and at the end.
@@ -44,19 +44,19 @@ class ThermalDrift(DocumentedEffect):
     name = "thermal-drift"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the target wanders with time or temperature"
+    summary = "the target drifts with time or temperature"
     parameters = tuple(
-        ParameterSpec(symbol, "m/s or m/K", f"drift along the base's {symbol} axis", -1e-3, 1e-3, 5e-8, _MOVE)
+        ParameterSpec(symbol, "m/s or m/K", f"drift along the base {symbol} axis", -1e-3, 1e-3, 5e-8, _MOVE)
         if len(symbol) == 1
         else ParameterSpec(
-            symbol, "rad/s or rad/K", f"turn about the base's {symbol[1]} axis", -1e-2, 1e-2, 5e-8, _TURN
+            symbol, "rad/s or rad/K", f"rotation about the base {symbol[1]} axis", -1e-2, 1e-2, 5e-8, _TURN
         )
         for symbol in _SYMBOLS
     )
     needs = ("time stamps or a temperature",)
     looks_like = ("creep", "seat-shift")
-    fingerprint = "the residual follows the clock (or the thermometer) through a run, whatever the load does"
-    how_to_check = "Leave the robot unloaded and log the target for as long as a run takes: it moves just the same."
+    fingerprint = "the residual depends on time (or temperature) within a run, independent of the load"
+    how_to_check = "Leave the robot unloaded and log the target for the duration of a run: it moves in the same way."
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Time or temperature, and states of a run that differ in it."""

@@ -22,13 +22,13 @@ from stiffcal.model.effect import (
 )
 
 _TURN = CompliantAxis(
-    "turn about the flange's {axis} axis",
+    "rotation about the flange {axis} axis",
     1e-2,
     3e-6,
     "a six-axis force sensor of the 2.5 kN class (ATI Theta, Omega160): some 3e5 N·m/rad",
 )
 _SHIFT = CompliantAxis(
-    "shift along the flange's {axis} axis",
+    "translation along the flange {axis} axis",
     1e-5,
     1e-8,
     "a six-axis force sensor of the 2.5 kN class (ATI Theta, Omega160): some 1e8 N/m",
@@ -36,25 +36,25 @@ _SHIFT = CompliantAxis(
 
 
 class ToolCompliance(DocumentedEffect):
-    """What is screwed between flange and target gives: force sensor, adapter plates, tool changer, probe.
+    """Parts between flange and target are compliant: force sensor, adapter plates, tool changer, probe.
 
     Law: δ = diag(tx, ty, tz, rx, ry, rz) w, three rotations over the three moments and three translations over the
     three forces at the flange's origin, in flange axes.
 
-    Assumes that load and target sit outboard of what gives, and that the six directions do not couple.
+    Assumes that load and target are outboard of the compliant part, and that the six directions do not couple.
 
     Limits: the turn about z moves the tool exactly as the last joint's drive does where that axis passes through the
-    flange; only their sum is known. A target that sits before the sensor does not see this at all.
+    flange; only their sum is known. A target before the sensor is not affected.
     """
 
     name = "tool-compliance"
     kind = Kind.NODE_LAW
     place_kind = "setup"
-    summary = "what lies between flange and target gives: the same six"
+    summary = "compliance between flange and target: three rotations, three translations"
     parameters = diagonal_parameters(_TURN, _SHIFT)
     looks_like = ("joint-compliance", "bearing-tilt", "joint-translation")
-    fingerprint = "the tool's deflection in flange axes is the same in every pose, and the robot's joints do not matter"
-    how_to_check = "Put one target before and one behind the sensor and the adapters, and load the tool."
+    fingerprint = "the deflection of the tool in flange axes is the same in every pose, independent of the joint angles"
+    how_to_check = "Mount one target before and one after sensor and adapters, and load the tool."
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """A diagonal compliance at the flange's origin."""

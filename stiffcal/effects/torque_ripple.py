@@ -10,7 +10,7 @@ from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Covariate, ParameterRole, ParameterSpec, Place, Values
 from stiffcal.model.motion_effect import MotionEffect
 
-_SOURCE = "some per cent of a drive's Coulomb friction of 50 N·m: cogging of the motor, meshing of the gear"
+_SOURCE = "a few per cent of a drive's Coulomb friction of 50 N·m: cogging of the motor, meshing of the gear"
 # A wave needs this many samples, at the median distance of samples; finer ones are not tried.
 SAMPLES_PER_WAVE = 4.0
 # Beyond it, orders must be named in robot.toml: each order that is tried costs evidence.
@@ -20,42 +20,48 @@ DISTINCT = 25.0
 
 
 class TorqueRipple(MotionEffect):
-    """The torque of a moving drive swings with its angle, whatever the direction of motion.
+    """The torque of a moving drive varies periodically with its angle, independent of the direction of motion.
 
     Law: τ_f += a cos mq + b sin mq, with q the joint's angle as the controller shows it, m the order: waves per turn
     of the joint (ripple of motor and gear, "position-dependent friction" in Armstrong-Hélouvry, Dupont and Canudas de
     Wit 1994). Orders that are tried: the gear orders in robot.toml, and the integers of which the travel holds one
     wave at least and the log four samples a wave.
 
-    Assumes that the swing depends neither on speed nor on load. Cogging of motor magnets and torque ripple of the
-    current do so nearly; friction that swings with the angle changes its sign with the direction and is none of it.
+    Assumes that the ripple depends neither on speed nor on load, which is nearly true for cogging and for the torque
+    ripple of the motor current; friction that varies with the angle changes its sign with the direction and is not
+    included.
 
-    Limits: over little travel neighbouring orders look alike: the travel must hold several waves for the order to be
-    known. Weight whose torque is not in the model has order 1 as well.
+    Limits: over a short travel neighbouring orders cannot be distinguished: the travel must contain several waves.
+    Weight whose torque is not in the model has order 1 as well.
     """
 
     name = "torque-ripple"
-    summary = "the drive's torque swings with the joint's angle, alike in both directions"
+    summary = "the drive torque varies periodically with the joint angle, the same in both directions"
     parameters = (
-        ParameterSpec("a", "N·m", "cosine part of the swing", -1e5, 1e5, 2.0, _SOURCE),
-        ParameterSpec("b", "N·m", "sine part of the swing", -1e5, 1e5, 2.0, _SOURCE),
+        ParameterSpec("a", "N·m", "cosine part of the ripple", -1e5, 1e5, 2.0, _SOURCE),
+        ParameterSpec("b", "N·m", "sine part of the ripple", -1e5, 1e5, 2.0, _SOURCE),
         ParameterSpec(
-            "order", "1", "waves per turn of the joint", 1.0, 1e4, 12.0,
-            "pole pairs, teeth and rollers per turn of the joint: the gear orders in robot.toml, else integers",
+            "order", "1", "waves per revolution of the joint", 1.0, 1e4, 12.0,
+            "pole pairs, teeth and rollers per revolution of the joint: the gear orders in robot.toml, else integers",
             ParameterRole.NONLINEAR, discrete=True, distinct_by=DISTINCT,
         ),
     )  # fmt: skip
     needs = ("friction runs: angles, and travel over one wave at least",)
     looks_like = ("friction-load",)
-    fingerprint = "torque over angle shows the same waves in every pass, at every speed and in both directions"
-    how_to_check = "Move slowly over a long travel both ways and plot torque over angle: the waves stay where they are."
+    fingerprint = (
+        "torque over angle shows the same periodic pattern in every pass, at every speed and in both directions"
+    )
+    how_to_check = (
+        "Move slowly over a long travel in both directions and plot torque over angle: the pattern stays "
+        "at the same angles."
+    )
 
     def lacking_motion(self, chain: Chain, motion: DriveMotion) -> str | None:
         """Travel that holds a wave."""
         orders = [order for of_joint in chain.gear_orders for order in of_joint]
         finest = max([*orders, MOST_INTEGERS])
         if not np.isfinite(motion.angle).any() or finest * _travel(motion) < 2.0 * np.pi:
-            return "angles of the joint over more travel: not even one wave fits into it"
+            return "angles of the joint over more travel: the travel is shorter than one wave"
         return None
 
     def motion_columns(self, place: Place, chain: Chain, motion: DriveMotion, shape: Values) -> dict[str, Floats]:

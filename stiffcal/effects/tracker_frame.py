@@ -10,40 +10,40 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.effect import DocumentedEffect, Kind, Observed, ParameterSpec, Place, Values
 
-_SOURCE = "half a degree: a frame set up from three touched points, or a tracker whose stand was moved"
+_SOURCE = "half a degree: a frame defined by three probed points, or a tracker whose stand was moved"
 
 
 class TrackerFrame(DocumentedEffect):
-    """The tracker's frame is turned against the robot's base, so that every measured displacement is turned.
+    """The tracker frame is rotated relative to the robot base, so every measured displacement is rotated.
 
-    Law: D_seen = exp(r) D, r = (rx, ry, rz) a rotation vector in base axes, for the translations and for the rotation
-    vectors alike. A shift of the tracker's frame does not matter: displacements are differences.
+    Law: D_measured = exp(r) D, r = (rx, ry, rz) a rotation vector in base axes, for the translations and for the
+    rotation vectors alike. A shift of the tracker's frame does not matter: displacements are differences.
 
     Assumes that the tracker stands still during the campaign.
 
-    Limits: what a turn does is as large as the deflection times the angle; a degree shows as 2 % of it. The unloaded
-    poses show the same turn as an error of absolute position, which is better evidence where the robot is accurate.
+    Limits: the effect of a rotation is the deflection times the angle; one degree is 2 % of it. The unloaded poses show
+    the same rotation as an error of absolute position, which is better evidence where the robot is accurate.
     """
 
     name = "tracker-frame"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the tracker is turned against the robot base"
+    summary = "rotation error between tracker and robot base"
     parameters = tuple(
-        ParameterSpec(f"r{axis}", "rad", f"turn about the base's {axis} axis", -0.5, 0.5, 0.01, _SOURCE)
+        ParameterSpec(f"r{axis}", "rad", f"rotation about the base {axis} axis", -0.5, 0.5, 0.01, _SOURCE)
         for axis in "xyz"
     )
     looks_like = ("wrench-frame", "base-compliance", "axis-coupling")
-    fingerprint = "the residual is at right angles to the deflection and in proportion to it, in every pose"
+    fingerprint = "the residual is perpendicular and proportional to the deflection, in every pose"
     how_to_check = (
-        "Compare kinematics with the tracker in the unloaded poses: the same turn shows there. Or register the frame "
-        "anew from many poses (estimate = true)."
+        "Compare kinematics and tracker in the unloaded poses: the same rotation appears there. Or repeat the "
+        "registration from many poses (estimate = true)."
     )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """A place shows where the tracker stands; only displacements can be turned and not shifted."""
         if states.absolute.any():
-            return "displacements under load alone: from absolute places the tracker's frame is found by the fit"
+            return "displacements under load alone: in absolute runs the frame of the tracker is estimated by the fit"
         return None
 
     def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:

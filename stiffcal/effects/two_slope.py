@@ -29,36 +29,44 @@ _SOURCE = (
 
 
 class TwoSlope(DocumentedEffect):
-    """A drive is softer inside a wind-up torque, where few teeth or rollers carry, than outside.
+    """A drive is softer below a wind-up torque, where few teeth or rollers carry the load, than above.
 
     Law: δ_Rz = c clip(τ, −knee, +knee), added to joint-compliance: the compliance is larger by c below the knee and
-    unchanged above it. Makers of strain-wave gears state it so, as stiffness K1 up to a torque T1 and K2 above.
+    unchanged above it. Manufacturers of strain-wave gears state it in this form, as stiffness K1 up to a torque T1 and
+    K2 above.
 
     Assumes that the knee is sharp, the same in both directions, and without memory; τ is the whole torque.
 
-    Limits: where weight keeps the joint beyond its knee in every pose and at every load, nothing shows. A knee far
-    inside the smallest load looks like backlash.
+    Limits: where weight keeps the joint above its knee in every pose and at every load, it is not identifiable. A knee
+    far below the smallest load cannot be distinguished from backlash.
     """
 
     name = "two-slope"
     kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
-    summary = "softer inside a wind-up torque than outside"
+    summary = "lower stiffness below a wind-up torque than above"
     parameters = (
-        ParameterSpec("c", "rad/(N·m)", "extra compliance inside the knee", 0.0, 1e-3, 6e-6, _SOURCE, compliance=False),
         ParameterSpec(
-            "knee", "N·m", "torque up to which the drive winds up", 1e-2, 1e5, 30.0, _SOURCE, ParameterRole.NONLINEAR
+            "c",
+            "rad/(N·m)",
+            "additional compliance below the wind-up torque",
+            0.0,
+            1e-3,
+            6e-6,
+            _SOURCE,
+            compliance=False,
         ),
+        ParameterSpec("knee", "N·m", "wind-up torque", 1e-2, 1e5, 30.0, _SOURCE, ParameterRole.NONLINEAR),
     )
     needs = ("loads of several sizes",)
     looks_like = ("cubic-stiffness", "backlash", "friction-hysteresis")
     in_limit = ("backlash",)  # with a knee far below the torques met
     fingerprint = (
-        "the slope of deflection over torque is steeper around zero torque and breaks at the same torque on either side"
+        "the slope of deflection over torque is larger around zero torque and changes at the same torque on both sides"
     )
     how_to_check = (
-        "Load the joint alone in small steps through zero torque and look for the torque where the slope breaks."
+        "Load only this joint in small steps through zero torque and find the torque at which the slope changes."
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

@@ -17,7 +17,7 @@ _POWERS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.6, 1.8, 2.0)
 
 
 class ViscousPower(MotionEffect):
-    """Friction grows with a power of the speed: ever more slowly as a lubricant shears, ever faster where it churns.
+    """Friction grows with a power of the speed: below one for shearing grease, above one for churning oil.
 
     Law: τ_f += factor |ω|^power sign(ω), with power from 0.1 to 0.8 or from 1.2 to 2; ω and τ_f at the joint's side of
     the gear. It comes on top of joint-friction: where friction follows the power alone, [viscous] there becomes zero.
@@ -27,15 +27,15 @@ class ViscousPower(MotionEffect):
     Assumes constant temperature: fast motion warms the lubricant, which bends the curve as well.
 
     Limits: near 0 it is Coulomb friction and near 1 viscous friction, therefore the gaps. Speeds over a decade are
-    needed to distinguish it from friction that rises at crawling speed (stribeck).
+    needed to distinguish it from friction that rises at very low speed (stribeck).
     """
 
     name = "viscous-power"
-    summary = "friction grows with a power of the speed other than one"
+    summary = "friction increases with a power of the speed other than one"
     parameters = (
         ParameterSpec(
             "factor", "N·m·(s/rad)^power", "friction at 1 rad/s", 0.0, 1e6, 50.0,
-            "viscous friction of 100 N·m·s/rad of a large joint, half of it on a curve",
+            "viscous friction of 100 N·m·s/rad of a large joint, half of it nonlinear",
         ),
         ParameterSpec(
             "power", "1", "power of the speed", BELOW_ONE[0], ABOVE_ONE[1], 0.6,
@@ -46,9 +46,9 @@ class ViscousPower(MotionEffect):
     needs = ("friction runs: both directions at four speeds or more",)
     looks_like = ("stribeck", "friction-temperature", "joint-friction")
     least_speeds = LEAST_SPEEDS
-    fingerprint = "torque over speed is curved up to the fastest speed, in both directions alike"
+    fingerprint = "torque over speed is curved up to the highest speed, in both directions"
     how_to_check = (
-        "Add faster and slower speeds: on logarithmic axes, friction less Coulomb friction has a slope other than 1."
+        "Add higher and lower speeds: on logarithmic axes, friction minus Coulomb friction has a slope other than 1."
     )
 
     def torque_columns(self, velocity: Floats, shape: Values) -> dict[str, Floats]:

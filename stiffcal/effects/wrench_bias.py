@@ -11,7 +11,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
 
 _SYMBOLS = ("fx", "fy", "fz", "mx", "my", "mz")
-_BIAS = "a per cent of a sensor's range of 10² N and 10 N·m: drift since the last taring"
+_BIAS = "one per cent of a sensor range of 10² N and 10 N·m: drift since the last taring"
 # Joints that turn by this much within a run bring the sensor into another orientation.
 _TURNED = np.radians(5.0)
 # A net mass that is exactly zero has no centre: one this small carries the moment and no weight worth the name.
@@ -25,7 +25,7 @@ def _bias(symbol: str) -> ParameterSpec:
 
 
 class WrenchBias(DocumentedEffect):
-    """The force sensor's zero, or the weight of the tool behind it, was not taken out of the readings.
+    """The zero offset of the force sensor, or the weight of the tool beyond it, is still in the readings.
 
     Law: w = w_read − (fx, fy, fz, mx, my, mz) − w_tool, with w_read the reading; the bias is constant in sensor axes,
     w_tool is the weight of `mass` along gravity through the sensor's origin.
@@ -41,19 +41,20 @@ class WrenchBias(DocumentedEffect):
     name = "wrench-bias"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the force sensor's zero or the tool's weight was not taken out, where it is identifiable"
+    summary = "uncompensated zero offset of the force sensor or weight of the tool"
     parameters = (
         *(_bias(symbol) for symbol in _SYMBOLS),
         ParameterSpec(
-            "mass", "kg", "mass whose weight is read and should not be", -500.0, 500.0, 5.0,
+            "mass", "kg", "mass whose weight is included in the reading", -500.0, 500.0, 5.0,
             "tools of robots for machining: a spindle or gripper of some kilograms", ParameterRole.SETUP,
         ),
     )  # fmt: skip
     needs = ("several orientations of the sensor within a run, or deflections without a free reference",)
     looks_like = ("target-offset", "wrench-frame", "backlash")
-    fingerprint = "the deflection is as if a constant force acted, turning with the sensor (bias) or not (weight)"
+    fingerprint = "the deflection is that of a constant force, fixed to the sensor (bias) or vertical (weight)"
     how_to_check = (
-        "Read the unloaded sensor in three orientations of the flange: what turns with it is bias, the rest is weight."
+        "Read the unloaded sensor in three orientations of the flange: the part fixed to the sensor is bias, the "
+        "rest is weight."
     )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
@@ -63,7 +64,9 @@ class WrenchBias(DocumentedEffect):
         for members in members_of(states.run):
             if float(np.ptp(states.joints[members], axis=0).max()) > _TURNED:
                 return None
-        return "several orientations in a run: the joints stand still, so that a bias goes into each run's reference"
+        return (
+            "several orientations in a run: the joints do not move, so a bias is included in the reference of each run"
+        )
 
     def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
         """Take bias and weight out of the reading; the weight-only state has no reading."""

@@ -13,31 +13,31 @@ _SOURCE = "half a degree: a sensor bolted on without a dowel"
 
 
 class WrenchFrame(DocumentedEffect):
-    """The force sensor's axes are turned against what the manifest states, so that every wrench is taken as turned.
+    """The axes of the force sensor are rotated relative to the manifest, so every wrench is rotated.
 
     Law: R_true = R exp(r), with R the sensor's axes of the manifest and r = (rx, ry, rz) a rotation vector in sensor
-    axes; forces and moments turn together, the sensor's origin stays.
+    axes; forces and moments rotate together, the origin of the sensor is unchanged.
 
     Assumes that the sensor does not shift on its seat during the campaign.
 
-    Limits: a turn about the direction of the load does nothing: three directions of load are needed. Its effect is as
-    large as the deflection times the angle, of the other components of compliance.
+    Limits: a rotation about the direction of the load has no effect: three directions of load are needed. Its effect is
+    as large as the deflection times the angle, of the other components of compliance.
     """
 
     name = "wrench-frame"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the force sensor is turned against the flange"
+    summary = "rotation error between force sensor and flange"
     parameters = tuple(
         ParameterSpec(
-            f"r{axis}", "rad", f"turn about the sensor's {axis} axis", -0.5, 0.5, 0.01, _SOURCE, ParameterRole.SETUP
+            f"r{axis}", "rad", f"rotation about the sensor {axis} axis", -0.5, 0.5, 0.01, _SOURCE, ParameterRole.SETUP
         )
         for axis in "xyz"
     )
     looks_like = ("tracker-frame", "load-point-offset", "axis-coupling")
     needs = ("loads in several directions",)
-    fingerprint = "the residual is what a small force at right angles to the load would do, in proportion to the load"
-    how_to_check = "Hang a known mass on the tool in several poses: the force read must always point along gravity."
+    fingerprint = "the residual is that of a small force perpendicular to the load, in proportion to the load"
+    how_to_check = "Hang a known mass on the tool in several poses: the measured force must always point along gravity."
 
     def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
         """Turn the axes in which the wrench is read."""

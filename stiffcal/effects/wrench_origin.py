@@ -10,31 +10,33 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
 
-_SOURCE = "the data sheet's origin at the sensor's face, the calibration's at its middle: ten to thirty millimetres"
+_SOURCE = (
+    "origin at the face of the sensor in the data sheet, at its middle in the calibration: ten to thirty millimetres"
+)
 
 
 class WrenchOrigin(DocumentedEffect):
-    """The point to which the force sensor's moments refer is not where the manifest states.
+    """The reference point of the moments of the force sensor differs from the manifest.
 
     Law: p_true = p + d and M = M_read + d × F, with p the manifest's origin, M the moment about it, and d = (x, y, z)
     in sensor axes.
 
-    Assumes that the sensor sits on its seat without play, and that its axes are those of the manifest.
+    Assumes that the sensor is mounted without play, and that its axes are those of the manifest.
 
-    Limits: an offset along the force does nothing; three directions of load are needed. A joint at a lever of a metre
-    gets a moment that is wrong by a per cent for ten millimetres, the wrist with its short levers by ten: of joints
-    that the load turns through short levers the stiffness is wrong first.
+    Limits: an offset along the force has no effect; three directions of load are needed. A joint at a lever of a metre
+    gets a moment that is wrong by a per cent for ten millimetres, the wrist with its short levers by ten: the stiffness
+    of joints with short lever arms is affected first.
     """
 
     name = "wrench-origin"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the force sensor's origin is not where the manifest puts it"
+    summary = "position of the force sensor origin differs from the manifest"
     parameters = tuple(
         ParameterSpec(
             axis,
             "m",
-            f"true minus manifest along the sensor's {axis} axis",
+            f"true minus manifest position along the sensor's {axis} axis",
             -0.5,
             0.5,
             1e-2,
@@ -45,10 +47,10 @@ class WrenchOrigin(DocumentedEffect):
     )
     needs = ("forces with moments, in several directions",)
     looks_like = ("wrench-scale", "wrench-frame", "target-offset", "tool-compliance")
-    fingerprint = "the wrist turns by more or less than the moments read say, in proportion to the force"
+    fingerprint = "the rotation of the wrist differs from that of the measured moments, in proportion to the force"
     how_to_check = (
-        "Hang a known mass on a hook of known place and compare the moment read with lever times weight, in two "
-        "orientations of the flange; or look up in the sensor's data sheet where its origin lies."
+        "Hang a known mass on a hook at a known position and compare the measured moment with lever arm times "
+        "weight, in two orientations of the flange; or look up the origin in the data sheet of the sensor."
     )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:

@@ -14,40 +14,41 @@ _SOURCE = "sensors are calibrated to 1 or 2 % of full scale, forces and moments 
 
 
 class WrenchScale(DocumentedEffect):
-    """The force sensor reads too much or too little; 1 is right.
+    """The gain of the force sensor is wrong; 1 is correct.
 
     Law: F_read = g F and M_read = g g_M M, with F and M the true force and moment, g [force] and g_M [moment], the
     gain of the moments against that of the forces.
 
-    Assumes gains that are alike for all three forces, for all three moments, and for the whole campaign.
+    Assumes the same gain for all three forces, the same for all three moments, and for the whole campaign.
 
     Limits: [force] alone is exactly redundant with all compliances: a sensor that reads 2 % too much makes every
-    compliance 2 % too small and fits as well. It is known only where a known weight or torque acts in a law that is
-    not straight (links' masses known, and play, friction or curved stiffness in the model), and held at 1 or at the
-    model file's value elsewhere; so every stiffness is known no better than the force sensor's gain. [moment] needs
-    moments that are no force times one lever: loads in several directions.
+    compliance 2 % too small and fits as well. It is known only where a known weight or torque acts in a law that is not
+    straight (links' masses known, and play, friction or curved stiffness in the model), and held at 1 or at the model
+    file's value elsewhere; so the relative uncertainty of every stiffness is at least that of the gain of the force
+    sensor. [moment] needs moments that are no force times one lever: loads in several directions.
     """
 
     name = "wrench-scale"
     kind = Kind.OBSERVATION
     place_kind = "setup"
-    summary = "the force sensor's gain is wrong: that of the moments against the forces, or of both"
+    summary = "gain error of the force sensor: of the moments relative to the forces, or of both"
     parameters = (
         ParameterSpec(
-            "moment", "1", "moments read over true, against forces read over true", 0.5, 2.0, 1.02, _SOURCE,
+            "moment", "1", "gain of the moments (measured over true) relative to that of the "
+        "forces", 0.5, 2.0, 1.02, _SOURCE,
             ParameterRole.SETUP, neutral=1.0,
         ),
         ParameterSpec(
-            "force", "1", "forces and moments read over true", 0.5, 2.0, 1.02, _SOURCE,
+            "force", "1", "gain of forces and moments (measured over true)", 0.5, 2.0, 1.02, _SOURCE,
             ParameterRole.SETUP, neutral=1.0, scales_load=True,
         ),
     )  # fmt: skip
     needs = ("forces with moments, in several directions",)
     looks_like = ("wrench-origin", "wrench-frame", "tool-compliance")
-    fingerprint = "what turns with the moments is too large or too small by one factor, what turns with the forces not"
+    fingerprint = "deflections caused by moments are wrong by one factor, those caused by forces are not"
     how_to_check = (
-        "Hang a known mass on a hook of known place: the force read over its weight is the gain of the forces, the "
-        "moment read over lever times weight that of both."
+        "Hang a known mass on a hook at a known position: measured force over weight is the gain of the forces, "
+        "measured moment over lever arm times weight that of the moments."
     )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:

@@ -31,8 +31,8 @@ from stiffcal.reduction.motion import gauge_directions
 
 WORDS: dict[Way, str] = {
     "links-rigid": "tool alone, links taken as rigid",
-    "tool-alone": "tool alone, all at once",
-    "links-taken-out": "links' part taken out by the rods",
+    "tool-alone": "tool alone, all parameters",
+    "links-taken-out": "link deflection subtracted with the rods",
     "with-rods": "tool and rods together",
 }
 

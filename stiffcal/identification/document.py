@@ -158,11 +158,11 @@ def fit_warnings(fit: Fit) -> list[str]:
     """Return the warnings on the numbers, as sentences."""
     texts = []
     if not fit.robot.chain.masses_known:
-        texts.append("link masses are not known: the sag under weight is left out")
+        texts.append("link masses are unknown: the sag under weight is not modelled")
     if fit.last_step is not None:
         texts.append(
-            f"the fit did not settle in {fit.iterations} steps: the last one still moved the parameters by "
-            f"{fit.last_step:.2g} standard uncertainties; do not rely on them before the model holds fewer effects"
+            f"the fit did not converge in {fit.iterations} steps: the last one still changed the parameters by "
+            f"{fit.last_step:.2g} standard uncertainties; do not use them before effects are removed from the model"
         )
     geometry = fit.geometry
     if geometry is not None and geometry.contradicted(fit.robot.chain.masses_known):
@@ -170,17 +170,17 @@ def fit_warnings(fit: Fit) -> list[str]:
     if fit.noise is None:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if fit.scaled:
-        texts.append("standard uncertainties are scaled by the reduced chi-square of the fit")
+        texts.append("standard uncertainties are scaled by the reduced χ² of the fit")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
         stated = fit.noise is not None and fit.noise.source == "manifest"
         texts.append(
-            f"residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise: something is missing in the model"
-            f"{' or the noise is larger than stated' if stated else ''}, "
-            "and the stated uncertainties cover the instruments only"
+            f"residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise: an effect is missing in the "
+            f"model{' or the noise is larger than stated' if stated else ''}, and the stated uncertainties cover the "
+            "instruments only"
         )
     in_noise = _jointly_unidentifiable(fit)
     texts += [
-        f"{effect} at {', '.join(places)}: within the noise, less than three standard uncertainties from zero"
+        f"{effect} at {', '.join(places)}: not significant, less than three standard uncertainties from zero"
         for effect, places in in_noise.items()
     ]
     for parameter in fit.parameters:
@@ -197,9 +197,9 @@ def fit_warnings(fit: Fit) -> list[str]:
 def wrong_geometry_in_words(misfit: float) -> str:
     """Return the warning where absolute places contradict the robot file."""
     return (
-        f"absolute places miss by {misfit:.2g} times what the tolerance of lengths and angles makes, a rigid motion of "
-        "the tracker and a shift of the target taken out: robot.toml or the joints' zeros are probably wrong, and "
-        "stiffnesses and effects that seem missing may be its consequence"
+        f"absolute positions differ by {misfit:.2g} times the tolerance of lengths and angles, after fitting the "
+        "tracker frame and the target: robot.toml or the joint zeros are probably wrong, and this may affect "
+        "stiffnesses and missing effects"
     )
 
 

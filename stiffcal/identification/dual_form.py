@@ -127,19 +127,22 @@ def _task(fit: Fit) -> _Task:
     other_effects = sorted({placed_effect.effect.name for placed_effect in robot.placed} - {NEEDS})
     if other_effects:
         reason = (
-            "the dual-quaternion form (Li et al. 2019) knows joint springs alone, and the model holds "
+            "the dual-quaternion form (Li et al. 2019) supports joint springs only, and the model contains "
             f"{', '.join(other_effects)}"
         )
         raise InputError.at(
-            FaultCode.MODEL_UNSUITABLE, "model.toml", "effects", reason, "take the others out to see this form"
+            FaultCode.MODEL_UNSUITABLE, "model.toml", "effects", reason, "remove the other effects to use this form"
         )
     if not robot.deformed:
-        reason = 'the dual-quaternion form balances the deformed robot, and the model has balance = "first-order"'
+        reason = (
+            "the dual-quaternion form uses the equilibrium of the deformed robot, and the model has balance = "
+            '"first-order"'
+        )
         raise InputError.at(FaultCode.MODEL_UNSUITABLE, "model.toml", "balance", reason, 'write balance = "deformed"')
     if len(data.rows_of(TRANSLATION, ROTATION)) < len(data.measured) or not len(data.measured):
-        reason = "the dual-quaternion form takes poses, and other displacements are measured too"
+        reason = "the dual-quaternion form needs poses, and other displacements are measured too"
         raise InputError.at(
-            FaultCode.MODEL_UNSUITABLE, "campaign.toml", "sources", reason, "take gauges and rods out to see this form"
+            FaultCode.MODEL_UNSUITABLE, "campaign.toml", "sources", reason, "remove gauges and rods to use this form"
         )
     start = np.zeros(robot.chain.n_joints)
     joints = []
@@ -189,13 +192,13 @@ def _iterate_to_rounding(rows: Callable[[_Task, Floats], tuple[Floats, Floats]],
             return np.asarray(value, dtype=np.float64)
         change = float(np.max(np.abs(step) / np.abs(value), initial=0.0))
         settled = change < SETTLED
-    reason = f"the form does not settle: a step of {change:.2g} of the compliances is left after {MAX_STEPS}"
+    reason = f"the iteration does not converge: a step of {change:.2g} of the compliances remains after {MAX_STEPS}"
     raise InputError.at(
         FaultCode.NO_CONVERGENCE,
         "model.toml",
         "effects",
         reason,
-        "leave out joints whose compliance is not identifiable",
+        "remove joints whose compliance is not identifiable",
     )
 
 

@@ -23,17 +23,18 @@ SAME_REGRESSOR = 1e-3
 TAKES_PART = 0.1
 
 SAME_MOTION = (
-    "other frames and links make the same motion in every pose: it stays at 0 by convention, their values contain it"
+    "other frames and links produce the same motion in every pose: it is set to 0 by convention and included in "
+    "their values"
 )
 UNDRIVEN = "its joint was not driven while the flange was clamped"
-NO_BETTER = "from these poses it is known no better than from the assembly"
+NO_BETTER = "these poses determine it no better than the assembly tolerance"
 REDUNDANT = (
-    "alone it is exactly redundant with all compliances; only a known weight or torque in a law that is not straight "
-    "determines it"
+    "it is exactly redundant with a common factor of all compliances; only a known weight or torque in a nonlinear "
+    "law determines it"
 )
 COMMON_SCALE = (
-    "nothing but weight acts: one common scale of moments and compliances is unknown, compliance times moment is "
-    "known; a known payload in part of the poses, a measured wrench or the motors' torques (torque_gain_sigma) fix it"
+    "only weight acts: a common scale of moments and compliances is unknown, only compliance times moment is known; "
+    "a known payload in part of the poses, a measured wrench or the motor torques (torque_gain_sigma) determine it"
 )
 
 
@@ -108,9 +109,7 @@ def check_identifiability(
     # One standard uncertainty, all else known, is 1 / length.
     for i in np.flatnonzero((length * upper < 1.0) | in_noise | is_redundant | before.same_motion | before.undriven):
         identifiable[i], left_out[i] = False, True
-        reason = (
-            "what seems to turn it is the force sensor's noise" if in_noise[i] else "no load in these data turns it"
-        )
+        reason = "only the noise of the force sensor acts on it" if in_noise[i] else "no load in these data acts on it"
         reason = UNDRIVEN if before.undriven[i] else reason
         reason = REDUNDANT if is_redundant[i] else SAME_MOTION if before.same_motion[i] else reason
         ambiguities.append(Ambiguity((names[i],), "", reason))
@@ -227,7 +226,7 @@ def _no_better_than(factor: Floats, left_out: Booleans, tolerance: Floats) -> li
 def _name_ambiguity(blind: Floats, length: Floats, names: list[str]) -> Ambiguity:
     """Say which combination is known, orthogonal to the blind direction."""
     if len(names) == 1:
-        return Ambiguity((names[0],), "", "no load in these data turns it")
+        return Ambiguity((names[0],), "", "no load in these data acts on it")
     # In scaled parameters y = length × x the data determine what is across ``blind``; for two, one combination.
     if len(names) == 2:
         across = np.array([-blind[1], blind[0]]) * length

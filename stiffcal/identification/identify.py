@@ -1,6 +1,6 @@
-"""From load states to a fit: Gauss–Newton on the balanced robot, weights from the noise.
+"""From load states to a fit: Gauss–Newton on the fit in equilibrium, weights from the noise.
 
-The steps: a first-order pass on the rigid chain gives a start; with it the wrench's noise is carried through the model
+The steps: a first-order fit on the rigid chain gives a start; with it the wrench's noise is carried through the model
 and repeats give the noise; then Gauss–Newton steps on the finite balance, until a step is small against the standard
 uncertainties. Parameters that the data cannot distinguish are left out of the last steps and named.
 """
@@ -192,7 +192,7 @@ def fit_observations(
         same_motion=redundant_geometry(robot, first.data, settings.fixed),
         common_scale=common_scale(robot, first.data, settings.fixed),
     )
-    progress("first-order pass", 0.1)
+    progress("first-order fit", 0.1)
     # of thinned sweeps only what begins the fit is wanted, not where their own wrenches are corrected to
     near = first is not problem and first.data.clamped is not None
     settled = _gauss_newton(first, _initial_estimate(first, robot, settings), settings, None, progress, near)
@@ -221,7 +221,7 @@ def _gauss_newton(
     small = ROUGH_STEP if rough else SMALL_STEP
     weights, lowered, moved = stated, None, 0.0
     while True:
-        progress("balanced robot", min(0.9, 0.3 + 0.2 * iterations))
+        progress("fit in equilibrium", min(0.9, 0.3 + 0.2 * iterations))
         renew = iterations <= REWEIGHTED_STEPS or moved > SMALL_CORRECTION
         if stated is not None and not robust:
             # The first step's weights stay: the start is good to a hundredth already.

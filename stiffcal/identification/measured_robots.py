@@ -153,9 +153,9 @@ def _sentence(unusual: UnusualStiffness, names: Sequence[str], reach: float) -> 
     ratios = [max(factor, 1.0 / factor) for factor in unusual.factors.values()]
     side = "above" if next(iter(unusual.factors.values())) > 1.0 else "below"
     joints = ", ".join(names[joint - 1] for joint in unusual.factors)
-    units = f" (what fits: {' or '.join(unusual.units)})" if unusual.units else ""
+    units = f" (possible: {' or '.join(unusual.units)})" if unusual.units else ""
     return (
-        f"the stiffness of {joints} is {min(ratios):.2g} to {max(ratios):.2g} times {side} what has been measured on "
-        f"robots of such a reach ({reach:.2g} m): look at the units of force and displacement of the whole "
-        f"campaign{units}; lbf cannot be checked so: hang on known masses and log them as dead_weight next to the force"
+        f"the stiffness of {joints} is {min(ratios):.2g} to {max(ratios):.2g} times {side} values measured on robots "
+        f"of this reach ({reach:.2g} m): check the units of force and displacement of the whole campaign{units}; lbf "
+        "cannot be detected in this way: use known masses and log them as dead_weight together with the force"
     )

@@ -89,7 +89,7 @@ def _most_likely_variances(basis: Floats, differences: Floats, start: Floats, si
             return variance
     raise InputError.at(
         FaultCode.NO_CONVERGENCE,
-        "campaign.toml", "sources", f"what makes up the scatter of repeats does not settle in {MOST_STEPS} steps",
+        "campaign.toml", "sources", f"the variance components of the repeats do not converge in {MOST_STEPS} steps",
         "state sigma of the instruments",
     )  # fmt: skip
 

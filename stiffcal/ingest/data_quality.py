@@ -61,7 +61,7 @@ class DataQuality:
 
     def stuck_channel_faults(self) -> list[Fault]:
         """Return a fault for every channel that does not change: the cause where load and motion contradict."""
-        mend = "check the sensor, or leave the channel out"
+        mend = "check the sensor, or exclude the channel"
         return [
             Fault(FaultCode.READING_IMPLAUSIBLE, remark.file, "", remark.text, mend)
             for watch in self.logs.values()
@@ -153,7 +153,7 @@ def rows_without_place(states: LoadStates) -> list[str]:
         return []
     rows = ", ".join(str(int(row)) for row in states.row[missing[:MOST_ROWS_NAMED]])
     more = f" and {missing.size - MOST_ROWS_NAMED} more" if missing.size > MOST_ROWS_NAMED else ""
-    return [f"no target was measured in row {rows}{more} of absolute runs: left out"]
+    return [f"no target was measured in row {rows}{more} of absolute runs: not used"]
 
 
 def loaded_references(states: LoadStates) -> list[str]:
@@ -167,6 +167,6 @@ def loaded_references(states: LoadStates) -> list[str]:
         if size[k] > UNLOADED_SHARE * largest > 0.0 and own.size > 1:
             name = states.runs[int(states.run[k])].name
             remarks.append(
-                f"run {name}: its reference, state {states.row[k]}, carries {size[k]:.0f} N of {largest:.0f} N"
+                f"run {name}: its reference, state {states.row[k]}, has a load of {size[k]:.0f} N of {largest:.0f} N"
             )
     return remarks

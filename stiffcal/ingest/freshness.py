@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.store import Provenance, Snapshot, Store
 
-OTHERWISE = "this version of stiffcal computes differently from the one that wrote the store"
-NOT_YOURS = "the store was not written by you: computed again"
+OTHERWISE = "the store was written by another version of stiffcal, with other results"
+NOT_YOURS = "the store was not written by you: recomputed"
 
 
 @dataclass(frozen=True)

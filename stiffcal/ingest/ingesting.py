@@ -59,7 +59,7 @@ def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progre
                 names,
                 "",
                 "the rows changed while they were read",
-                "wait until nothing writes them",
+                "wait until nobody writes them",
             )
         provenance = Provenance.now("ingest", (*hashes.result(), *outside), document_of(settings))
         writing.write_document(PROVENANCE, document_of(provenance))

@@ -37,8 +37,8 @@ def logged_runs(campaign: Campaign) -> list[tuple[Run, list[str]]]:
         if unknown:
             raise InputError.at(
                 FaultCode.RUN_UNKNOWN,
-                "campaign.toml", "[[runs]]", f"the log of {source} holds run {unknown[0]!r}, which is not listed",
-                "add it to [[runs]], or leave [[runs]] out where a column names the runs",
+                "campaign.toml", "[[runs]]", f"the log of {source} contains run {unknown[0]!r}, which is not listed",
+                "add it to [[runs]], or omit [[runs]] if there is a run column",
             )  # fmt: skip
     return [
         (
@@ -91,8 +91,8 @@ def _names_in(campaign: Campaign, name: str) -> list[str]:
     if file is None:
         raise InputError.at(
             FaultCode.KEY_MISSING,
-            "campaign.toml", f"[sources.{name}.files]", f'no file is named for the run column "{column}"',
-            'add run = "raw/….csv", the file that holds it',
+            "campaign.toml", f"[sources.{name}.files]", f'no file is given for the run column "{column}"',
+            'add run = "raw/….csv", the file that contains it',
         )  # fmt: skip
     if not is_there(campaign.folder, source, file):
         return []

@@ -50,7 +50,7 @@ MAKERS: tuple[tuple[str, str, str], ...] = (
 FRAMES: dict[str, tuple[ProposedLine, ...]] = {
     FORCE_SENSOR: (
         *(ProposedLine(f"[frames.{FORCE_SENSOR}]"), ProposedLine('parent = "flange"')),
-        ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "where the sensor measures, and its rotation"),
+        ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "position and rotation of the sensor"),
     ),
     TRACKER: (
         *(ProposedLine(f"[frames.{TRACKER}]"), ProposedLine('parent = "base"')),
@@ -58,7 +58,7 @@ FRAMES: dict[str, tuple[ProposedLine, ...]] = {
     ),
     TOOL: (
         *(ProposedLine(f"[frames.{TOOL}]"), ProposedLine('parent = "flange"')),
-        ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "where the target sits"),
+        ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "position of the target"),
     ),
 }
 # The frames of a campaign that are taken where a signal needs one, by preference.
@@ -73,7 +73,7 @@ _PERIOD = re.compile(r"(?:sample ?time|abtastzeit|cycle ?time)\s{0,9}\[?\s{0,9}(
 _LARGEST_FORCE = 1e5
 _COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORECASE)
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
-_FROM_HEADER = "as its first lines state"
+_FROM_HEADER = "as stated in its first lines"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +117,7 @@ def _proposal(log: _SniffedLog, files: list[str], taken_names: set[str], frames:
     for file in files[:3]:
         lines.append(f'# in its run: files = {{ {name} = "{file}" }}')
     if len(files) > 3:
-        lines.append(f"# … and {len(files) - 3} more files like these")
+        lines.append(f"# … and {len(files) - 3} more files of this kind")
     needed = {frame for line in log.lines for frame in line.frames} - frames
     missing = [str(line) for frame, frame_lines in FRAMES.items() if frame in needed for line in frame_lines]
     return ProposedSource(files=files, device=log.device, lines=[f"[sources.{name}]", *lines, *missing])
@@ -179,13 +179,13 @@ def _sniff(folder: Path, file: str, frames: set[str]) -> _SniffedLog | None:
     if not signals:
         headers = ", ".join(column.header for column in table.columns[:12])
         mend = "export it with one header line, one time column and names like A1 … A6, Fx, X"
-        return _not_understood(device, name, f"no signal is recognised in its columns ({headers}): {mend}")
+        return _not_understood(device, name, f"no signal recognised in its columns ({headers}): {mend}")
     if not name:
         name = "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
     counts = _COUNTS.search(text)
     force = max((column.size for column in roles.force.columns), default=0.0) if roles.force is not None else 0.0
     if counts is not None and force > _LARGEST_FORCE:
-        doubt = f"up to {force:.3g}: counts, {counts[2]} to a unit? Log or write units, not counts"
+        doubt = f"up to {force:.3g}: counts, {counts[2]} per unit? Log or write units, not counts"
         signals.append(ProposedLine("", doubt))
     layout = [ProposedLine(line) for line in (f'format = "{kind}"', *layout_lines, 'sampling = "time"')]
     return _SniffedLog(device, name, (*layout, _time_line(table, text), *signals))
@@ -238,7 +238,7 @@ def _time_line(table: SniffedTable, text: str) -> ProposedLine:
         step = float(period[2].replace(",", ".")) * _SECONDS[period[1].lower()]
         if step > 0:
             return _rate_line(1.0 / step, _FROM_HEADER)
-    return _rate_line(1000.0, "no time column is recognised: write the logging rate")
+    return _rate_line(1000.0, "no time column recognised: write the logging rate")
 
 
 def _rate_line(hertz: float, doubt: str) -> ProposedLine:

@@ -92,10 +92,10 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
         gathered = no_states()
     if gathered is None:
         raise InputError.at(
-            FaultCode.KEY_MISSING, "campaign.toml", "[[runs]]", "no run names a file",
+            FaultCode.KEY_MISSING, "campaign.toml", "[[runs]]", "no run has a file",
             'add [[runs]] with files = { … }, or run = { column = "run" }',
         )  # fmt: skip
-    progress("making load states", None)
+    progress("reducing to load states", None)
     states, registration = placed_states(campaign, gathered)
     swept = {run.states.run[0] for run in runs if run.passes}
     states = replace(states, runs=tuple(replace(run, swept=run.name in swept) for run in states.runs))
@@ -291,7 +291,7 @@ def _read_log(
         return averager.blocks()
     except ValueError:
         raise InputError.at(
-            FaultCode.FILE_EMPTY, file, "", "no reading is left of this log", "check rows = … and exclude"
+            FaultCode.FILE_EMPTY, file, "", "no reading of this log remains", "check rows = … and exclude"
         ) from None
 
 
@@ -313,7 +313,7 @@ def _tabled_holds(campaign: Campaign, run: Run, first: str) -> Holds | None:
         k = int(bad[0])
         raise InputError.at(
             FaultCode.TIME_ORDER, run.states, f"data row {k + 1}",
-            f"the hold ends ({holds.end[k]:g} s) before it starts ({holds.start[k]:g} s)",
+            f"the dwell ends ({holds.end[k]:g} s) before it starts ({holds.start[k]:g} s)",
             f"give start and end in seconds of the clock of {first} ({source.format or 'its log'})",
         )  # fmt: skip
     return holds

@@ -74,7 +74,7 @@ class LinkCompliance:
     @property
     def not_identifiable(self) -> tuple[str, ...]:
         """In words, what is not known."""
-        return self.gaps if self.twist is None else (f"the link's twist: {self.twist.why}", *self.gaps)
+        return self.gaps if self.twist is None else (f"torsion of the link: {self.twist.why}", *self.gaps)
 
     @property
     def interval(self) -> Floats:

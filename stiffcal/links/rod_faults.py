@@ -206,8 +206,8 @@ def _unexplained_fault(rods: Rods, readings: RodReadings, before: float) -> RodF
     off = np.sqrt(np.mean(left_over(readings, readings.lengths) ** 2, axis=0)) * readings.used
     names = (rods.names[int(np.argmax(off))],)
     sentence = (
-        f"the rods contradict each other by {1e6 * before:.3g} µm rms, most of all {names[0]}, and no single fault "
-        "explains it: look at how each rod is fixed, and at [ids] start_m and end_m"
+        f"the rods contradict each other by {1e6 * before:.3g} µm rms, {names[0]} most, and no single fault explains "
+        "it: check the fixing of each rod, and [ids] start_m and end_m"
     )
     return RodFault("unexplained", names, float(off.max()), before, before, (), sentence)
 
@@ -220,18 +220,17 @@ def _sentence(
     best: RodFaultTrial, names: tuple[str, ...], before: float, after: float, alternatives: tuple[str, ...]
 ) -> str:
     rods = " and ".join(names)
-    rms = f"the rods then contradict each other by {1e6 * after:.3g} µm rms instead of {1e6 * before:.3g} µm"
+    rms = f"the contradiction of the rods decreases to {1e6 * after:.3g} µm rms from {1e6 * before:.3g} µm"
     sentences = {
-        "swapped-sign": f"{rods} reads with the wrong sign: {rms}; swap it in the log or exchange start_m and end_m",
-        "exchanged": f"{rods} are exchanged: {rms}; swap their columns or their places in [ids]",
+        "swapped-sign": f"{rods} has the wrong sign: {rms}; swap it in the log or exchange start_m and end_m",
+        "exchanged": f"{rods} are interchanged: {rms}; swap their columns or their places in [ids]",
         "drifting": f"{rods} drifts by {1e6 * best.size:.3g} µm rms within a run: {rms}; let the gauge warm up, or "
         "zero it more often",
         "warming": f"all rods grow with the logged temperature, {1e6 * best.size:.3g} µm per metre and kelvin: {rms}; "
         "write expansion_per_K of the link ([links] in robot.toml) and of each rod ([ids])",
-        "loose": f"{rods} does not follow the link ({1e6 * best.size:.3g} µm rms off): without it {rms}; look at how "
-        "it is fixed",
+        "loose": f"{rods} does not follow the link ({1e6 * best.size:.3g} µm rms): without it {rms}; check its fixing",
     }
     if len(names) > 2:
-        sentences["swapped-sign"] = f"all rods read with the wrong sign, or the load does: {rms}; look at acts_on"
+        sentences["swapped-sign"] = f"all rods have the wrong sign, or the load has: {rms}; check acts_on"
     text = sentences[str(best.kind)]
     return text + (f" (or: {', '.join(alternatives)})" if alternatives else "")

@@ -64,11 +64,12 @@ class Torsion:
             return self.cause
         if self.bounded_by == "load":
             return (
-                f"{self.cause}; under these loads a closed section with an aspect ratio up to 3:1, as "
-                f"stiff in bending as this one, twists by {1e3 * self.bound:.3g} mrad at most"
+                f"{self.cause}; under these loads a closed section with an aspect ratio up to 3:1 and the same "
+                f"bending stiffness twists by {1e3 * self.bound:.3g} mrad at most"
             )
         return (
-            f"{self.cause}; a twist above {1e3 * self.bound:.3g} mrad would have lengthened a rod by more than it read"
+            f"{self.cause}; a twist above {1e3 * self.bound:.3g} mrad would have extended a rod by more than its "
+            "reading"
         )
 
 
@@ -305,15 +306,15 @@ def shape_errors(
 
 def _torsion(rods: Rods, shape: BeamProperties, design: RodDesign, lengths: Floats, sigma: Floats) -> Torsion:
     if TORSION in design.carried:
-        return Torsion(True, None, "the rods see the link's twist")
+        return Torsion(True, None, "the rods measure the torsion of the link")
     bound = twist_bound(rods, shape, lengths, sigma)
     if TORSION in design.blind:
         cause = (
-            "no rod sees an even twist: all run along the fibre. A rod that runs obliquely would see it, or "
-            "warping_decay_m with the warping at the rods' ends"
+            "no rod measures a uniform twist: all are parallel to the fibre. An oblique rod would measure it, or "
+            "warping_decay_m with the warping at the ends of the rods"
         )
     else:
-        cause = f"{len(rods.names)} rods carry {', '.join(design.names)}, and not the twist"
+        cause = f"{len(rods.names)} rods carry {', '.join(design.names)}, but not the twist"
     return Torsion(False, bound, cause)
 
 

@@ -59,7 +59,7 @@ def check_elements(path: Path, display_name: str = "") -> None:
                 unpacked += len(content)
                 inner = _element(memoryview(content), 0, order)
                 if inner.kind != MATRIX:
-                    raise DamagedElementError("a packed variable is none")
+                    raise DamagedElementError("a packed variable contains no variable")
                 data = bytes(inner.data)
             _check_matrix(memoryview(data), order, 0)
 
@@ -105,12 +105,12 @@ def _element(data: memoryview, at: int, order: str) -> _Element:
 
 def _check_matrix(data: memoryview, order: str, depth: int) -> None:
     if depth > MOST_NESTED:
-        raise DamagedElementError("variables lie in one another too deeply")
+        raise DamagedElementError("variables are nested too deeply")
     if not len(data):  # an empty cell
         return
     flags = _element(data, 0, order)
     if flags.kind != 6 or len(flags.data) != 8:
-        raise DamagedElementError("a variable has no kind")
+        raise DamagedElementError("a variable has no type")
     (word,) = struct.unpack_from(order + "I", flags.data)
     kind, is_complex = word & 0xFF, bool(word & 0x800)
     if kind in (FUNCTION, OPAQUE):  # a form of MATLAB's own, refused by name later
@@ -131,7 +131,7 @@ def _check_matrix(data: memoryview, order: str, depth: int) -> None:
         for _ in range(count * fields):
             element = _element(data, at, order)
             if element.kind != MATRIX:
-                raise DamagedElementError("a cell or field is no variable")
+                raise DamagedElementError("a cell or field is not a variable")
             _check_matrix(element.data, order, depth + 1)
             at = element.end
         return
@@ -139,7 +139,7 @@ def _check_matrix(data: memoryview, order: str, depth: int) -> None:
         _check_sparse(data, at, order, dimensions)
         return
     if kind not in range(CHARACTERS, FUNCTION):
-        raise DamagedElementError(f"a variable of unknown kind {kind}")
+        raise DamagedElementError(f"a variable of unknown type {kind}")
     for _ in range(2 if is_complex else 1):
         element = _element(data, at, order)
         n_numbers = _numbers(element, tuple(SIZES))
@@ -155,16 +155,16 @@ def _check_sparse(data: memoryview, at: int, order: str, dimensions: list[int]) 
     values = _element(data, starts.end, order)
     n_numbers = _numbers(values, tuple(SIZES))
     if rows.kind != 5 or starts.kind != 5 or len(rows.data) % 4 or len(starts.data) != 4 * (dimensions[1] + 1):
-        raise DamagedElementError("a sparse matrix has no places")
+        raise DamagedElementError("a sparse matrix has no indices")
     row, start = np.frombuffer(rows.data, order + "i4"), np.frombuffer(starts.data, order + "i4")
     inside = start[0] == 0 and (np.diff(start) >= 0).all() and start[-1] <= min(row.size, n_numbers)
     if not inside or ((row < 0) | (row >= max(dimensions[0], 1))).any():
-        raise DamagedElementError("a sparse matrix has places outside itself")
+        raise DamagedElementError("a sparse matrix has indices out of range")
 
 
 def _numbers(element: _Element, kinds: tuple[int, ...]) -> int:
     if element.kind not in kinds or len(element.data) % SIZES[element.kind]:
-        raise DamagedElementError("a part is of a wrong kind")
+        raise DamagedElementError("a part has the wrong type")
     return len(element.data) // SIZES[element.kind]
 
 

@@ -49,14 +49,14 @@ _SHORT_TEXTS = {
     SetAsideCode.NONE: "",
     SetAsideCode.EXCLUDED: "excluded in the manifest",
     SetAsideCode.NOT_MEASURED: "the target was not measured",
-    SetAsideCode.BUMPED: "bumped: off from its neighbours and repeats",
-    SetAsideCode.HELD_BRIEFLY: "held too briefly to be read",
-    SetAsideCode.COMMANDS_NOT_LOGGED: "no log of what the controller corrected",
+    SetAsideCode.BUMPED: "outlier: differs from its neighbours and repeats",
+    SetAsideCode.HELD_BRIEFLY: "dwell too short",
+    SetAsideCode.COMMANDS_NOT_LOGGED: "correction of the controller not logged",
     SetAsideCode.RODS_NOT_READ: "no reading of the rods",
-    SetAsideCode.CUT_OFF: "torque or force at the end of its range",
+    SetAsideCode.CUT_OFF: "torque or force saturated",
     SetAsideCode.DRIVEN_ONE_WAY: "clamped joint driven one way only",
     SetAsideCode.ONE_DIRECTION: "moved in one direction only at this speed",
-    SetAsideCode.ANOTHER_STRETCH: "over another stretch of angle than the other passes",
+    SetAsideCode.ANOTHER_STRETCH: "different range of angle than the other passes",
 }
 
 OF_PASSES = (SetAsideCode.ONE_DIRECTION, SetAsideCode.ANOTHER_STRETCH)

@@ -134,7 +134,7 @@ def dual_rest(chain: Chain, compliance: Floats, angles: Floats, loads: Sequence[
         deflection = deflection + step
         if np.max(np.abs(step), initial=0.0) <= TOLERANCE * max(1.0, float(np.max(np.abs(angles), initial=0.0))):
             return np.asarray(angles + deflection)
-    raise ArithmeticError("no balance: the load is more than the springs hold")
+    raise ArithmeticError("no equilibrium: the load exceeds what the springs can carry")
 
 
 def _wrench_in_base(frames: Floats, load: PointLoad) -> Floats:

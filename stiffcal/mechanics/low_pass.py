@@ -33,7 +33,7 @@ class LowPass:
 
     def __init__(self, cutoff_hz: float, rate_hz: float, channels: int = 6) -> None:
         if not 0.0 < cutoff_hz < 0.5 * rate_hz:
-            raise ValueError(f"a cut-off of {cutoff_hz:g} Hz does not lie below half of {rate_hz:g} samples per second")
+            raise ValueError(f"a cut-off of {cutoff_hz:g} Hz is not below half of {rate_hz:g} samples per second")
         warped = np.tan(np.pi * cutoff_hz / rate_hz)
         scale = 1.0 + np.sqrt(2.0) * warped + warped * warped
         self.b = np.array([1.0, 2.0, 1.0]) * warped * warped / scale

@@ -51,7 +51,7 @@ def inner_outline(outline: Floats, wall: float) -> Floats:
     # Each corner moves to where the two moved edges meet.
     bend = 1.0 + np.sum(inward * normal_before, axis=1)
     if np.any(bend < 1e-6):
-        raise SectionError("the outline turns back on itself")
+        raise SectionError("the outline folds back on itself")
     offset_points = points + wall * (inward + normal_before) / bend[:, None]
     along_edges = np.sum((np.roll(offset_points, -1, axis=0) - offset_points) * along, axis=1)
     if (

@@ -44,7 +44,7 @@ def compliant_robot(
             mend = (
                 f"did you mean {suggestions[0]}?" if suggestions else f"choose one of: {', '.join(sorted(catalogue))}"
             )
-            faults.append(Fault(FaultCode.EFFECT_UNKNOWN, MODEL_FILE, where, f"no effect is called {entry.type}", mend))
+            faults.append(Fault(FaultCode.EFFECT_UNKNOWN, MODEL_FILE, where, f"unknown effect {entry.type}", mend))
             continue
         for place in _places(effect, entry, chain, f"[[effects]] {number}, {entry.type}", faults):
             stem = PlacedEffect(effect, place).parameter_name("")
@@ -78,7 +78,7 @@ def _places(effect: Effect, entry: EffectEntry, chain: Chain, where: str, faults
         faults.append(Fault(FaultCode.PLACE_INVALID, MODEL_FILE, where, f"no {effect.place_kind} given", mend))
     for place in places:
         if place not in possible:
-            reason = f"{effect.name} cannot sit at {place.label}"
+            reason = f"{effect.name} cannot act at {place.label}"
             faults.append(Fault(FaultCode.PLACE_INVALID, MODEL_FILE, where, reason, f"possible: {labels}"))
     return [place for place in places if place in possible]
 
@@ -95,7 +95,7 @@ def _conflict_faults(placed: list[PlacedEffect]) -> list[Fault]:
             if (label, effect.name) not in twice:
                 faults.append(
                     Fault(
-                        FaultCode.EFFECT_CONFLICT, MODEL_FILE, effect.name, f"stands twice at {label}", "leave one out"
+                        FaultCode.EFFECT_CONFLICT, MODEL_FILE, effect.name, f"is given twice at {label}", "remove one"
                     )
                 )
             twice.add((label, effect.name))
@@ -105,8 +105,8 @@ def _conflict_faults(placed: list[PlacedEffect]) -> list[Fault]:
                 *earlier.includes,
                 *earlier.excludes,
             ):
-                reason = f"{effect.name} and {earlier.name} cannot both sit at {label}"
-                faults.append(Fault(FaultCode.EFFECT_CONFLICT, MODEL_FILE, effect.name, reason, "leave one out"))
+                reason = f"{effect.name} and {earlier.name} cannot both act at {label}"
+                faults.append(Fault(FaultCode.EFFECT_CONFLICT, MODEL_FILE, effect.name, reason, "remove one"))
         effects_here[effect.name] = effect
     return faults
 
@@ -123,14 +123,14 @@ def _check_settings(robot: CompliantRobot, settings: Mapping[str, float]) -> Non
                 Fault(FaultCode.PARAMETER_UNKNOWN, MODEL_FILE, place, "the model has no such parameter", mend)
             )
         elif not spec.lower - ROUNDED * abs(spec.lower) <= value <= spec.upper + ROUNDED * abs(spec.upper):
-            reason = f"{value:g} {spec.unit} cannot be: it lies between {spec.lower:g} and {spec.upper:g}"
+            reason = f"{value:g} {spec.unit} is out of range: possible from {spec.lower:g} to {spec.upper:g}"
             faults.append(
                 Fault(
                     FaultCode.VALUE_INVALID,
                     MODEL_FILE,
                     place,
                     reason,
-                    f"write a value between them; {spec.typical:g} is usual",
+                    f"write a value in this range; {spec.typical:g} is typical",
                 )
             )
     if faults:

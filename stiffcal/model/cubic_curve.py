@@ -75,7 +75,7 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
         slope = np.maximum(p1 + inside * (2.0 * p2 + inside * 3.0 * p3), LEAST_SLOPE * p1)
         tried = angle - residual / slope
         angle = np.where((tried < below) | (tried > above), 0.5 * (below + above), tried)
-    raise ArithmeticError(f"no angle of the spring is found for a torque of {largest:.3g} N·m")
+    raise ArithmeticError(f"no angle of the spring exists for a torque of {largest:.3g} N·m")
 
 
 @lru_cache(maxsize=64)

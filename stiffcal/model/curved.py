@@ -13,7 +13,8 @@ from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 POWERS = (2, 3)
 _SOURCE = (
-    "the straight line's slope changed by a third at {load:g} {unit}, as rotations in Schneider et al. 2014, Fig. 2"
+    "slope of the straight line changed by a third at {load:g} {unit}, as for rotations in Schneider et al. 2014, "
+    "Fig. 2"
 )
 
 

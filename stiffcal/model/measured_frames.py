@@ -27,7 +27,7 @@ from stiffcal.model.effect import (
 FRAME = "frame"
 """What parameter names of frames begin with."""
 AXES = ("x", "y", "z", "rx", "ry", "rz")
-_SOURCE = "registration with the robot file's geometry leaves some tenths of a millimetre and of a milliradian"
+_SOURCE = "registration with the geometry of the robot file: some tenths of a millimetre and of a milliradian"
 
 
 def _spec(symbol: str) -> ParameterSpec:
@@ -35,7 +35,7 @@ def _spec(symbol: str) -> ParameterSpec:
     return ParameterSpec(
         symbol,
         "rad" if turn else "m",
-        f"{'turn about' if turn else 'shift along'} {symbol[-1]} from where registration puts the frame",
+        f"{'turn about' if turn else 'shift along'} {symbol[-1]} relative to the registered frame",
         -0.5,
         0.5,
         1e-3,
@@ -45,8 +45,8 @@ def _spec(symbol: str) -> ParameterSpec:
 
 
 def _load_point_spec(symbol: str) -> ParameterSpec:
-    meaning = f"shift along {symbol} of the place where the payload hangs from the manifest's"
-    source = "a payload's centre of mass from a drawing or a ruler: some millimetres"
+    meaning = f"displacement of the payload position along {symbol} from the manifest"
+    source = "centre of mass of a payload from a drawing or a ruler: a few millimetres"
     return ParameterSpec(symbol, "m", meaning, -1.0, 1.0, 5e-3, source, ParameterRole.SETUP)
 
 
@@ -59,7 +59,7 @@ class FramePosition(DocumentedEffect):
     name = FRAME
     kind = Kind.OBSERVATION
     place_kind = "frames"
-    summary = "where a frame is that the manifest leaves to be found"
+    summary = "position of a frame that the manifest leaves to be estimated"
     parameters = tuple(_spec(symbol) for symbol in AXES[:3])
     moves_frames = True
 
@@ -91,7 +91,7 @@ class LoadPoint(DocumentedEffect):
     name = FRAME
     kind = Kind.OBSERVATION
     place_kind = "frames"
-    summary = "where the payload hangs, within what the manifest states"
+    summary = "position of the payload, within the uncertainty that the manifest states"
     parameters = tuple(_load_point_spec(symbol) for symbol in AXES[:3])
     moves_load_point = True
 

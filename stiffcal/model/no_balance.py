@@ -70,7 +70,7 @@ class NoBalanceError(InputError):
     @property
     def _words(self) -> str:
         where = f" in {self.where}" if self.where else ""
-        return f"the robot finds no balance{where}, {self._reason}"
+        return f"no equilibrium of the robot exists{where}, {self._reason}"
 
     def at_state(self, state: int, where: str = "") -> NoBalanceError:
         """Return the same fault with the state counted, and called, as the caller's user does."""
@@ -109,7 +109,7 @@ def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, chan
     if inputs.loaded:
         load_text = f"under {force:.3g} N" + (f" and {moment:.3g} N·m" if inputs.setup.moments_measured else "")
     turn = float(np.max(np.abs(displacement[:, 3:, state]), initial=0.0))
-    turn_text = f"it gives way by {turn:.3g} rad" if np.isfinite(turn) else "it gives way without end"
+    turn_text = f"it rotates by {turn:.3g} rad" if np.isfinite(turn) else "its deflection grows without limit"
     pose = ", ".join(f"{angle:.4g}" for angle in np.degrees(inputs.angles[:, state]))
     causes = list(_likely_causes(robot, inputs, force, moment))
     worst = max(causes, key=lambda suspect: suspect.excess, default=None)
@@ -121,12 +121,14 @@ def _likely_causes(robot: CompliantRobot, inputs: Inputs, force: float, moment: 
     chain = robot.chain
     if inputs.loaded:
         if force > FORCE_N:
-            mend = "if the log is in N or kN, say so in units.force; else correct the load"
-            yield LikelyCause(force / FORCE_N, "campaign.toml", "wrench", f"{force:.3g} N is no robot's load", mend)
-        if moment > MOMENT_NM and inputs.setup.moments_measured:
-            mend = "say the log's unit in units.moment, e.g. N*mm; else correct the load"
+            mend = "if the log is in N or kN, state it in units.force; else correct the load"
             yield LikelyCause(
-                moment / MOMENT_NM, "campaign.toml", "wrench", f"{moment:.3g} N·m is no robot's load", mend
+                force / FORCE_N, "campaign.toml", "wrench", f"{force:.3g} N exceeds the load of any robot", mend
+            )
+        if moment > MOMENT_NM and inputs.setup.moments_measured:
+            mend = "state the unit of the log in units.moment, e.g. N*mm; else correct the load"
+            yield LikelyCause(
+                moment / MOMENT_NM, "campaign.toml", "wrench", f"{moment:.3g} N·m exceeds the load of any robot", mend
             )
     for k, joint in enumerate(chain.joint_names):
         place, mass, centre = f"joints ({joint})", float(chain.link_mass[k]), float(np.linalg.norm(chain.link_com[k]))
@@ -156,6 +158,6 @@ def _likely_causes(robot: CompliantRobot, inputs: Inputs, force: float, moment: 
             value = abs(placed.amplitude(parameter.symbol))
             if value > 1.0 / SOFTEST_NM_PER_RAD:
                 name = placed.parameter_name(parameter.symbol)
-                evidence = f"it is as soft as {1.0 / value:.3g} N·m/rad"
+                evidence = f"its stiffness is only {1.0 / value:.3g} N·m/rad"
                 mend = "check its value, or the units of the deflections and loads that it was fitted to"
                 yield LikelyCause(value * SOFTEST_NM_PER_RAD, "model.toml", f"parameters.{name}", evidence, mend)

@@ -105,7 +105,7 @@ class PluginCode:
     def check_allowed(self) -> None:
         """Raise an `InputError` where the user has not allowed this code."""
         if not self.allowed():
-            reason = f"is code of this campaign and is not trusted (SHA-256 {self.digest})"
+            reason = f"contains code and is not trusted (SHA-256 {self.digest})"
             raise InputError.at(
                 FaultCode.PLUGIN_UNTRUSTED,
                 MANIFEST_FILE,
@@ -140,7 +140,7 @@ def read_plugins(folder: Path, names: Iterable[str]) -> PluginCode:
         module = PurePosixPath(name).stem
         check_plugin_name(name, folder)
         if module in (file.module for file in files):
-            reason = f"two files are called {module}: the one could not be imported next to the other"
+            reason = f"two files have the module name {module}: only one of them can be imported"
             raise InputError.at(FaultCode.PLUGIN_INVALID, MANIFEST_FILE, "plugins", reason, "rename one of them")
         files.append(PluginFile(name, folder / name, _read(folder, name)))
     return PluginCode(folder, tuple(files))
@@ -165,11 +165,11 @@ def check_plugin_name(name: str, folder: Path) -> None:
             FaultCode.PLUGIN_INVALID,
             MANIFEST_FILE,
             "plugins",
-            f"{name} is no Python file",
-            "name a file that ends in .py",
+            f"{name} is not a Python file",
+            "use a file that ends in .py",
         )
     if not module.isidentifier() or module in ("__init__", "__main__"):
-        reason = f"{name} cannot be imported: {module} is no module's name"
+        reason = f"{name} cannot be imported: {module} is not a valid module name"
         raise InputError.at(
             FaultCode.PLUGIN_INVALID, MANIFEST_FILE, "plugins", reason, "use letters, digits and _ in its name"
         )
@@ -213,7 +213,7 @@ def _read(folder: Path, name: str) -> bytes:
         refused = refusal(error, name)
         reason = error.strerror or str(error)
         raise refused or InputError.at(
-            FaultCode.FILE_UNREADABLE, name, "", f"cannot be read: {reason}", "look at the file"
+            FaultCode.FILE_UNREADABLE, name, "", f"cannot be read: {reason}", "check the file"
         ) from None
     try:
         encoding = tokenize.detect_encoding(io.BytesIO(content).readline)[0]

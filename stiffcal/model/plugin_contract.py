@@ -18,7 +18,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.model.effect import Covariate, Effect, Inputs, Kind, ParameterRole, ParameterSpec, Place, PlaceKind, Term
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 
-MEND = "mend the file"
+MEND = "correct the file"
 _SYMBOL = re.compile(r"[^\W\d]\w{0,99}")
 _UNIT = re.compile(r"[A-Za-z0-9·/() ⁰¹²³⁴⁵⁶⁷⁸⁹⁻]{1,60}")
 _SI_SYMBOLS = {"m", "rad", "N", "s", "kg", "K", "A", "Pa", "J", "W", "Hz", "or"}
@@ -54,9 +54,7 @@ def checked_effect(effect: object, file: str) -> Effect:
     InputError : it is none, or cannot be compared with itself and found again.
     """
     if not isinstance(effect, Effect) or (effect == effect) is not True or not isinstance(hash(effect), int):
-        raise InputError.at(
-            FaultCode.PLUGIN_INVALID, file, "plugins", "making its effect gives something else than an effect", MEND
-        )
+        raise InputError.at(FaultCode.PLUGIN_INVALID, file, "plugins", "its class does not create an effect", MEND)
     return effect
 
 
@@ -64,7 +62,7 @@ def _wrong_attribute(member: type[Effect]) -> str:
     """Return the fault of the constants of an effect, "" where nothing is."""
     name = member.name
     if not isinstance(name, str) or not 0 < len(name) <= 100:
-        return f"name is no text of 1 to 100 characters: {_shown(name)}"
+        return f"name is not a text of 1 to 100 characters: {_shown(name)}"
     if odd := odd_character(name):
         return odd[0]
     if any("__getattribute__" in vars(base) or "__class__" in vars(base) for base in _own_bases(member)):
@@ -75,19 +73,19 @@ def _wrong_attribute(member: type[Effect]) -> str:
         return f"place_kind is none of {', '.join(get_args(PlaceKind))}: {_shown(getattr(member, 'place_kind', None))}"
     for text in _TEXTS:
         if not _is_text(getattr(member, text, None)):
-            return f"{text} is no text: {_shown(getattr(member, text, None))}"
+            return f"{text} is not a text: {_shown(getattr(member, text, None))}"
     for names in _NAMES:
         declared = getattr(member, names)
         if not isinstance(declared, tuple | list) or not all(isinstance(word, str) for word in declared):
-            return f"{names} is no tuple of texts: {_shown(declared)}"
+            return f"{names} is not a tuple of texts: {_shown(declared)}"
     for flag in _FLAGS:
         if not isinstance(getattr(member, flag), bool):
             return f"{flag} is neither True nor False: {_shown(getattr(member, flag))}"
     if not (member.__doc__ is None or isinstance(member.__doc__, str)):
-        return f"__doc__ is no text: {_shown(member.__doc__)}"
+        return f"__doc__ is not a text: {_shown(member.__doc__)}"
     for method in _ANSWERS:
         if not callable(getattr(member, method)):
-            return f"{method} is no method: {_shown(getattr(member, method))}"
+            return f"{method} is not a method: {_shown(getattr(member, method))}"
     return _wrong_parameters(member.parameters)
 
 
@@ -97,27 +95,27 @@ def _own_bases(member: type[Effect]) -> list[type]:
 
 def _wrong_parameters(declared: Any) -> str:
     if not isinstance(declared, tuple | list) or not all(isinstance(spec, ParameterSpec) for spec in declared):
-        return f"parameters is no tuple of ParameterSpec: {_shown(declared)}"
+        return f"parameters is not a tuple of ParameterSpec: {_shown(declared)}"
     symbols = [spec.symbol for spec in declared]
     for spec in declared:
         if not isinstance(spec.symbol, str) or _SYMBOL.fullmatch(spec.symbol) is None:
-            return f"the symbol of a parameter is no name: {_shown(spec.symbol)}"
+            return f"the symbol of a parameter is not a name: {_shown(spec.symbol)}"
         if symbols.count(spec.symbol) > 1:
             return f"two parameters have the symbol {spec.symbol}"
         if not all(_is_text(text) for text in (spec.unit, spec.meaning, spec.source)):
-            return f"unit, meaning or source of the parameter {spec.symbol} is no text"
+            return f"unit, meaning or source of the parameter {spec.symbol} is not a text"
         if not is_si_unit(spec.unit):
             return (
-                f"the unit of the parameter {spec.symbol} is none of SI: {_shown(spec.unit)}; write m, rad, N, N·m, s, "
-                "kg, K and 1 with · and /, as rad/(N·m)"
+                f"the unit of the parameter {spec.symbol} is not an SI unit: {_shown(spec.unit)}; write m, rad, N, "
+                "N·m, s, kg, K and 1 with · and /, as rad/(N·m)"
             )
         sizes = (spec.lower, spec.typical, spec.upper)
         if not all(_is_real(size) for size in sizes) or not np.isfinite(spec.typical) or not spec.lower < spec.upper:
             return f"the parameter {spec.symbol} has no lower < upper with a typical size: {_shown(sizes)}"
         if not _is_real(spec.neutral):
-            return f"the neutral value of the parameter {spec.symbol} is no number: {_shown(spec.neutral)}"
+            return f"the neutral value of the parameter {spec.symbol} is not a number: {_shown(spec.neutral)}"
         if not (_is_real(spec.distinct_by) and spec.distinct_by >= 0.0):
-            return f"distinct_by of the parameter {spec.symbol} is no number from 0: {_shown(spec.distinct_by)}"
+            return f"distinct_by of the parameter {spec.symbol} is not a number from 0: {_shown(spec.distinct_by)}"
         if not isinstance(spec.role, ParameterRole) or not all(
             isinstance(flag, bool) for flag in (spec.inverse, spec.compliance, spec.discrete, spec.scales_load)
         ):
@@ -239,7 +237,7 @@ def _grid(effect: Effect, answer: Any) -> str:
         return f"no mapping of the parameters' symbols to arrays: {_shown(answer)}"
     for symbol, grid in answer.items():
         if not isinstance(grid, np.ndarray) or grid.ndim != 1:
-            return f"a grid of {symbol} that is no array of one axis"
+            return f"a grid of {symbol} that is not an array of one axis"
         if wrong := _wrong_array(grid, grid.shape):
             return f"a grid of {symbol} that {wrong}"
     return ""
@@ -341,7 +339,7 @@ _ANSWERS: dict[str, Callable[..., str]] = {
 
 
 def _wrong_array(value: Any, shape: tuple[int, ...]) -> str:
-    """Return why a value is no array of finite real numbers of this shape that can be squared, "" where it is."""
+    """Return why a value is not an array of finite real numbers of this shape that can be squared, "" where it is."""
     if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
         return f"is no array of real numbers: {_shown(value)}"
     if value.shape != shape:

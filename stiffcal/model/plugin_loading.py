@@ -104,7 +104,7 @@ def fault_of(error: BaseException, name: str) -> InputError:
     text = _text_of(error)
     reason = f"{verb}: {type(error).__name__}" + (f": {text}" if text else "")
     absent = isinstance(error, ModuleNotFoundError)
-    mend = "list its file under plugins too, or install the package" if absent else "mend the file"
+    mend = "add its file to plugins too, or install the package" if absent else "correct the file"
     return InputError.at(FaultCode.PLUGIN_FAILED, file, f"line {line}" if line else "plugins", reason, mend)
 
 

@@ -60,9 +60,10 @@ def _of_section(campaign: Campaign, link: str) -> list[str]:
         return []
     along_2, along_3 = (f"{100.0 * share:.2g} %" for share in beam.section.shear_share(beam.length))
     text = (
-        f"shear, which the beam leaves out, adds {along_2} (x2) and {along_3} (x3) to what a force at the end of "
-        f"{link} does there: rods along the link do not see it, oblique ones take it for bending and twist"
+        f"shear, not included in the beam, adds {along_2} (x2) and {along_3} (x3) to the deflection of the end of "
+        f"{link} by a force there: rods along the link do not measure it, oblique rods interpret it as bending and "
+        "twist"
     )
     decay = beam.shape.warping_decay
-    fades = "" if decay is None else f"; warping held back at the clamp decays within {1e3 * decay:.3g} mm"
+    fades = "" if decay is None else f"; restrained warping at the clamp decays within {1e3 * decay:.3g} mm"
     return [text + fades]

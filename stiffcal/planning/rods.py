@@ -162,12 +162,16 @@ def _observable(view: RodObservability) -> tuple[str, ...]:
         for i, (name, std) in enumerate(zip(_COMPONENTS, view.std, strict=True))
         if np.isfinite(std)
     ]
-    check = f"{view.spare} to spare as a check" if view.spare else "none to spare: only the load can show a wrong one"
+    check = (
+        f"{view.spare} redundant, as a check"
+        if view.spare
+        else ("none redundant: a faulty rod can be found only with the load")
+    )
     carried = ", ".join(view.carried) or "nothing"
     determined_text = ", ".join(determined)
     return (
         f"{len(view.rods)} rods on {view.link} carry {carried}; {check}; condition number {view.condition:.3g}",
-        f"with rods of {size} the end of {view.link} is known to {determined_text} in one state (± 95 %)",
+        f"with rods of {size} the end of {view.link} has an uncertainty of {determined_text} in one state (± 95 %)",
     )
 
 
@@ -179,14 +183,17 @@ def _unmeasured(view: RodObservability) -> tuple[str, ...]:
     sentences = []
     if "torsion" in view.blind:
         sentences.append(
-            f"no rod on {view.link} sees it twist: all run along the fibre, where an even twist changes no length"
+            f"no rod on {view.link} measures its twist: all are parallel to the fibre, where a uniform twist changes "
+            "no length"
         )
     elif "torsion" in view.taken_as_absent:
-        sentences.append(f"the twist of {view.link} is taken as absent: too few rods to distinguish it from the rest")
+        sentences.append(
+            f"the twist of {view.link} is assumed zero: too few rods to separate it from the other components"
+        )
     moments = [error for error in view.mistakes if error.load in view.taken_as_absent and "moment" in error.load]
     sentences += [
-        f"a {error.load} at the end of {view.link} is taken for a force: the end is then wrong by "
-        f"{100 * error.relative:.0f} % of what the moment does"
+        f"a {error.load} at the end of {view.link} is interpreted as a force: error of the end displacement "
+        f"{100 * error.relative:.0f} % of that of the moment"
         for error in moments
     ]
     return tuple(sentences)
@@ -199,4 +206,7 @@ def _advice_text(rod: ExtraRod, view: RodObservability) -> str:
     if rod.determines:
         return f"one more rod from {places} mm would determine {', '.join(rod.determines)}"
     times = rod.gain_before / rod.gain_after
-    return f"one more rod from {places} mm would make the end of {view.link} known {times:.2g} times better"
+    return (
+        f"one more rod from {places} mm would reduce the uncertainty of the end of {view.link} by a factor of "
+        f"{times:.2g}"
+    )

@@ -25,15 +25,15 @@ def another_hour_text(n_runs: int, hour: AnotherHour) -> str:
     --------
     >>> from stiffcal.planning.results import AnotherHour
     >>> another_hour_text(14, AnotherHour(runs=6, worst_relative=0.0291, smaller=0.03))
-    'after 14 runs another hour (6 more) makes the largest half width 3.0 % smaller: ± 2.9 %'
+    'after 14 runs another hour (6 more) reduces the largest half width by 3.0 %: ± 2.9 %'
     """
-    count = f"{hour.runs} more" if hour.runs > 1 else "1 more, the least there can be"
+    count = f"{hour.runs} more" if hour.runs > 1 else "1 more, the minimum"
     if hour.smaller < LEAST_SHARE:
-        head = f"after {n_runs} runs another hour ({count}) makes the largest half width no smaller"
+        head = f"after {n_runs} runs another hour ({count}) does not reduce the largest half width"
         return f"{head}: more runs of this kind do not reduce it"
     text = (
-        f"after {n_runs} runs another hour ({count}) makes the largest half width "
-        f"{significant(100.0 * hour.smaller, 2)} % smaller"
+        f"after {n_runs} runs another hour ({count}) reduces the largest half width by "
+        f"{significant(100.0 * hour.smaller, 2)} %"
     )
     return text if hour.worst_relative is None else f"{text}: ± {significant(100.0 * hour.worst_relative, 2)} %"
 
@@ -48,7 +48,7 @@ def remedy_text(remedy: Remedy) -> str:
     'joint-compliance.j6.c would be identified with 3 times the load, or with orientations'
     """
     if not remedy.means:
-        return f"{remedy.parameter}: none of the other means that were tried identifies it alone"
+        return f"{remedy.parameter}: none of the alternatives that were tried identifies it alone"
     return f"{remedy.parameter} would be identified with {', or with '.join(remedy.means)}"
 
 

@@ -169,7 +169,7 @@ class ModelValidation(CampaignAnswer):
         }
         if part not in slices:
             mend = f"choose {', '.join(slices)}"
-            raise InputError.at(FaultCode.OPTION_INVALID, "by", "part", f"no part is called {part}", mend)
+            raise InputError.at(FaultCode.OPTION_INVALID, "by", "part", f"unknown part {part}", mend)
         return frame_of_rows(_flat(error_slice) for error_slice in slices[part])
 
     def summary(self) -> str:
@@ -258,7 +258,7 @@ class ModelDiagnosis(CampaignAnswer):
                 known_names = ", ".join(sorted(set(frame[column].astype(str))))
                 frame = frame[frame[column] == wanted].reset_index(drop=True)
                 if frame.empty:
-                    reason = f"there is no evidence of {wanted}"
+                    reason = f"there is no evidence for {wanted}"
                     raise InputError.at(
                         FaultCode.EFFECT_ABSENT, "evidence", column, reason, f"choose {known_names or 'none'}"
                     )

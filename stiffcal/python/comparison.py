@@ -147,7 +147,7 @@ def compare_fits(before: FittedModel | CampaignSession, after: FittedModel | Cam
 
     Raises
     ------
-    InputError : what is given is no fit.
+    InputError : what is given is not a fit.
     """
     return FitComparison(_fit_of("before", before), _fit_of("after", after))
 
@@ -159,5 +159,5 @@ def _fit_of(name: str, given: object) -> FittedModel:
         return given.identify()
     if isinstance(given, FittedModel):
         return given
-    reason = f"{type(given).__name__} is no fit"
-    raise InputError.at(FaultCode.OPTION_INVALID, "compare", name, reason, "give what identify() returns")
+    reason = f"{type(given).__name__} is not a fit"
+    raise InputError.at(FaultCode.OPTION_INVALID, "compare", name, reason, "give the result of identify()")

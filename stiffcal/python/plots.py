@@ -71,7 +71,7 @@ class CampaignPlots:
             sizes = {name: float(np.nanmean(frame[first[name]] ** 2)) for name in LENGTHS if name in first}
             component = max(sizes, key=lambda name: sizes[name]) if sizes else next(iter(first), "")
         if component not in first:
-            reason, mend = f"no component is called {component or '(nothing)'}", f"choose {', '.join(first) or 'none'}"
+            reason, mend = f"unknown component {component or '(nothing)'}", f"choose {', '.join(first) or 'none'}"
             raise InputError.at(FaultCode.OPTION_INVALID, "plot.residual", "component", reason, mend)
         values, label = column_values(frame, against)
         shades, shade_label = (None, "") if color is None else column_values(frame, color)

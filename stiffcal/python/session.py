@@ -84,7 +84,10 @@ def _allow(folder: Path, trust: bool | str | Iterable[str]) -> None:
     digests = [trust.lower()] if isinstance(trust, str) else [digest.lower() for digest in trust]
     for digest in digests:
         if SHA256.fullmatch(digest) is None:
-            reason, mend = f"{digest!r} is no SHA-256", "give what stiffcal trust --hash DIR prints, or True"
+            reason, mend = (
+                f"{digest!r} is not a SHA-256",
+                ("give the hash that stiffcal trust --hash DIR prints, or True"),
+            )
             raise InputError.at(FaultCode.OPTION_INVALID, "open", "trust", reason, mend)
     allow_in_process(*digests)
 
@@ -201,7 +204,7 @@ class CampaignSession:
 
         Raises
         ------
-        InputError : the campaign holds no load states.
+        InputError : the campaign contains no load states.
         """
         from stiffcal.workflow.identify import up_to_date_fit
         from stiffcal.workflow.residuals import residual_columns
@@ -210,7 +213,7 @@ class CampaignSession:
         with self._logged():
             data = self._data()
             if len(data.states) == 0:
-                reason, mend = "the campaign holds no load states", "see identify().result for what was measured"
+                reason, mend = "the campaign contains no load states", "see identify().result for the measurements"
                 raise InputError.at(FaultCode.DATA_MISSING, str(self.folder), "runs", reason, mend)
             identified = up_to_date_fit(data, self._context)
             if heldout:

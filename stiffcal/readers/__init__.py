@@ -203,7 +203,7 @@ def find_reader(path: Path, log_format_name: str | None = None, display_name: st
         display_name or str(path),
         "",
         "the format cannot be determined from the file",
-        f"say format = one of {', '.join(format_names())} in its source",
+        f"write format = one of {', '.join(format_names())} in its source",
     )
 
 

@@ -190,12 +190,12 @@ def _check_columns(wanted: WantedColumns, columns: Columns, display_name: str, p
             raise _lies_elsewhere(name, display_name)
     hint = ""
     if not columns.names and columns.groups:
-        hint = f"name the group that holds it: hdf5.group = one of {', '.join(map(repr, columns.groups[:12]))}"
+        hint = f"give the group that contains it: hdf5.group = one of {', '.join(map(repr, columns.groups[:12]))}"
     check_columns(wanted, columns.names, display_name, place, hint)
 
 
 def _lies_elsewhere(name: str, display_name: str) -> InputError:
-    reason = f"{name!r} lies in another file, to which this one only links"
+    reason = f"{name!r} is in another file, to which this one only links"
     return InputError.at(FaultCode.FILE_OUTSIDE, display_name, name, reason, "copy it into this file, e.g. with h5copy")
 
 
@@ -246,13 +246,13 @@ def _columns_of_dataset(dataset: Any, display_name: str) -> Columns:
             column = names.index(name)
             return lambda start, end: np.asarray(dataset[start:end, column])
     else:
-        reason = f"its shape {dataset.shape} is no table"
+        reason = f"its shape {dataset.shape} is not a table"
         raise InputError.at(
             FaultCode.CONTENT_UNSUPPORTED,
             display_name,
             place,
             reason,
-            "name a group with one dataset per column, or a table",
+            "give a group with one dataset per column, or a table",
         )
     COLUMNS.check(len(names), display_name, place)
     readers = {name: by_chunk(some(name), dataset, 0, dataset.shape[0]) for name in names}

@@ -199,8 +199,8 @@ def _columns(tree: _Tree73 | _Tree5, options: Options, display_name: str) -> dic
             FaultCode.OPTION_CONFLICT,
             display_name,
             "mat.columns",
-            "names are for a matrix's columns",
-            "name the matrix: mat.variable",
+            "column names apply to a matrix only",
+            "give the matrix: mat.variable",
         )
     columns = {}
     for name, member in members.items():
@@ -216,8 +216,8 @@ def _columns(tree: _Tree73 | _Tree5, options: Options, display_name: str) -> dic
             FaultCode.FILE_EMPTY,
             display_name,
             "",
-            "no vectors here",
-            f"name a struct or matrix: mat.variable; the file has {listed}",
+            "contains no vectors",
+            f"give a struct or matrix: mat.variable; the file has {listed}",
         )
     return columns
 

@@ -98,7 +98,7 @@ class ParquetReader(Reader):
                 ROWS.check(row - 1, display_name)
                 yield batch
             if row - 1 != file.metadata.num_rows:
-                reason = f"no whole Parquet file ({row - 1} rows where its footer has {file.metadata.num_rows})"
+                reason = f"incomplete Parquet file ({row - 1} rows where its footer has {file.metadata.num_rows})"
                 raise InputError.at(
                     FaultCode.FILE_DAMAGED, display_name, "", reason, "copy it again from its origin, or log again"
                 )
@@ -131,7 +131,7 @@ def _open(path: Path, options: Options, display_name: str, words: Sequence[str] 
             FaultCode.FILE_MISSING, display_name, "", "no such file", "correct the file's name"
         ) from None
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-        reason = f"no whole Parquet file ({str(error).splitlines()[0]})"
+        reason = f"incomplete Parquet file ({str(error).splitlines()[0]})"
         raise InputError.at(
             FaultCode.FILE_DAMAGED, display_name, "", reason, "copy it again from its origin, or log again"
         ) from None
@@ -155,9 +155,9 @@ def _check_kind(file: parquet.ParquetFile, index: int, wanted: WantedColumns, di
     words = column.physical_type == "BYTE_ARRAY" and column.logical_type.type != "DECIMAL"
     if column.max_repetition_level > 0 or (words and column.path in wanted.numbers):
         top = file.schema_arrow.field(file.schema_arrow.names.index(column.path.split(".")[0])).type
-        reason = f"it holds {top}, not {'words' if column.path in wanted.texts else 'numbers'}"
+        reason = f"it contains {top}, not {'words' if column.path in wanted.texts else 'numbers'}"
         raise InputError.at(
-            FaultCode.COLUMN_TYPE, display_name, f"column {column.path}", reason, "name a column of single values"
+            FaultCode.COLUMN_TYPE, display_name, f"column {column.path}", reason, "use a column of single values"
         )
 
 
@@ -216,8 +216,8 @@ def _numbers(column: pa.Array, name: str, display_name: str) -> Floats:
             FaultCode.COLUMN_TYPE,
             display_name,
             f"column {name}",
-            f"it holds {kind}, not numbers",
-            "name a column of numbers",
+            f"it contains {kind}, not numbers",
+            "use a column of numbers",
         )
     return values_of(column.cast(pa.float64(), safe=False))
 
@@ -241,8 +241,8 @@ def _text_cells(column: pa.Array, name: str, display_name: str) -> list[str]:
                 FaultCode.COLUMN_TYPE,
                 display_name,
                 f"column {name}",
-                f"it holds {column.type}, not words",
-                "name a column of words",
+                f"it contains {column.type}, not words",
+                "use a column of words",
             )
         column = column.cast(pa.string())
     return [str(word.as_py()).strip() for word in column]

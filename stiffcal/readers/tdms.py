@@ -174,7 +174,7 @@ def _check_scalings(items: Iterable[Any], display_name: str) -> None:
         for name, value in item.properties.items():
             counts = name == "NI_Number_Of_Scales" or (name.startswith("NI_Scale[") and name.endswith("_Size"))
             if counts and not (isinstance(value, int | np.integer) and 0 <= value <= most):
-                reason = f"the property {name} is {value!r}, and no such scalings are there"
+                reason = f"the property {name} is {value!r}, but there are no such scalings"
                 raise InputError.at(
                     FaultCode.FILE_DAMAGED,
                     display_name,
@@ -193,7 +193,7 @@ def _check_finished(file: Any, display_name: str) -> None:
         if channel.read_length < channel.expected_length:
             reason += f" (channel {path}: {channel.read_length} of {channel.expected_length} values of it)"
             break
-    mend = "copy it again from its origin, or open and save it in DIAdem or LabVIEW and see what is left"
+    mend = "copy it again from its origin, or open and save it in DIAdem or LabVIEW and check the result"
     raise InputError.at(FaultCode.FILE_INCOMPLETE, display_name, "last segment", reason, mend)
 
 
@@ -215,15 +215,15 @@ def _group(file: Any, options: Options, display_name: str) -> Any:
         return groups[names[0]]
     if not names:
         raise InputError.at(
-            FaultCode.FILE_EMPTY, display_name, "", "the file holds no channels", "log again, or leave the file out"
+            FaultCode.FILE_EMPTY, display_name, "", "the file contains no channels", "log again, or leave the file out"
         )
     listed = ", ".join(repr(name) for name in names[:12])
     raise InputError.at(
         FaultCode.LOG_PART_AMBIGUOUS,
         display_name,
         "tdms.group",
-        f"{len(names)} groups hold channels",
-        f"say which: {listed}",
+        f"{len(names)} groups contain channels",
+        f"state which: {listed}",
     )
 
 

@@ -106,7 +106,7 @@ def _course(
         line = (
             f"run {run}: the clock of {name} gains {1e6 * slope:+.0f} ± {1e6 * NORMAL_95 * slope_std:.0f} ppm "
             f"on {leader}, "
-            f"{1e3 * abs(slope) * span:.0f} ms over the run; one offset, that of its middle, is used: holds shorter "
+            f"{1e3 * abs(slope) * span:.0f} ms over the run; one offset, that of its middle, is used: dwells shorter "
             "than that are misread; correct the times in a copy of the log, or split the run"
         )
         return slope, slope_std, [line]

@@ -131,9 +131,9 @@ def align_clocks(
 def offset_between(first: SharedSignal, second: SharedSignal) -> SourceClockOffset:
     """Return how much more ``second``'s clock shows than ``first``'s."""
     if not moves(first.values):
-        return SourceClockOffset(None, None, f"{first.source} shows only noise")
+        return SourceClockOffset(None, None, f"{first.source} contains only noise")
     if not moves(second.values):
-        return SourceClockOffset(None, None, f"{second.source} shows only noise: nothing shared with {first.source}")
+        return SourceClockOffset(None, None, f"{second.source} contains only noise: nothing shared with {first.source}")
     if second.leads and not first.leads:
         reverse_offset = offset_between(second, first)
         return SourceClockOffset(
@@ -148,7 +148,7 @@ def offset_between(first: SharedSignal, second: SharedSignal) -> SourceClockOffs
 def offset_near(first: SharedSignal, second: SharedSignal, lag: float) -> SourceClockOffset:
     """Return how much more ``second``'s clock shows than ``first``'s, where it is nearly known."""
     if not moves(first.values) or not moves(second.values):
-        return SourceClockOffset(None, None, "one of them shows only noise")
+        return SourceClockOffset(None, None, "one of them contains only noise")
     return _refine_lag(first, second, lag)
 
 
@@ -197,7 +197,7 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
     right = falls[falls > best].min(initial=gain.size)
     elsewhere = np.concatenate([gain[: left + 1], gain[right:]])
     if elsewhere.size and share[best] < 0.999 and gain[best] < 1.02 * elsewhere.max():
-        return f"the loads repeat: {second.source} fits {first.source} at more than one lag"
+        return f"the loads repeat: {second.source} matches {first.source} at more than one time offset"
     return float(lags[best] * step + second.time[0] - first.time[0])
 
 
@@ -257,7 +257,7 @@ def _refine_lag(first: SharedSignal, second: SharedSignal, lag: float) -> Source
     width = max(_interval(second.time), _interval(first.time))
     windows = _windows(first, first.holds, width)
     if not _steps_agree(windows, first, second, lag):
-        return SourceClockOffset(None, None, f"{second.source} does not follow the load steps in {first.source}")
+        return SourceClockOffset(None, None, f"{second.source} does not show the load steps in {first.source}")
     noise = np.maximum(noise_of(second.values), 1e-6 * np.maximum(np.ptp(second.values, axis=0), 1e-300))
     white = second.values / noise
     running = Integral(
@@ -278,7 +278,9 @@ def _refine_lag(first: SharedSignal, second: SharedSignal, lag: float) -> Source
             break
     spread = spread_of(steps, weights, gentle, width)
     if abs(move) > max(spread, SETTLED_S):
-        return SourceClockOffset(None, None, f"the lag between {first.source} and {second.source} does not settle")
+        return SourceClockOffset(
+            None, None, f"the time offset between {first.source} and {second.source} does not converge"
+        )
     # Ramps come into the windows and leave them: what the lag still moves by is not known of it.
     return SourceClockOffset(lag, spread if abs(move) < SETTLED_S else float(np.hypot(spread, move)))
 

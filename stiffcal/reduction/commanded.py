@@ -22,7 +22,7 @@ from stiffcal.reduction.motion import gauge_directions
 
 # A tenth of an arc second: less than any correction of a deflection that can be measured.
 _STANDS_STILL = 5e-7
-_NOT_LOGGED = "the controller was correcting, and no joint log gives by how much"
+_NOT_LOGGED = "the controller was correcting, and no joint log contains the correction"
 
 
 def compensated_states(states: LoadStates) -> NDArray[np.bool_]:

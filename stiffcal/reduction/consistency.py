@@ -150,13 +150,13 @@ def check_work(
     if best > FOLLOWS and best > sign.explained + 0.25:
         if against == best:
             opposite = "robot" if acts_on == "environment" else "environment"
-            mend = f'acts_on is the wrong way round: write acts_on = "{opposite}"'
+            mend = f'acts_on is inverted: write acts_on = "{opposite}"'
         else:
             mend = f"the sensor is upside down, half a turn about {'xyz'[axis]} of its axes: correct its frame"
-        reason = f"force and deflection run against each other ({negative} of {present.size} runs do negative work)"
+        reason = f"force and deflection have opposite directions (negative work in {negative} of {present.size} runs)"
         return [Fault(FaultCode.WRENCH_MISMATCH, file, place, reason, mend)]
     if 2 * negative > present.size:
-        reason = f"{negative} of {present.size} runs do negative work: force and deflection run against each other"
+        reason = f"negative work in {negative} of {present.size} runs: force and deflection have opposite directions"
         return [
             Fault(
                 FaultCode.WRENCH_MISMATCH,
@@ -213,7 +213,7 @@ def _swapped_column_fault(
         names += "".join(f', "{columns[3 + k]}"' for k in moments)
         mend = f"write columns = [{names}]"
     else:  # the moments carry too little information
-        mend = f"write columns = [{names}, …], and see whether the moments are swapped too"
+        mend = f"write columns = [{names}, …], and check whether the moments are swapped too"
     return reason, f"columns are swapped, here or in the log: {mend}"
 
 
@@ -244,7 +244,7 @@ def match_kinematics(states: LoadStates, chain: Chain) -> KinematicsMatch:
 def miss_words(states: LoadStates, chain: Chain, estimated: bool, miss_m: float) -> str:
     """Return how far kinematics misses the target in the reference states, with what would make it meet."""
     words, _ = correcting_words(_references(states), chain, estimated, MUCH_BETTER * miss_m)
-    return f"kinematics misses the measured target by {1e3 * miss_m:.0f} mm in the references{words}"
+    return f"computed and measured target positions differ by {1e3 * miss_m:.0f} mm in the references{words}"
 
 
 def _references(states: LoadStates) -> LoadStates:
@@ -274,11 +274,11 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
     best = min(misses, key=lambda entry: entry[0])
     if best[0] > MUCH_BETTER * match.median_m or best[0] > MEETS_M:
         best = (np.inf, "", "")
-    reason = f"kinematics misses the measured target by {1e3 * match.median_m:.0f} mm in the reference states"
+    reason = f"computed and measured target positions differ by {1e3 * match.median_m:.0f} mm in the reference states"
     least = MUCH_BETTER * min(match.median_m, best[0])
     text, mend = correcting_words(chosen, chain, estimated, min(MEETS_M, least))
     if not text and best[1]:
-        text, mend = f"; with {best[1]} it meets within {1e3 * best[0]:.1f} mm", best[2]
+        text, mend = f"; with {best[1]} they agree within {1e3 * best[0]:.1f} mm", best[2]
     if text:
         return [Fault(FaultCode.KINEMATICS_MISMATCH, file, "kinematics", f"{reason}{text}", mend)]
     return [
@@ -315,7 +315,7 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
     for k, name in enumerate(names):
         turned = joints.copy()
         turned[:, k] = -turned[:, k]
-        yield f"joint {name} counted the other way", f"write direction = -1 (or 1) for {name}", turned, position
+        yield f"joint {name} with opposite direction", f"write direction = -1 (or 1) for {name}", turned, position
         for degrees in (-180, -90, 90, 180):
             shifted = joints.copy()
             shifted[:, k] += np.radians(degrees)
@@ -339,7 +339,7 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
         measured = (own * factor) @ base_from_tracker[:3, :3].T + base_from_tracker[:3, 3]
         yield f"positions in {unit}", f'write units = {{ position = "{unit}" }}', joints, measured
     yield (
-        "the tracker's frame the other way round",
+        "the inverse of the tracker frame",
         "frames.tracker is the pose of the tracker in the base frame, not of the base in the tracker frame",
         joints,
         own @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3],
@@ -362,7 +362,7 @@ def _check_orientation(
         ("x, y, z, w", quaternion[:, [3, 0, 1, 2]], "write the quaternion's columns with w first"),
         ("inverted", quaternion * np.array([1.0, -1.0, -1.0, -1.0]), "invert the orientation"),
     )
-    reason = f"positions meet kinematics, orientations are off by {np.degrees(match.turned_rad):.0f}°"
+    reason = f"positions agree with the kinematics, orientations differ by {np.degrees(match.turned_rad):.0f}°"
     for text, values, mend in orders:
         deviation = rotation_vector(tracker_axes @ rotation_from_quaternion(values) @ np.swapaxes(rotation, -1, -2))
         if np.median(np.linalg.norm(deviation, axis=1)) <= TURNED_RAD:
@@ -371,7 +371,7 @@ def _check_orientation(
                     FaultCode.KINEMATICS_MISMATCH,
                     file,
                     "quaternion_wxyz",
-                    f"{reason}; with the quaternion {text} they meet",
+                    f"{reason}; with the quaternion {text} they agree",
                     mend,
                 )
             ]

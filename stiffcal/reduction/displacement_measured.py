@@ -60,11 +60,11 @@ def _what_is_there(states: LoadStates, n_runs: int) -> str:
 
 
 def _what_is_missing(states: LoadStates, measured: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> str:
-    needs = "stiffness needs each pose unloaded and loaded"
+    needs = "stiffness requires each pose unloaded and loaded"
     if not measured.any():
-        return f"nothing that moves under load was measured in any of them: {needs}"
+        return f"no displacement under load was measured: {needs}"
     if np.bincount(states.run).max() == 1:
-        return f"every run has one state and no deflection is given: {needs}"
+        return f"every run has only one state and no deflection is given: {needs}"
     return f"no run has two usable states in which the target was measured, and no deflection is given: {needs}"
 
 

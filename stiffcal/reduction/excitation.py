@@ -45,7 +45,7 @@ def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
     used = states.select(states.used)
     names = chain.joint_names
     if len(used) == 0 or not used.setup.targets or not np.any(used.wrench):
-        return [JointExcitation(name, 0.0, np.nan, False, "no load was applied yet") for name in names]
+        return [JointExcitation(name, 0.0, np.nan, False, "no load was applied") for name in names]
     torque, design, measured = _first_order_equations(used, chain)
     largest = np.abs(torque).max(axis=0)
     is_loaded = largest > NO_TORQUE * largest.max()
@@ -113,13 +113,16 @@ def _relative_std(design: Floats, measured: Floats) -> Floats:
 
 def _verdict(name: str, torque: float, relative: float, is_loaded: bool) -> JointExcitation:
     if not is_loaded:
-        text = "sees no torque in these poses: load it with a lever arm about its axis"
+        text = "carries no torque in these poses: load it with a lever arm about its axis"
         return JointExcitation(name, torque, np.nan, False, text)
     if relative > NOT_KNOWN:
-        text = "its stiffness cannot be distinguished from the others': add poses or load directions that turn it more"
+        text = (
+            "its stiffness cannot be distinguished from that of the other joints: add poses or load directions "
+            "with more torque on it"
+        )
         return JointExcitation(name, torque, relative, False, text)
     half_width = 100.0 * NORMAL_95 * relative
     if is_poorly_known(1.0, relative):
-        text = f"poorly determined, ± {half_width:.0f} % (95 %): more load about its axis would help"
+        text = f"poorly determined, ± {half_width:.0f} % (95 %): more torque about its axis would help"
         return JointExcitation(name, torque, relative, True, text)
-    return JointExcitation(name, torque, relative, True, f"known to about ± {half_width:.2g} % (95 %)")
+    return JointExcitation(name, torque, relative, True, f"expected uncertainty about ± {half_width:.2g} % (95 %)")

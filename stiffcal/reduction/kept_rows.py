@@ -114,8 +114,8 @@ def check_sizes(rows: KeptRows, files: Mapping[str, str]) -> None:
         place = f"row {rows.number[row]}, column {column}"
         display_name = ", ".join(dict.fromkeys(files.values()))
         if largest > LARGEST:
-            reason, mend = f"{values[row]:g} is larger than anything that is measured", "correct it, or exclude its row"
+            reason, mend = f"{values[row]:g} is larger than any plausible value", "correct it, or exclude its row"
         else:
-            reason = f"{values[row]:g}, the column's largest number here, is smaller than anything that is measured"
+            reason = f"{values[row]:g}, the column's largest number here, is smaller than any plausible value"
             mend = "correct its unit in the log, or write 0"
         raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, reason, mend)

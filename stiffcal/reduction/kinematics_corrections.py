@@ -40,7 +40,7 @@ class KinematicsCorrection:
     n_parameters: int
     """How many numbers were fitted."""
     words: str
-    """What was changed, with its size: "the tracker's frame turned by 1.7°"."""
+    """What was changed, with its size: "the tracker frame rotated by 1.7°"."""
     mend: str
     """What to correct."""
     parts: frozenset[str]
@@ -78,7 +78,7 @@ def correcting_words(states: LoadStates, chain: Chain, estimated: bool, most_m: 
     if not meeting:
         return "", ""
     first = meeting[0]
-    words, mentioned = f"; with {first.words} it meets within {1e3 * first.left_m:.1f} mm", [first]
+    words, mentioned = f"; with {first.words} they agree within {1e3 * first.left_m:.1f} mm", [first]
     for other in meeting[1:]:
         if other.left_m <= AS_GOOD * first.left_m and not any(other.parts >= one.parts for one in mentioned):
             words += f"; or with {other.words}, within {1e3 * other.left_m:.1f} mm"
@@ -109,8 +109,8 @@ def _fit_corrections(states: LoadStates, chain: Chain, estimated: bool) -> Itera
     yield from problem.corrections(always + zeros, {f"zero {joint}" for joint in range(n_joints)}, words)
 
 
-FRAME_MEND = "correct the tracker's frame, or write estimate = true there, which finds it from these poses"
-TARGET_MEND = "correct the target's frame, or write estimate = true there, which finds it from these poses"
+FRAME_MEND = "correct the tracker's frame, or write estimate = true there to estimate it from these poses"
+TARGET_MEND = "correct the target's frame, or write estimate = true there to estimate it from these poses"
 
 
 @dataclass(frozen=True)
@@ -170,11 +170,11 @@ def _order_corrections(states: LoadStates, chain: Chain) -> Iterator[KinematicsC
         return
     names = [states.runs[run].name for run in states.run]
     left = float(np.median(away[np.arange(len(order)), order]))
-    pairs = ", ".join(f"“{names[k]}” has the place of “{names[order[k]]}”" for k in moved[:4])
+    pairs = ", ".join(f"“{names[k]}” has the position of “{names[order[k]]}”" for k in moved[:4])
     suffix = f" and {len(moved) - 4} more" if len(moved) > 4 else ""
     yield KinematicsCorrection(
         left, len(moved), f"the poses in another order ({pairs}{suffix})",
-        "joint angles and places of different poses stand together: bring the rows or files into one order",
+        "joint angles and positions of different poses are combined: use the same order of rows or files",
         frozenset({"order"}),
     )  # fmt: skip
 
@@ -185,7 +185,7 @@ def _frame_words(x: Floats) -> str:
     about = ", ".join(f"{part:.2f}" for part in axis)
     translation = ", ".join(f"{1e3 * part:.1f}" for part in x[3:6])
     return (
-        f"the tracker's frame turned by {angle:.2g}° about ({about}) through the middle of the places and moved by "
+        f"the tracker frame rotated by {angle:.2g}° about ({about}) through the centre of the positions and moved by "
         f"({translation}) mm in base axes"
     )
 
@@ -197,8 +197,8 @@ def _target_words(x: Floats) -> str:
 def _zero_words(chain: Chain, joints: list[int], x: Floats) -> tuple[str, str]:
     names = chain.joint_names
     parts = [f"{np.degrees(_wrap_angle(x[9 + k])):+.2f}° at {names[k] if k < len(names) else k + 1}" for k in joints]
-    text = "another zero of the joint angles: " + ", ".join(parts)
-    return text, "correct theta_deg in robot.toml, or the controller's zero"
+    text = "other zeros of the joint angles: " + ", ".join(parts)
+    return text, "correct theta_deg in robot.toml, or the zero of the controller"
 
 
 def _wrap_angle(angle: float) -> float:

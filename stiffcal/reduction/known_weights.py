@@ -51,13 +51,13 @@ def weight_warnings(raw_states: RawStates) -> list[str]:
     if ratio is None or abs(ratio - 1.0) <= DIFFERS:
         return []
     if ratio <= 0.0:
-        return ["the measured force does not change with the masses of dead_weight: look at its columns"]
+        return ["the measured force does not change with the masses of dead_weight: check its columns"]
     fitting = [
         f"forces in {logged} in a column of {declared}"
         for logged in UNITS
         for declared in UNITS
         if abs(ratio * unit(logged, "force").factor / unit(declared, "force").factor - 1.0) <= MATCHES
     ]
-    fits = f" (what fits: {' or '.join(fitting)})" if fitting else ""
+    fits = f" (possible: {' or '.join(fitting)})" if fitting else ""
     sentence = f"measured forces are {ratio:.3g} times the weight of the masses of dead_weight"
-    return [f"{sentence}: look at the unit of force of the whole campaign{fits}"]
+    return [f"{sentence}: check the unit of force of the whole campaign{fits}"]

@@ -112,7 +112,7 @@ def _missing_reading(
     folder: Path, name: str, source: Source, files: Mapping[str, str], row: int, column: str
 ) -> InputError:
     place = place_of_row(folder, source, files[""], row) if "" in files else f"data row {row}"
-    mend = f'give the reading, or leave the row out: [[exclude]] with source = "{name}", rows = [{row}], why = "…"'
+    mend = f'give the reading, or exclude the row: [[exclude]] with source = "{name}", rows = [{row}], why = "…"'
     display_name = ", ".join(dict.fromkeys(files.values()))
     return InputError.at(
         FaultCode.CELL_EMPTY, display_name, f"{place}, column {column}", "the reading is missing (empty or NaN)", mend
@@ -290,7 +290,7 @@ def read_batches(folder: Path, source: Source, file: str, wanted: WantedColumns)
     path = folder / file
     if not is_there(folder, source, file):
         raise InputError.at(
-            FaultCode.FILE_MISSING, file, "", "no such file", "correct its name in campaign.toml, or put the log there"
+            FaultCode.FILE_MISSING, file, "", "no such file", "correct its name in campaign.toml, or add the log"
         )
     reader = find_reader(path, source.format_for(file), file)
     options = reader_options(source, reader.name, file)
@@ -395,6 +395,6 @@ def _side_by_side(folder: Path, source: Source, files: Mapping[str, str], gaps: 
             next(iter(lengths)),
             "",
             f"the files of one source differ in length (rows: {counts})",
-            "make them equal",
+            "make them the same length",
         )
     return Batch(1, numbers, texts)

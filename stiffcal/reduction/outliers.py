@@ -84,7 +84,7 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
         for k, distance in _RunReadings(white, run_groups, in_use, cycles.last_direction, bound).bumped():
             size = 1e3 * distance * wider.get(number, 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
             reason_of[k] = (
-                f"bumped: off by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
+                f"outlier: differs by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
             )
     return reason_of
 

@@ -206,7 +206,7 @@ def _of_the_table(states: LoadStates, chain: Chain, places: _Places, usual: floa
     # of changes that explain it alike the likeliest mistake comes first
     (distance, change), *others = [entry for entry in left if entry[0] <= AS_GOOD * least]
     also = f" (with {others[0][1].words} too)" if others else ""
-    missed = f"joint angles and places miss each other by {1e3 * usual:.3g} mm"
+    missed = f"joint angles and positions differ by {1e3 * usual:.3g} mm"
     reason = f"{missed}, and with {change.words} by {1e3 * distance:.2g} mm{also}"
     return Fault(change.code, MANIFEST, change.place, reason, change.mend)
 
@@ -231,7 +231,7 @@ def _changes_of_the_table(states: LoadStates, chain: Chain, places: _Places) -> 
     for factor, words in LENGTH_FACTORS.items():
         yield _Change(
             FaultCode.UNIT_IMPLAUSIBLE, "units.position", f"places multiplied by {factor:.4g}",
-            f"all places are {words}: correct units of the position",
+            f"all positions are {words}: correct units of the position",
             replace(places, measured=factor * places.measured),
         )  # fmt: skip
 
@@ -262,25 +262,29 @@ def _of_a_row(states: LoadStates, chain: Chain, places: _Places, met: _Met, usua
     """Return what explains a row that misses; None where nothing does, and it is left to the fit."""
     row, info = places.at(np.array([k])), states.runs[int(states.run[k])]
     where = f"run {info.of or info.name}, row {int(states.row[k])}"
-    mend = "correct the row, or leave it out with [[exclude]]"
+    mend = "correct the row, or exclude it with [[exclude]]"
     missed = float(np.nanmax(met.distance(row)))
     names = states.setup.target_names
     for factor, words in LENGTH_FACTORS.items():
         if _meets(met, replace(row, measured=factor * row.measured), usual):
             return Fault(
-                FaultCode.UNIT_IMPLAUSIBLE, MANIFEST, where, f"its place is {words}{OTHER_UNIT.get(factor, '')}", mend
+                FaultCode.UNIT_IMPLAUSIBLE,
+                MANIFEST,
+                where,
+                f"its position is {words}{OTHER_UNIT.get(factor, '')}",
+                mend,
             )
     for order in _orders(row.position[0], len(names)):
         if _meets(met, replace(row, measured=row.measured[:, order]), usual):
             moved = [names[b] for b in range(len(names)) if order[b] != b]
-            reason = f"the places of {' and '.join(moved)} are exchanged"
+            reason = f"the positions of {' and '.join(moved)} are interchanged"
             return Fault(FaultCode.KINEMATICS_MISMATCH, MANIFEST, where, reason, mend)
     twins = np.flatnonzero(
         (np.abs(states.joints - states.joints[k]).max(axis=1) == 0.0) & (np.arange(len(states)) != k)
     )
     if twins.size:
         reason = (
-            f"it has the joint angles of row {int(states.row[twins[0]])} to the last digit, and a place "
+            f"it has exactly the joint angles of row {int(states.row[twins[0]])}, but its position is "
             f"{1e3 * missed:.3g} mm away"
         )
         return Fault(FaultCode.KINEMATICS_MISMATCH, MANIFEST, where, reason, mend)
@@ -296,7 +300,9 @@ def _of_a_row(states: LoadStates, chain: Chain, places: _Places, met: _Met, usua
         if _meets(met, _places(replace(alone, joints=joints), chain), usual):
             reason = f"the angle of joint {name} has the wrong sign"
             return Fault(FaultCode.KINEMATICS_MISMATCH, MANIFEST, where, reason, mend)
-    reason = f"its place is {1e3 * missed:.3g} mm from where its joint angles put it, the others' {1e3 * usual:.2g} mm"
+    reason = (
+        f"its position is {1e3 * missed:.3g} mm from where its joint angles put it, the others' {1e3 * usual:.2g} mm"
+    )
     return Fault(FaultCode.KINEMATICS_MISMATCH, MANIFEST, where, reason, mend)
 
 
@@ -323,8 +329,8 @@ def _exchanged_targets(
             moved = [names[b] for b in range(len(names)) if order[b] != b]
             yield Fault(
                 FaultCode.KINEMATICS_MISMATCH, MANIFEST, f"poses.{moved[0]}",
-                f"{' and '.join(moved)} are exchanged: each is found where the manifest puts the other, "
-                f"{1e3 * own.max():.3g} mm from its own place",
-                "exchange their columns, or their places on the body",
+                f"{' and '.join(moved)} are interchanged: each is at the position that the manifest gives for the "
+        f"other, {1e3 * own.max():.3g} mm from its own",
+                "interchange their columns, or their positions on the body",
             )  # fmt: skip
             return

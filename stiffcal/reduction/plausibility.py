@@ -110,18 +110,20 @@ class LogQuality:
         step = time - before
         if not np.nanmin(step, initial=np.inf) > 0.0:
             k = int(np.flatnonzero(step <= 0.0)[0])
-            text = "stands still" if step[k] == 0.0 else "runs backwards"
+            text = "does not advance" if step[k] == 0.0 else "decreases"
             resumed = np.flatnonzero(time[k:] > before[k])
             last = int(number[k + int(resumed[0]) - 1] if resumed.size else number[-1])
             rows = f"row {number[k]}" if last == number[k] else f"rows {number[k]}-{last}"
-            mend = f"leave {rows} out with [[exclude]], or remove what is repeated or misplaced in a copy of the log"
+            mend = f"exclude {rows} with [[exclude]], or remove repeated or misplaced rows in a copy of the log"
             if self._is_hour(step[k]):
-                text, mend = "runs backwards by an hour", _WALL
+                text, mend = "goes back by an hour", _WALL
             reason = f"time {text}: {time[k]:.10g} s after {before[k]:.10g} s"
             ticks = coarse_clock(time) if step[k] == 0.0 else None
             if ticks is not None:
-                reason = f"time ticks every {1e3 * ticks.tick_s:.3g} ms, over {ticks.rows_per_tick:.3g} rows each"
-                mend = f"if rows come evenly, write time = {{ rate_hz = {ticks.rate_hz:.6g} }} for this source"
+                reason = (
+                    f"the time resolution is {1e3 * ticks.tick_s:.3g} ms, with {ticks.rows_per_tick:.3g} rows per step"
+                )
+                mend = f"if rows are equally spaced, write time = {{ rate_hz = {ticks.rate_hz:.6g} }} for this source"
             raise InputError.at(FaultCode.TIME_ORDER, self.file, self.place_of_row(int(number[k])), reason, mend)
         ahead = np.flatnonzero(self._is_hour(step))
         if ahead.size:
@@ -157,11 +159,9 @@ class LogQuality:
                 row = int(number[int(zeroed.argmax())])
                 column = next(iter(self.columns.get(name, ("X",))), "X")
                 reason = (
-                    f"the position is zero in all its columns ({int(zeroed.sum())} rows near here): the target is lost"
+                    f"the position is zero in all columns ({int(zeroed.sum())} rows near here): the target was lost"
                 )
-                self._fail(
-                    name, row, reason, f'leave such rows out: rows = "{column} != 0" next to columns or position'
-                )
+                self._fail(name, row, reason, f'exclude such rows: rows = "{column} != 0" next to columns or position')
             groups = [slice(None)]
         elif kind in ("wrench", "lengths", "displacement"):
             groups = [slice(k, k + 1) for k in range(len(values))]
@@ -250,14 +250,14 @@ class LogQuality:
             suffix = f" and {self.n_gaps - len(self.gaps)} more" if self.n_gaps > len(self.gaps) else ""
             text = (
                 f"a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
-                f"(usual interval {self.interval:.3g} s; all: {where}{suffix}); nothing is filled in, "
-                "a hold is the mean of the readings that are there"
+                f"(usual interval {self.interval:.3g} s; all: {where}{suffix}); gaps are not filled, a dwell is the "
+                "mean of the available readings"
             )
             remarks.append(ChannelRemark(self.file, text))
         is_constant = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
         if is_constant.any() and not is_constant.all() and self.n_rows > SATURATED:
             for k in np.flatnonzero(is_constant & (self.high["wrench"] != 0.0)):
-                text = f"{self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}"
+                text = f"{self._column('wrench', int(k))} is constant at {self.high['wrench'][k]:g}"
                 remarks.append(ChannelRemark(file, text, is_stuck=True))
         ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
         stuck = {key: watch for key, watch in self.frozen.items() if watch.frozen}
@@ -273,8 +273,8 @@ class LogQuality:
         """Return the warning on a dead channel that is alive in other logs."""
         file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         return (
-            f"{file}: {self._column('wrench', k)} reads 0 all through, in other logs it does not; it is used as it "
-            "stands: see to the sensor, or leave this run out"
+            f"{file}: {self._column('wrench', k)} reads 0 throughout, unlike in other logs; it is used as it is: "
+            "check the sensor, or exclude this run"
         )
 
     def _end_remark(self, k: int, watch: FrozenChannels | None) -> ChannelRemark:
@@ -283,8 +283,8 @@ class LogQuality:
         ends = (self.low["wrench"][k], self.high["wrench"][k])
         if watch is None or watch.value is None or float(watch.value[0]) not in ends:
             text = (
-                f"{column} stays at its extreme for {times} readings: saturated? they are used as they stand: "
-                "leave them out with [[exclude]], or the run"
+                f"{column} stays at its extreme for {times} readings: saturated? they are used as they are: exclude "
+                "them with [[exclude]], or the run"
             )
         else:
             text = f"{column} stays at its extreme over {_rows(watch, place)}: saturated? {_AS_THEY_STAND}"
@@ -305,9 +305,9 @@ def _rows(watch: FrozenChannels, place: Callable[[int], str]) -> str:
     return f"{watch.longest} readings, {place(first)} to {place(last)} (rows {first}-{last})"
 
 
-_AS_THEY_STAND = "they are used as they stand: leave these rows out with [[exclude]], or keep them"
+_AS_THEY_STAND = "they are used as they are: exclude these rows with [[exclude]], or keep them"
 _WALL = (
-    "daylight saving, it seems: log UTC, or write the zone with every time (2026-10-25T02:30:00+02:00), "
+    "probably daylight saving time: log UTC, or write the zone with every time (2026-10-25T02:30:00+02:00), "
     "or correct the times in a copy"
 )
 

@@ -83,8 +83,8 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     holds, passes = (tabled, 0) if tabled is not None else _find_run_holds(run, shared, clocks, devices)
     if len(holds) == 0:
         raise InputError.at(
-            FaultCode.STATES_MISSING, f"run {run.id}", "", "no load state is found: the load was never held",
-            'hold each load for a second or more, or write states = "….csv" with columns start, end',
+            FaultCode.STATES_MISSING, f"run {run.id}", "", "no load state found: the load was never constant",
+            'keep each load constant for a second or more, or write states = "….csv" with columns start, end',
         )  # fmt: skip
     clocks, warnings = clock_courses(run.id, shared, clocks)
     holds, brief = _with_brief_ones(holds)
@@ -111,15 +111,13 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
             FaultCode.STATES_MISSING,
             f"run {run.id}",
             "",
-            "the logs of this run have no load state in common",
+            "the logs of this run have no common load state",
             "check which files belong together",
         )
     numbers = np.flatnonzero(keep)
     states = _average_holds(run, holds, numbers, placed)
     lasted = holds.left - holds.reached
-    set_aside = [
-        SetAside(SetAsideCode.HELD_BRIEFLY, f"held too briefly to be read: {seconds:.2g} s") for seconds in lasted
-    ]
+    set_aside = [SetAside(SetAsideCode.HELD_BRIEFLY, f"dwell too short: {seconds:.2g} s") for seconds in lasted]
     states = replace(states, set_aside=[set_aside[k] if brief[k] else IN_USE for k in numbers])
     dropped = sorted(dropped, key=lambda stretch: stretch.start)
     return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes)
@@ -185,22 +183,23 @@ def _ahead(
         return None
     if joints is not None and len(blocks.mean) == 1 and bool((joints.std(axis=0) < 10.0 * STANDING_RAD).all()):
         warnings.append(
-            f"run {run.id}: the clock of {source} is not known ({clock.reason}); its mean over the run is taken"
+            f"run {run.id}: the clock of {source} is unknown ({clock.reason}); its mean over the run is used"
         )
         return None
     reason, mend = clock.reason or "not known", f"give clock_ahead_s = {{ {source} = … }} for this run"
     name, length, before = max((_longest_gap(name, log.time) for name, log in logs.items()), key=lambda gap: gap[1])
     if length > JUMP_S:
-        reason += f"; the times of {name} leap by {length:.3g} s before {before:.1f} s"
-        mend = f"was it set anew there? correct the times in a copy of the log, or split the run; else {mend}"
+        reason += f"; the times of {name} jump by {length:.3g} s before {before:.1f} s"
+        mend = f"was it reset there? correct the times in a copy of the log, or split the run; else {mend}"
     raise InputError.at(FaultCode.CLOCK_UNKNOWN, f"run {run.id}", f"clock of {source}", reason, mend)
 
 
 def _missed_holds_text(run: str, source: str, missed: int, count: int) -> str:
     return (
-        f"run {run}: by the clocks as found {missed} of {count} holds lie outside the log of {source}, left out; if "
-        "both devices logged at the same time, this clock is misplaced (loads that repeat, a clock that was set, or a "
-        f"sensor zeroed anew do that): split the run there, or give clock_ahead_s = {{ {source} = … }}"
+        f"run {run}: with the estimated clocks {missed} of {count} dwells are outside the log of {source} and not "
+        "used; if both devices logged at the same time, this clock offset is wrong (possible causes: repeated "
+        "loads, a clock that was reset, a sensor that was zeroed again): split the run there, or give clock_ahead_s "
+        f"= {{ {source} = … }}"
     )
 
 

@@ -44,10 +44,10 @@ def reference_states(
         place = f"run {name}: reference"
         if reference_row > members.size:
             reason = f"reference = {reference_row}, but the run has {members.size} states"
-            faults.append(Fault(FaultCode.REFERENCE_INVALID, manifest, place, reason, "name one of them, from 1"))
+            faults.append(Fault(FaultCode.REFERENCE_INVALID, manifest, place, reason, "give one of them, from 1"))
         elif reference_row > 1 and not usable[members[reference_row - 1]]:
             reason = f"state {reference_row} is set aside and cannot be the reference"
-            faults.append(Fault(FaultCode.REFERENCE_INVALID, manifest, place, reason, "name another"))
+            faults.append(Fault(FaultCode.REFERENCE_INVALID, manifest, place, reason, "choose another"))
         else:
             candidates = (
                 members[reference_row - 1 :] if reference_row == 1 else members[reference_row - 1 : reference_row]

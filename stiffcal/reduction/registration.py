@@ -102,7 +102,7 @@ def register_frames(
             raise InputError.at(
                 FaultCode.REGISTRATION_IMPOSSIBLE,
                 "campaign.toml", f"frames.{name}.estimate", "unloaded poses do not determine this frame",
-                "only the instrument's frame and the target's can be estimated; give this one",
+                "only the frames of the instrument and of the target can be estimated; give this one",
             )  # fmt: skip
     mask = readings.reference if chosen is None else chosen
     states = readings.select(mask & readings.used & np.isfinite(readings.position).all(axis=(1, 2)))
@@ -228,7 +228,7 @@ class _RegistrationProblem:
             elif rounds > 6 and np.abs(step).max() < SETTLED:
                 break
         else:
-            self._refuse(f"do not settle in {MOST_ROUNDS} steps")
+            self._refuse(f"do not converge in {MOST_ROUNDS} steps")
         return self._registration(covariance, n_poses)
 
     def _registration(self, covariance: Floats, n_poses: int) -> Registration:

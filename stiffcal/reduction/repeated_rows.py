@@ -39,9 +39,10 @@ def repeated_rows(states: LoadStates) -> list[str]:
     copy_texts = [f"{_place(states, used[k])} repeats {_place(states, used[original[k]])}" for k in copies[:MOST_NAMED]]
     suffix = f" and {len(copies) - MOST_NAMED} more" if len(copies) > MOST_NAMED else ""
     text = (
-        "no two readings agree so; a copy counts twice and makes the noise look smaller: leave it out with [[exclude]]"
+        "two readings never agree exactly; a copy counts twice and makes the noise appear smaller: exclude it with "
+        "[[exclude]]"
     )
-    return [f"rows repeated to the last digit: {'; '.join(copy_texts)}{suffix}: {text}"]
+    return [f"identical rows: {'; '.join(copy_texts)}{suffix}: {text}"]
 
 
 def _place(states: LoadStates, state: int) -> str:

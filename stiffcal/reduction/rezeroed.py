@@ -1,4 +1,4 @@
-"""A force sensor whose zero was set anew in the middle of a run.
+"""A force sensor whose zero was reset in the middle of a run.
 
 Differences to the run's reference are then wrong by what the zero moved. It shows where the robot has come back to its
 unloaded place and the sensor reads otherwise, from one state on, each time by the same; or where it is far away and the
@@ -90,11 +90,11 @@ def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml")
             continue
         run = states.runs[int(states.run[members[0]])].name
         numbers = ", ".join(f"{value:.0f}" for value in step)
-        finding = "was set anew" if sure else "was set anew, or a load has stayed on"
+        finding = "was reset" if sure else "was reset, or a load remained"
         reason = (
             f"between states {states.row[members[last]]} and {states.row[members[shifted]]} the force sensor's zero "
-            f"{finding}: unloaded it reads ({numbers}) N more than before, and forces are used as they stand"
+            f"{finding}: unloaded it reads ({numbers}) N more than before; forces are used as they are"
         )
-        mend = "split the run there (two [[runs]], each with its own reference), or take the step out in a copy"
+        mend = "split the run there (two [[runs]], each with its own reference), or remove the step in a copy"
         (faults if sure else doubts).append(Fault(FaultCode.WRENCH_REZEROED, file, f"run {run}", reason, mend))
     return faults, doubts

@@ -45,8 +45,8 @@ def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml"
     numbers = ", ".join(f"{value:.0f}" for value in step[:3])
     line = (
         f"{file}: from state {states.row[start]} on, of {n}, forces and deflections agree "
-        f"{np.sqrt(unchanged / misfit):.1f} times as well with ({numbers}) N taken off the forces: was the sensor "
-        "zeroed anew there? they are used as they stand; take the step out in a copy, or make two tables of it"
+        f"{np.sqrt(unchanged / misfit):.1f} times better with ({numbers}) N subtracted from the forces: was the "
+        "sensor zeroed again there? they are used as they are; remove the step in a copy, or split the table"
     )
     return [line]
 

@@ -46,7 +46,7 @@ def stated_row_by_row(gathered: RawStates, setup: MeasurementSetup, place: Float
                 raise InputError.at(
                     FaultCode.READING_IMPLAUSIBLE, "campaign.toml", f"run {run}, row {row}",
                     f"the uncertainty of {quantity} of {body} is {own[wrong[0]].min():g}",
-                    "write a positive one, or leave the row out with [[exclude]]",
+                    "write a positive one, or exclude the row with [[exclude]]",
                 )  # fmt: skip
             sigma[:, b, columns] = np.sqrt(own**2 @ turn.T)
     return sigma

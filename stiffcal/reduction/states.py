@@ -97,7 +97,8 @@ def _with_labels(manifest: Manifest, name: str, run: Run | None, rows: Rows, dis
         labels = [manifest.runs[0].id] * n
     else:
         raise InputError.at(
-            FaultCode.KEY_MISSING, "campaign.toml", f"[sources.{name}]", "which run each row belongs to is not stated",
+            FaultCode.KEY_MISSING, "campaign.toml", f"[sources.{name}]", "it is not stated to which run each row "
+        "belongs",
             'add run = { column = "run" } or run = { each = "row" }',
         )  # fmt: skip
     reasons = [IN_USE] * n
@@ -151,8 +152,8 @@ def _check_order(states: RawStates, display_name: str, place: Callable[[int], st
         k = int(backwards[0]) + 1
         raise InputError.at(
             FaultCode.TIME_ORDER, display_name, place(int(states.number[k])),
-            f"time runs backwards in run {states.run[k]}: {states.time[k]:g} s after {states.time[k - 1]:g} s",
-            "put the rows in the order in which the states were reached, or leave time out",
+            f"time decreases in run {states.run[k]}: {states.time[k]:g} s after {states.time[k - 1]:g} s",
+            "sort the rows in measuring order, or omit the time",
         )  # fmt: skip
 
 
@@ -175,8 +176,8 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
     if unknown:
         raise InputError.at(
             FaultCode.RUN_UNKNOWN,
-            "campaign.toml", "[[runs]]", f"the data holds run {unknown[0]!r}, which is not listed",
-            "add it to [[runs]], or leave [[runs]] out where a table names the runs",
+            "campaign.toml", "[[runs]]", f"the data contains run {unknown[0]!r}, which is not listed",
+            "add it to [[runs]], or omit [[runs]] if a table has a run column",
         )  # fmt: skip
     run = np.array([names.index(name) for name in raw_states.run], dtype=np.int64)
     position, rotation, markers_measured = _poses(raw_states, manifest, setup)
@@ -336,7 +337,7 @@ def _wrench_of_places(wrench: Floats, absolute: Booleans, raw_states: RawStates,
         raise InputError.at(
             FaultCode.KEY_CONFLICT, "campaign.toml", f"run {raw_states.run[k]}, row {int(raw_states.number[k])}",
             f'a load is read in an absolute run, which has no reference at which the wrench was zeroed ("{tared}")',
-            'write tared = "no" where the reading is the whole load, or leave its columns empty in absolute runs',
+            'write tared = "no" if the reading is the total load, or leave its columns empty in absolute runs',
         )  # fmt: skip
     return wrench
 

@@ -48,8 +48,8 @@ def check_displacement_unit(states: LoadStates, declared: str, place: str, file:
         return []
     stiffness = force / largest
     reason = (
-        f"the largest displacement is {1e6 * largest:.3g} µm under up to {force:.3g} N: {1e-6 * stiffness:.3g} N/µm, "
-        "where robots have 0.1 to 5 N/µm at the tool"
+        f"the largest displacement is {1e6 * largest:.3g} µm under up to {force:.3g} N: {1e-6 * stiffness:.3g} N/µm; "
+        "robots have 0.1 to 5 N/µm at the tool"
     )
     factor = unit(declared, "translation").factor
     low, high = USUAL_N_PER_M
@@ -98,6 +98,6 @@ def check_angle_unit(
     reason = f"all angles of {poses} poses lie within {largest:.3g} degrees of zero: these look like radians"
     gain = explained_by_joints(replace(states, joints=degrees), chain) - explained_by_joints(states, chain)
     if gain > EXPLAINS_MORE:
-        full_reason = f"{reason}, and joint springs explain {100 * gain:.0f} % more of the deflection with them so"
+        full_reason = f"{reason}, and joint springs explain {100 * gain:.0f} % more of the deflection if they are"
         return [Fault(FaultCode.UNIT_IMPLAUSIBLE, file, place, full_reason, 'write units = { position = "rad" }')], []
     return [], [f'{file}: {place}: {reason}; if they are, write units = {{ position = "rad" }}']

@@ -67,8 +67,8 @@ def cause_text(group: Sequence[UnusedStretch]) -> str:
     >>> cause_text([UnusedStretch(0.0, 4.0, UnusedCode.NOT_LOGGED, source="tracker")])
     'tracker was not logging'
     >>> strokes = [UnusedStretch(0.0, 1.0, UnusedCode.NEVER_STEADY, stroke=size, speed=2.0) for size in (0.4, 0.8)]
-    >>> cause_text(strokes)[:61]
-    'a stroke of 23 to 46° never held a velocity (fastest 2 rad/s)'
+    >>> cause_text(strokes)[:70]
+    'a stroke of 23 to 46° has no phase of constant velocity (fastest 2 rad'
     """
     code = group[0].code
     if code == UnusedCode.NOT_LOGGED:
@@ -76,7 +76,7 @@ def cause_text(group: Sequence[UnusedStretch]) -> str:
     if code == UnusedCode.NEVER_STEADY:
         stroke = _range([math.degrees(stretch.stroke) for stretch in group])
         speed = _range([stretch.speed for stretch in group])
-        return f"a stroke of {stroke}° never held a velocity (fastest {speed} rad/s): the stretch is too short for it"
+        return f"a stroke of {stroke}° has no phase of constant velocity (fastest {speed} rad/s): it is too short"
     return _TEXTS[code]
 
 
@@ -86,12 +86,12 @@ def _range(values: Sequence[float]) -> str:
 
 
 _TEXTS = {
-    UnusedCode.TOO_FEW_READINGS: "too few readings to find a hold",
-    UnusedCode.NOISE_UNSTEADY: "the noise of the holds is another one at every look",
-    UnusedCode.NEVER_HELD: "the load was never held",
-    UnusedCode.HELD_BRIEFLY: "held too briefly",
+    UnusedCode.TOO_FEW_READINGS: "too few readings to find a dwell",
+    UnusedCode.NOISE_UNSTEADY: "the noise estimate of the dwells does not converge",
+    UnusedCode.NEVER_HELD: "the load was never constant",
+    UnusedCode.HELD_BRIEFLY: "dwell too short",
     UnusedCode.LOAD_CHANGING: "load changing or settling",
-    UnusedCode.BEFORE_FIRST_LOAD: "before the first load: longer than the holds",
-    UnusedCode.AFTER_LAST_LOAD: "after the last load: longer than the holds",
+    UnusedCode.BEFORE_FIRST_LOAD: "before the first load, longer than the dwells",
+    UnusedCode.AFTER_LAST_LOAD: "after the last load, longer than the dwells",
     UnusedCode.BETWEEN_SWEPT_LOADS: "between the loads at which a sweep is read",
 }

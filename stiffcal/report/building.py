@@ -28,7 +28,7 @@ from stiffcal.report.sections import all_sections
 from stiffcal.report.typesetting import set_pages
 
 _LOGO_FILE = "logo.png"
-_LEFT_OUT_TITLE = "What this report leaves out"
+_LEFT_OUT_TITLE = "Not in this report"
 
 
 def build_report(content: ReportContent, output: Path, progress: Progress = no_progress) -> None:
@@ -96,7 +96,7 @@ def write_pages(
             pages["logo"] = _LOGO_FILE if logo else ""
             if logo:
                 (Path(folder) / _LOGO_FILE).write_bytes(logo)
-            progress("setting the pages", 0.95)
+            progress("typesetting", 0.95)
             pdf = set_pages(pages, Path(folder), heading.date)
         _write_whole(output, pdf)
     except OSError as error:

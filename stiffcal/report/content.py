@@ -388,5 +388,5 @@ class ReportContent:
 
     @property
     def readings_alone(self) -> tuple[Page, ...]:
-        """The pages with something on them where the campaign holds no load states, else none."""
+        """The pages with something on them where the campaign contains no load states, else none."""
         return () if self.states is not None else tuple(page for page in self.pages if page.blocks)

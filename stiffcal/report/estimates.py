@@ -10,37 +10,10 @@ from collections.abc import Sequence
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import drift_unit
+from stiffcal.wording import interval_digits
 
 STIFFNESS_UNITS = {"rad/(N·m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
 """Unit of a compliance to the unit of its stiffness, with the factor to it from SI units."""
-
-_UNITS = {
-    "rad": ("mrad", 1e3),
-    "m": ("mm", 1e3),
-    "rad/(N·m)": ("µrad/(N·m)", 1e6),
-    "m/N": ("µm/kN", 1e9),
-    "N/m": ("N/µm", 1e-6),
-    "N/rad": ("N/mrad", 1e-3),
-}
-
-
-def printed_unit(unit: str, drift_follows: str) -> tuple[str, float]:
-    """Return the unit in which a parameter is printed, and the factor to it.
-
-    Parameters
-    ----------
-    unit : of the JSON document.
-    drift_follows : "time" or "temperature": what a drift of this campaign is counted by.
-
-    Examples
-    --------
-    >>> printed_unit("rad", "time"), printed_unit("m/s or m/K", "time"), printed_unit("N*m", "time")
-    (('mrad', 1000.0), ('µm/h', 3600000000.0), ('N·m', 1.0))
-    """
-    words = wording.unit_words(unit)
-    drift = drift_unit(words, drift_follows == "temperature")
-    return drift or _UNITS.get(words, ("" if words == "1" else words, 1.0))
 
 
 def estimate_text(value: float | None, interval: Sequence[float | None] | None, scale: float = 1.0) -> str:
@@ -61,7 +34,8 @@ def estimate_text(value: float | None, interval: Sequence[float | None] | None, 
     if interval is None:
         return wording.digits(value * scale)
     if low is None or high is None or _is_lopsided(value * scale, low, high):
-        return f"{wording.digits(value * scale)} ({_ends(low, high)})"
+        digits = 3 if low is None or high is None else interval_digits(low, high)
+        return f"{wording.digits(value * scale, digits)} ({_ends(low, high)})"
     return wording.plus_minus(value * scale, (high - low) / 2.0)
 
 
@@ -95,4 +69,7 @@ def _is_lopsided(value: float, low: float, high: float) -> bool:
 def _ends(low: float | None, high: float | None) -> str:
     if low is None:
         return "unbounded" if high is None else f"below {wording.digits(high)}"
-    return f"above {wording.digits(low)}" if high is None else f"{wording.digits(low)} … {wording.digits(high)}"
+    if high is None:
+        return f"above {wording.digits(low)}"
+    digits = interval_digits(low, high)
+    return f"{wording.digits(low, digits)} … {wording.digits(high, digits)}"

@@ -37,12 +37,14 @@ def rasterised(content: bytes, file: str, where: tuple[str, str]) -> bytes:
     """
     ending = Path(file).suffix.lower()
     if ending not in (".png", ".svg"):
-        raise InputError.at(FaultCode.FORMAT_UNKNOWN, *where, f"{file} is no PNG or SVG", "name a .png or .svg file")
+        raise InputError.at(
+            FaultCode.FORMAT_UNKNOWN, *where, f"{file} is not a PNG or SVG file", "use a .png or .svg file"
+        )
     if len(content) > MOST_BYTES:
-        raise InputError.at(FaultCode.SIZE_EXCEEDED, *where, f"{file} is larger than 1 MB", "name a smaller picture")
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, *where, f"{file} is larger than 1 MB", "use a smaller picture")
     if ending == ".svg" and _REFERENCES.search(content):
-        reason = f"{file} refers to something outside itself, or holds a picture or a script"
-        raise InputError.at(FaultCode.FORMAT_UNKNOWN, *where, reason, "save it as plain shapes, or as PNG")
+        reason = f"{file} refers to other files, or contains a picture or a script"
+        raise InputError.at(FaultCode.FORMAT_UNKNOWN, *where, reason, "save it as plain paths, or as PNG")
     try:
         return _pixels_of_png(content) if ending == ".png" else _pixels_of_svg(content)
     except (OSError, ValueError, RuntimeError, SyntaxError) as error:

@@ -22,7 +22,7 @@ NOT_KNOWN = "–"
 BOX = "□"
 KINDS = {
     "load": "Load-deflection calibration",
-    "absolute": "Calibration by absolute places",
+    "absolute": "Calibration by absolute poses",
     "clamped": "Calibration of a clamped robot",
 }
 
@@ -62,23 +62,24 @@ def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
     ]
     minutes, state = plan.runs[0].minutes, plan.runs[0].minutes_per_state
     reading = {
-        "load": "In every run: read unloaded, at each load step in order, and unloaded again, each for the same time: "
+        "load": "In every run: measure unloaded, at each load step in order, and unloaded again, each for the same "
+        "time: "
         f"{state:g} min, {minutes:g} min a run.",
-        "absolute": f"In every run: let the robot come to rest, and read the place once; {minutes:g} min a run.",
-        "clamped": "In every run: clamp the flange, read, then drive the one joint to and fro, up to the turn that is "
-        f"listed; stop at the sensor's limits. {minutes:g} min a run.",
+        "absolute": f"In every run: let the robot come to rest, and measure the pose once; {minutes:g} min a run.",
+        "clamped": "In every run: clamp the flange, measure, then drive the listed joint back and forth, up to the "
+        f"listed angle; stop at the limits of the sensor. {minutes:g} min a run.",
     }[plan.experiment]
     notes = [
-        "Poses and joint moves were checked against joint limits, keep-out boxes and link capsules of plan.toml only.",
+        "Poses and joint moves were checked only against joint limits, keep-out boxes and link capsules of plan.toml.",
         "They were not checked against neighbouring links, cables, the load, or people.",
         reading,
-        "If time is short, measure the runs of highest rank first.",
+        "If time is short, measure the runs with the highest rank first.",
         *(
-            f"From {before} to {after} no free joint move was found: drive by hand."
+            f"From {before} to {after} no collision-free joint move was found: move by hand."
             for before, after in plan.blocked_moves
         ),
         *(
-            f"{loss.parameter} rests on {loss.run}: check its logs before the set-up is taken down."
+            f"{loss.parameter} depends on {loss.run}: check its logs before the set-up is dismantled."
             for loss in plan.rests_on_one_run
         ),
     ]
@@ -97,7 +98,7 @@ def _runs(plan: PlanResult) -> ReportSection:
     )
     rows = []
     for run in plan.runs:
-        rows += [("on the way", "", *_degrees(joints), "", "") for joints in run.approach]
+        rows += [("intermediate pose", "", *_degrees(joints), "", "") for joints in run.approach]
         largest = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3] + 0.0
         force = ", ".join(f"{component:.0f}" for component in largest) if largest.any() else OWN_WEIGHT
         motor = (
@@ -106,7 +107,7 @@ def _runs(plan: PlanResult) -> ReportSection:
             else (f"joint {run.moved_joint}", significant(float(np.degrees(run.turn)), 2))
         )
         rows.append((run.id, str(run.rank), *_degrees(run.joints), *motor, force, BOX))
-    caption = "Runs in order of measuring; the force is the largest of each run" + (
+    caption = "Runs in measuring order; force: largest of each run" + (
         ", as expected at the fixture." if clamped else "."
     )
     return ReportSection("Runs", (TableBlock(columns, tuple(rows), caption),))
@@ -145,7 +146,7 @@ def _expected(plan: PlanResult) -> ReportSection:
     )  # fmt: skip
     blocks: list[Paragraph | TableBlock | PictureBlock] = [TableBlock(columns, rows, "Expected after all runs.")]
     if plan.not_identified:
-        blocks.append(Paragraph(f"Not identified with these means: {', '.join(plan.not_identified)}."))
+        blocks.append(Paragraph(f"Not identifiable with this equipment: {', '.join(plan.not_identified)}."))
     blocks += [Paragraph(f"{remedy_text(remedy)}.") for remedy in plan.remedies or ()]
     if plan.observability is not None:
         blocks.append(Paragraph(f"{_sentence(indices_text(plan.observability))}."))
@@ -156,16 +157,14 @@ def _expected(plan: PlanResult) -> ReportSection:
         )
     for entry in plan.separations or ():
         blocks.append(
-            Paragraph(
-                f"Were {entry.truth} true, {entry.rival} would fit worse by χ² = {significant(entry.chi_square, 2)}."
-            )
+            Paragraph(f"If {entry.truth} is true, {entry.rival} fits worse by χ² = {significant(entry.chi_square, 2)}.")
         )
     if any(point.worst_relative is not None for point in plan.gain):
-        caption = "The largest of these half widths after the first runs of highest rank."
+        caption = "The largest of these half widths over the number of runs, highest rank first."
         blocks.append(PictureBlock(partial(draw_gain, plan.gain), caption))
     if plan.another_hour is not None:
         blocks.append(Paragraph(f"{_sentence(another_hour_text(len(plan.runs), plan.another_hour))}."))
-    return ReportSection("What these runs bring", tuple(blocks))
+    return ReportSection("Expected results of these runs", tuple(blocks))
 
 
 def _load(run: RunToMeasure) -> tuple[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stiffcal.identification.agreement_results import Agreement
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import count, plus_minus, significant
+from stiffcal.wording import count, plus_minus, printed_unit, significant
 
 KINDS = {
     Experiment.LOADS: "load runs",
@@ -20,23 +20,22 @@ def verdict(agreement: Agreement) -> str:
     number = count(agreement.dof, "parameter")
     test = f"χ² {significant(agreement.statistic)} of {agreement.dof}, p {significant(agreement.p_value, 2)}"
     if agreement.agree:
-        return f"{kinds} agree on the {number} that each determines alone ({test})"
+        return f"{kinds} agree on the {number} that each determines separately ({test})"
     worst = max(agreement.parameters, key=lambda parameter: abs(parameter.standard_errors))
     return (
-        f"{kinds} disagree on what each determines alone, {worst.name} most, by {abs(worst.standard_errors):.3g} "
+        f"{kinds} disagree on parameters that each determines separately, {worst.name} most, by "
+        f"{abs(worst.standard_errors):.3g} "
         f"standard errors ({test}): the model lacks an effect, or a sensor's scale is wrong"
     )
 
 
 def rows(agreement: Agreement) -> list[tuple[str, str, str, str, str]]:
     """Return for each parameter its name, both values ± 95 %, unit, and the difference in standard errors."""
-    return [
-        (
-            parameter.name,
-            plus_minus(parameter.first, NORMAL_95 * parameter.first_std),
-            plus_minus(parameter.second, NORMAL_95 * parameter.second_std),
-            parameter.unit,
-            f"{parameter.standard_errors:.2g}",
-        )
-        for parameter in agreement.parameters
-    ]
+    cells = []
+    for parameter in agreement.parameters:
+        unit, factor = printed_unit(parameter.unit)
+        half_widths = factor * NORMAL_95 * parameter.first_std, factor * NORMAL_95 * parameter.second_std
+        first = plus_minus(factor * parameter.first, half_widths[0])
+        second = plus_minus(factor * parameter.second, half_widths[1])
+        cells.append((parameter.name, first, second, unit, f"{parameter.standard_errors:.2g}"))
+    return cells

@@ -10,7 +10,7 @@ from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import listing, plus_minus, significant
 
 HEADER = (
-    ("joint", ""), ("θ", "°"), ("d", "mm"), ("a", "mm"), ("α", "°"), ("β", "°"), ("zero to enter", "°")
+    ("joint", ""), ("θ", "°"), ("d", "mm"), ("a", "mm"), ("α", "°"), ("β", "°"), ("offset to enter", "°")
 )  # fmt: skip
 """Titles and units of `table_rows`."""
 CONVENTIONS = {"dh": "Denavit-Hartenberg", "modified-dh": "modified Denavit-Hartenberg (Craig)"}
@@ -40,8 +40,8 @@ def table_rows(found: GeometryFound) -> list[tuple[str, ...]]:
 def convention_in_words(found: GeometryFound) -> str:
     """Return how the rows are to be read."""
     return (
-        f"geometry as rows of {CONVENTIONS[found.convention]}, ± 95 %, with β where axes are nearly parallel; a value "
-        "without ± is a choice, which other numbers complete"
+        f"geometry as rows of {CONVENTIONS[found.convention]}, ± 95 %, with β where axes are nearly parallel; a "
+        "value without ± is a convention, to be used with the other values"
     )
 
 
@@ -70,7 +70,7 @@ def _choices(found: GeometryFound) -> Iterator[str]:
     for cause, names in by_cause.items():
         yield f"these poses do not separate {listing(names)} from {cause}"
     if together:
-        yield f"these poses do not separate {listing(together)} from each other: measure more of them"
+        yield f"these poses do not separate {listing(together)} from each other: measure more poses"
 
 
 def _numbers(found: GeometryFound) -> Iterator[tuple[str, StatedNumber]]:

@@ -23,7 +23,7 @@ def validate_result(states: LoadStates, validation: Validation) -> ValidateResul
         warnings.append("a single pose: the error in held-out poses cannot be estimated, this is the error of the fit")
     noise_known = any(value is not None for _, value in validation.noise.items())
     if not noise_known:
-        warnings.append("the noise is not known: whether the model is good enough cannot be judged")
+        warnings.append("the noise is unknown: whether the model is good enough cannot be judged")
     return ValidateResult(
         warnings=warnings,
         scheme=heldout.scheme,

@@ -53,8 +53,8 @@ def controllers_model(robot: CompliantRobot, controller: Controller) -> Complian
             FaultCode.EFFECT_ABSENT,
             FILE_NAME,
             "controller.effects",
-            f"the model file holds no {missing[0]}",
-            f"it holds: {in_model}",
+            f"the model file contains no {missing[0]}",
+            f"it contains: {in_model}",
         )
     model = replace(robot, placed=placed)
     unknown = [name for name in controller.parameters if name not in model.values()]
@@ -113,7 +113,7 @@ def compensated(
     else:
         raise InputError.at(
             FaultCode.NO_CONVERGENCE, FILE_NAME, "loads.guide_N_per_m",
-            f"correction and side force of the guide do not settle: {np.abs(left).max():.2g} rad are left after "
+            f"correction and side force of the guide do not converge: {np.abs(left).max():.2g} rad remain after "
             f"{_MOST_ROUNDS} rounds",
             "lower guide_N_per_m, or simulate these runs without a correcting controller",
         )  # fmt: skip

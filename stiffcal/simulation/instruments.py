@@ -185,7 +185,7 @@ def true_reading(signal: Signal, samples: SamplingContext, place: str) -> Signal
         "campaign.toml",
         place,
         "this kind of signal cannot be simulated",
-        "take it out of the folder given to --from",
+        "remove it from the folder given to --from",
     )
 
 
@@ -198,8 +198,8 @@ def _lengths(signal: Lengths, samples: SamplingContext, place: str) -> SignalSam
         if displacement is None:
             raise InputError.at(
                 FaultCode.SIMULATION_UNSUPPORTED,
-                "campaign.toml", place, "the robot that answers does not say how its links bend",
-                "take the rods out, or let stiffcal's own balance answer",
+                "campaign.toml", place, "the simulated robot does not return the bending of its links",
+                "remove the rods, or use the equilibrium of stiffcal",
             )  # fmt: skip
         lengths.append(displacement @ row[:6] + row[6] * samples.robot.warming_K_per_hour * samples.hours)
     return SignalSamples(Channels(("length_m",) * len(lengths)), np.stack(lengths, axis=1))
@@ -257,13 +257,13 @@ def _joints(signal: JointSignals, samples: SamplingContext, place: str) -> Signa
     program, n = samples.true_run.planned.program, samples.time.size
     driven = isinstance(program, MotionProgram)
     if not driven and set(signal.groups()) - {"position", "command"}:
-        reason = "velocities, torques and currents are simulated where a motor is driven (clamped, friction)"
+        reason = "velocities, torques and currents are simulated only for driven motors (clamped, friction)"
         raise InputError.at(
             FaultCode.SIMULATION_UNSUPPORTED,
             "campaign.toml",
             place,
             reason,
-            "take these columns out, or give such runs a source of their own",
+            "remove these columns, or use a separate source for such runs",
         )
     ratio = samples.gear_ratio if signal.motor else np.ones_like(samples.gear_ratio)
     parts, kinds = [], []

@@ -141,7 +141,7 @@ def _write_text(path: Path, columns: Mapping[str, Column], dialect: Dialect) -> 
     try:
         path.write_bytes(text.encode(dialect.encoding))
     except UnicodeEncodeError as error:
-        reason = f"a name holds {error.object[error.start]!r}, which {dialect.encoding} does not have"
+        reason = f"a name contains {error.object[error.start]!r}, which {dialect.encoding} does not have"
         raise InputError.at(
             FaultCode.ENCODING_WRONG, "campaign.toml", "csv.encoding", reason, 'set encoding = "utf-8"'
         ) from None

@@ -30,7 +30,7 @@ class SideConstraintError(ArithmeticError):
 
     def __init__(self, run: int, left_N: float) -> None:
         super().__init__(
-            f"the side force of the guide does not settle: {left_N:.2g} N are left after {MOST_STEPS} steps"
+            f"the side force of the guide does not converge: {left_N:.2g} N remain after {MOST_STEPS} steps"
         )
         self.run, self.left_N = run, left_N
 

@@ -127,8 +127,8 @@ def simulate_runs(
             FaultCode.EFFECT_ABSENT,
             FILE_NAME,
             "robot.hidden",
-            f"the model file holds no {absent[0]}",
-            f"it holds: {', '.join(sorted({placed_effect.effect.name for placed_effect in robot.placed}))}",
+            f"the model file contains no {absent[0]}",
+            f"it contains: {', '.join(sorted({placed_effect.effect.name for placed_effect in robot.placed}))}",
         )
     frames = true_frames(campaign, settings)
     for name in settings.sensors:
@@ -172,12 +172,10 @@ def _check_out(out: Path, source: Path) -> None:
     if out.resolve() == source.resolve() or not out.exists():
         return
     if not out.is_dir():
-        raise InputError.at(
-            FaultCode.FILE_KIND, str(out), "", "this is a file", "name a folder that does not exist yet"
-        )
+        raise InputError.at(FaultCode.FILE_KIND, str(out), "", "this is a file", "use a folder that does not exist yet")
     if any(out.iterdir()) and not (out / TRUTH_FILE).exists():
         raise InputError.at(
-            FaultCode.FILE_EXISTS, str(out), "", "the folder is not empty", "name a folder that does not exist yet"
+            FaultCode.FILE_EXISTS, str(out), "", "the folder is not empty", "use a folder that does not exist yet"
         )
 
 
@@ -226,8 +224,8 @@ def _write_logs(
                     FaultCode.SIMULATION_UNSUPPORTED,
                     MANIFEST_FILE,
                     f"sources.{name}",
-                    "a simulated source writes one file",
-                    "name one file for it",
+                    "a simulated source writes only one file",
+                    "give one file for it",
                 )
             by_file.setdefault(named[""], []).append(log)
         for file, parts in by_file.items():

@@ -341,8 +341,8 @@ def refuse_setup_effects(robot: CompliantRobot) -> None:
                 FaultCode.SIMULATION_UNSUPPORTED,
                 "model.toml",
                 f'effects "{name}"',
-                "a wrong frame is nothing that the robot does, and cannot be simulated from here",
-                "take it out and write where the frame really is in simulate.toml, [frames.NAME]",
+                "a frame error is not an effect of the robot, and cannot be simulated from model.toml",
+                "remove it and write the true position of the frame in simulate.toml, [frames.NAME]",
             )
 
 

@@ -38,7 +38,7 @@ def find_generation(
         raise error_of_reading(error, display_name, CURRENT) from None
     for folder in candidates:
         if is_whole(store, folder, display_name):
-            notice(f"{store}: current names no generation that is there: the newest whole one is used, {folder.name}")
+            notice(f"{store}: current refers to no existing generation: the newest complete one is used, {folder.name}")
             return folder
     return None
 

@@ -31,7 +31,7 @@ OWN, TRUSTED_PLACE, FOREIGN = "own", "trusted place", "foreign"
 results came with the folder and are not verified.
 """
 ORIGINS = (OWN, TRUSTED_PLACE, FOREIGN)
-REBUILD = "run stiffcal ingest again; the history is kept as far as it can be read"
+REBUILD = "run stiffcal ingest again; the history is kept as far as it is readable"
 UPDATE = "update stiffcal"
 MOST_BYTES = 1 << 26
 """Of an index: some hundred thousand recordings."""
@@ -74,17 +74,17 @@ def error_of_reading(error: OSError, display_name: str, place: str) -> InputErro
     Examples
     --------
     >>> print(error_of_reading(PermissionError(13, "Permission denied"), "store", "identify"))
-    store: identify: cannot be read (Permission denied); get the right to read it, then do this again \
+    store: identify: cannot be read (Permission denied); get permission to read it, then do this again \
 [store-inaccessible]
     >>> print(error_of_reading(FileNotFoundError(2, "No such file or directory"), "store", "identify"))
     store: identify: damaged (No such file or directory); run stiffcal ingest again; \
-the history is kept as far as it can be read [store-damaged]
+the history is kept as far as it is readable [store-damaged]
     """
     text = error.strerror or str(error)
     if not is_refused(error):
         return DamagedStoreError.at(FaultCode.STORE_DAMAGED, display_name, place, f"damaged ({text})", REBUILD)
     no_right = error.errno in (errno.EACCES, errno.EPERM)
-    mend = "get the right to read it" if no_right else MENDS.get(error.errno or 0, "look whether the disk is in order")
+    mend = "get permission to read it" if no_right else MENDS.get(error.errno or 0, "check the disk")
     return UnreadableError.at(
         FaultCode.STORE_INACCESSIBLE, display_name, place, f"cannot be read ({text})", f"{mend}, then do this again"
     )
@@ -202,7 +202,7 @@ def _entries(listed: Document, kind: str, *, hashed: bool) -> dict[str, Entry]:
     entries = {}
     for name, entry in listed.items():
         if not 0 < len(name) <= _MOST_NAME or "\0" in name:
-            raise ValueError(f"no name of a table or document: {name[:80]!r}")
+            raise ValueError(f"not a name of a table or document: {name[:80]!r}")
         name.encode()  # half a surrogate pair is no name of a file
         file_of(name, ENDINGS[kind])
         rows, size, digest = entry.get("rows", -1), entry["bytes"], entry["sha256"] if hashed else ""
@@ -244,7 +244,8 @@ def parse_json(content: bytes) -> Document:
     Raises
     ------
     ValueError
-        It is no JSON object in UTF-8, nested too deeply, or holds NaN, infinity, an endless number or half a character.
+        It is not a JSON object in UTF-8, nested too deeply, or holds NaN, infinity, an endless number or half a
+        character.
 
     Examples
     --------
@@ -252,7 +253,7 @@ def parse_json(content: bytes) -> Document:
     {'a': [1, 2.5]}
     >>> parse_json(b'{"a": NaN}')
     Traceback (most recent call last):
-    ValueError: NaN is no number of JSON
+    ValueError: NaN is not a JSON number
     """
     try:
         document = json.loads(content.decode("utf-8"), parse_constant=_no_number, parse_int=_integer, parse_float=_real)
@@ -261,14 +262,14 @@ def parse_json(content: bytes) -> Document:
     except RecursionError:
         raise ValueError("nested too deeply") from None
     except UnicodeEncodeError:
-        raise ValueError("a text with half a character") from None
+        raise ValueError("a text with an incomplete character") from None
     if not isinstance(document, dict):
-        raise ValueError("no JSON object")
+        raise ValueError("not a JSON object")
     return document
 
 
 def _no_number(text: str) -> NoReturn:
-    raise ValueError(f"{text} is no number of JSON")
+    raise ValueError(f"{text} is not a JSON number")
 
 
 def _integer(text: str) -> int:

@@ -79,7 +79,7 @@ def open_inside(root: Path, inside: str) -> IO[bytes]:
     """
     pieces = inside.split("/")
     if not all(pieces) or {".", ".."} & set(pieces):
-        raise StrangeFileError(errno.EINVAL, "no path inside a store", inside)
+        raise StrangeFileError(errno.EINVAL, "not a path inside a store", inside)
     descriptor = _descriptor(root, pieces, inside) if _BY_DESCRIPTOR else _checked_by_path(root, pieces, inside)
     try:
         _check(os.fstat(descriptor), inside, folder=False)

@@ -121,7 +121,7 @@ def verify(file: IO[bytes], path: Path, entry: Entry, display_name: str, name: s
     found_hash = hash_of(file)
     file.seek(0)
     if found_hash != entry.sha256:
-        raise damaged(display_name, name, "its content is not what was written")
+        raise damaged(display_name, name, "its content has changed since it was written")
     if len(_verified) >= _MOST_VERIFIED:
         _verified.clear()
     _verified.add(key)

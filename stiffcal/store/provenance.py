@@ -314,7 +314,7 @@ def _unreadable(file: str, error: OSError) -> InputError:
         file,
         "",
         f"cannot be read: {error.strerror}",
-        "correct the file's name or its rights",
+        "correct the name of the file or its permissions",
     )
 
 

@@ -86,7 +86,11 @@ class Store:
                     yield Snapshot(self.folder, folder, index, self.display_name, self.address, self.remote)
                     return
         raise DamagedStoreError.at(
-            FaultCode.STORE_DAMAGED, self.display_name, "current", "the generation it names cannot be read", REBUILD
+            FaultCode.STORE_DAMAGED,
+            self.display_name,
+            "current",
+            "the generation to which it refers cannot be read",
+            REBUILD,
         )
 
     @property
@@ -197,7 +201,7 @@ def _folder_of(location: str | Path, display_name: str) -> Path:
     address = urlsplit(location)
     if address.scheme == "file" and address.netloc in ("", "localhost"):
         return Path(unquote(address.path))
-    reason = f"{address.scheme}: addresses are not known"
+    reason = f"{address.scheme}: addresses are not supported"
     raise InputError.at(
         FaultCode.STORE_ADDRESS, display_name, "--store", reason, "give a folder, or s3://BUCKET/PREFIX"
     )

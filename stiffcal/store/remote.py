@@ -73,7 +73,7 @@ class Remote:
                 FaultCode.STORE_ADDRESS,
                 display_name,
                 "--store",
-                "the address names no bucket",
+                "the address contains no bucket",
                 "write s3://BUCKET/PREFIX",
             )
         self._files = _file_system()
@@ -175,7 +175,10 @@ class Remote:
 
     def _give_up(self, place: str) -> NoReturn:
         self._remove(place)
-        reason = "another stiffcal took this one for dead and wrote meanwhile; nothing of this one is stored"
+        reason = (
+            "another stiffcal process took over the lock and wrote to the store; the results of this process "
+            "are not stored"
+        )
         raise InputError.at(FaultCode.STORE_LOCKED, self.display_name, "", reason, "do this again")
 
     def withdraw(self, folder: Path) -> None:

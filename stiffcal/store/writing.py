@@ -57,8 +57,8 @@ def store_faults(display_name: str) -> Iterator[None]:
             errno.ENOSPC: "free some space, or put the store elsewhere with --store",
             errno.EDQUOT: "free some space, or put the store elsewhere with --store",
             errno.EFBIG: "put the store on a disk that takes larger files with --store",
-            errno.EACCES: "get the right to write there, or put the store elsewhere with --store",
-            errno.EPERM: "get the right to write there, or put the store elsewhere with --store",
+            errno.EACCES: "get permission to write there, or put the store elsewhere with --store",
+            errno.EPERM: "get permission to write there, or put the store elsewhere with --store",
             errno.EROFS: "put the store elsewhere with --store",
         }
         reason = f"cannot be written: {error.strerror or str(error).splitlines()[0]}"
@@ -388,4 +388,4 @@ def _plain(value: object) -> object:
         return value.item()
     if isinstance(value, np.ndarray):
         return value.tolist()
-    raise TypeError(f"{type(value).__name__} is no JSON value")
+    raise TypeError(f"{type(value).__name__} is not a JSON value")

@@ -33,14 +33,14 @@ def fault_of_foreign_content(error: Exception) -> InputError | None:
     True
     >>> use_foreign_results("store")
     >>> print(fault_of_foreign_content(KeyError("x")))
-    store: not computed by you, and of another shape than stiffcal writes (KeyError: 'x'); ask for the logs, or remove \
+    store: not computed by you, and not in the form that stiffcal writes (KeyError: 'x'); ask for the logs, or remove \
 the store [content-untrusted]
     >>> use_own_results()
     """
     if not _in_use:
         return None
     text = " ".join(str(error).split())
-    reason = f"not computed by you, and of another shape than stiffcal writes ({type(error).__name__}: {text[:200]})"
+    reason = f"not computed by you, and not in the form that stiffcal writes ({type(error).__name__}: {text[:200]})"
     return InputError.at(
         FaultCode.CONTENT_UNTRUSTED, ", ".join(_in_use), "", reason, "ask for the logs, or remove the store"
     )

@@ -42,7 +42,7 @@ _allowed_in_process: set[str] = set()
 WAIT_S = 20.0
 _POLL_S = 0.01
 _MOST_BYTES = 64 << 20
-_NOT_REMEMBERED = "nothing is remembered between commands"
+_NOT_REMEMBERED = "nothing is remembered from one command to the next"
 
 
 class TrustRecord:
@@ -172,7 +172,7 @@ class TrustRecord:
         if fault and self.file is not None:
             fault = "" if add_pending(self.file.parent, (row.index_sha256 for row in generations)) else fault
         if fault and required and _writable_at_first.get(self.folder, False):
-            mend = "free some space or mend its rights, or name another folder by STIFFCAL_STATE"
+            mend = "free some space, correct its permissions, or set another folder in STIFFCAL_STATE"
             raise InputError.at(
                 FaultCode.TRUST_RECORD, str(self.folder), "", fault, f"{mend}; what was stored before is unchanged"
             )
@@ -192,7 +192,7 @@ class TrustRecord:
     def _change_or_raise(self, change: Callable[[RecordContent], None]) -> None:
         fault = self._change(change)
         if fault:
-            mend = "name a folder of your own by STIFFCAL_STATE"
+            mend = "set a folder of your own in STIFFCAL_STATE"
             raise InputError.at(
                 FaultCode.TRUST_RECORD,
                 str(self.folder or "the state folder"),
@@ -249,12 +249,14 @@ def open_record() -> TrustRecord:
 
 def _opened(folder: Path | None) -> TrustRecord:
     if folder is None:
-        notice(f"there is no home folder: {_NOT_REMEMBERED}; name a folder by STIFFCAL_STATE", RECORD)
+        notice(f"there is no home folder: {_NOT_REMEMBERED}; set a folder in STIFFCAL_STATE", RECORD)
         return TrustRecord(None, RecordContent())
     fault = fault_of_place(folder)
     if fault:
         fault = f"the state folder {folder} is not trusted, because {fault}"
-        notice(f"{fault}: {_NOT_REMEMBERED}; name another by STIFFCAL_STATE, or mend its rights (chmod 700)", RECORD)
+        notice(
+            f"{fault}: {_NOT_REMEMBERED}; set another in STIFFCAL_STATE, or correct its permissions (chmod 700)", RECORD
+        )
         return TrustRecord(folder, RecordContent(), fault)
     stamp = _stamp(folder / RECORD)
     if stamp is None:
@@ -284,8 +286,8 @@ def hashes_of_environment() -> frozenset[str]:
                 FaultCode.OPTION_INVALID,
                 "",
                 VARIABLE,
-                f"{word!r} is no SHA-256",
-                "give what stiffcal trust --hash DIR prints",
+                f"{word!r} is not a SHA-256",
+                "give the hash that stiffcal trust --hash DIR prints",
             )
     return frozenset((*hashes, *_allowed_in_process))
 
@@ -318,7 +320,7 @@ def _read(folder: Path, may_lock: bool = False) -> tuple[RecordContent, str]:
         with open_regular(file) as opened:
             fault = fault_of_owner(os.fstat(opened.fileno()))
             if fault:
-                return RecordContent(), f"{file} is not trusted, because {fault}; mend its rights (chmod 600)"
+                return RecordContent(), f"{file} is not trusted, because {fault}; correct its permissions (chmod 600)"
             data = opened.read(_MOST_BYTES + 1)
         if len(data) > _MOST_BYTES:
             raise ValueError("too large")
@@ -360,7 +362,7 @@ def _locked(folder: Path) -> Iterator[None]:
 
     Raises
     ------
-    InputError : another process holds it for longer than anybody writes. OSError : the system refuses.
+    InputError : another process has locked it for longer than anybody writes. OSError : the system refuses.
     """
     descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | getattr(os, "O_NONBLOCK", 0), 0o600)
     try:
@@ -371,7 +373,7 @@ def _locked(folder: Path) -> Iterator[None]:
                     FaultCode.TRUST_RECORD,
                     str(folder / LOCK),
                     "",
-                    "another process holds it",
+                    "another process has locked it",
                     "wait until it has ended",
                 )
             time.sleep(_POLL_S)

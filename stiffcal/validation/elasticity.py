@@ -42,11 +42,12 @@ JointVerdict: TypeAlias = Literal[
 ]
 ElasticityVerdict: TypeAlias = Literal["identified", "partly-identified", "not-identified"]
 _REASONS: dict[JointVerdict, str] = {
-    "identified": "the error in regions left out falls with it, next to eccentricities of all joints too",
-    "unknown-scale": "nothing but weight turns it, and one common scale of the links' moments is unknown",
-    "no-torque": "weight does not turn it in these poses",
-    "not-above-zero": "its compliance is not above zero by two standard deviations",
-    "error-not-lower": "the error in regions left out does not fall with it",
+    "identified": "the error in regions left out decreases with it, also with eccentricities of all joints in the "
+    "model",
+    "unknown-scale": "only weight acts on it, and a common scale of the link moments is unknown",
+    "no-torque": "weight produces no torque on it in these poses",
+    "not-above-zero": "its compliance is less than two standard deviations above zero",
+    "error-not-lower": "the error in regions left out does not decrease with it",
     "like-eccentricity": "eccentricities of joints explain the same places",
 }
 
@@ -82,7 +83,7 @@ class Elasticity:
 
 
 def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:
-    """Return whether places show that joints give; None where the model holds no such joint.
+    """Return whether places show that joints give; None where the model contains no such joint.
 
     None as well where no place was measured, and where runs with loads show it better than weight does.
 
@@ -127,13 +128,15 @@ def _summary(joints: list[JointElasticity]) -> Elasticity:
     payloads = [joint.payload_kg for joint in joints if joint.payload_kg is not None]
     payload = min(payloads, default=None)
     if verdict == "identified":
-        return Elasticity(verdict=verdict, why="every joint's compliance shows", payload_kg=None, joints=joints)
+        return Elasticity(
+            verdict=verdict, why="the compliance of every joint is identified", payload_kg=None, joints=joints
+        )
     others = [joint.joint for joint in joints if joint.verdict != "identified"]
     known = f"elasticity of {_joints(identified)} is identified; " if identified else ""
     mend = (
-        "no payload at the flange would show it in such poses"
+        "no payload at the flange would make it identifiable in such poses"
         if payload is None
-        else f"measure again with {significant(payload, 2)} kg at the flange in half of the poses"
+        else f"repeat with {significant(payload, 2)} kg at the flange in half of the poses"
     )
     why = f"{known}elasticity of {_joints(others)} cannot be identified from these poses: {mend}"
     return Elasticity(verdict=verdict, why=why, payload_kg=payload, joints=joints)

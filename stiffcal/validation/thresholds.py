@@ -154,7 +154,7 @@ def _stiffnesses(
             else f"the model fixes the stiffness of {label}"
         )
         satisfied = False if asked is not None and _limit_of(asked, joint) is not None else None
-        text = f"{subject}, nothing is measured: min_stiffness = {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
+        text = f"{subject}, no measurement: min_stiffness = {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
         checks.append(ThresholdCheck("min_stiffness", joint, limit, None, JOINT_STIFFNESS_UNIT, satisfied, text))
     return checks
 
@@ -209,7 +209,7 @@ def _drifts(
     for name, earlier in baseline.parameters.items():
         of_a_joint = len(earlier.where.joints or []) == 1 and earlier.unit == _COMPLIANCE_UNIT
         if of_a_joint and earlier.known_stiffness and name not in measured:
-            text = f"{baseline.name} has {name}, of which this model measures nothing: its drift cannot be judged"
+            text = f"{baseline.name} has {name}, which this model does not measure: its drift cannot be judged"
             checks.append(
                 ThresholdCheck("max_drift", "", limits.max_drift.get(ALL_JOINTS, 0.0), None, "", satisfied, text)
             )
@@ -218,7 +218,7 @@ def _drifts(
 
 def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> ThresholdCheck:
     before, after = change.before.known_stiffness, change.after.known_stiffness
-    bound = f"max_drift = {100 * limit:.3g} %" if limit else "no drift beyond chance"
+    bound = f"max_drift = {100 * limit:.3g} %" if limit else "no significant drift"
     value, p_value, std = change.before.value, change.p_value, change.std
     if not before or not after or not value or p_value is None or std is None:
         text = f"stiffness of {joint} is not known here or in {name}: {bound} cannot be judged"
@@ -230,6 +230,6 @@ def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> 
     if abs(drift) > limit and chance < CHANCE:
         return ThresholdCheck("max_drift", joint, limit, drift, "", False, f"{words}, p = {chance:.1g}: above {bound}")
     if limit and blur > limit:
-        text = f"{words}, known to ± {100 * blur:.2g} % only: {bound} cannot be judged"
+        text = f"{words}, uncertainty ± {100 * blur:.2g} %: {bound} cannot be judged"
         return ThresholdCheck("max_drift", joint, limit, drift, "", None, text)
     return ThresholdCheck("max_drift", joint, limit, drift, "", True, f"{words}: within {bound}")

@@ -80,7 +80,7 @@ def check_campaign(
         missing=[],
     )
     if gathered is not None and not faults:
-        progress("looking at load states", None)
+        progress("checking load states", None)
         states, registration = placed_states(campaign, gathered)
         more_to_come = bool(missing) or (quick and not any_table)
         load_faults, warnings = check_load_states(states, campaign, registration is not None, more_to_come)

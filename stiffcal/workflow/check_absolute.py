@@ -71,16 +71,20 @@ def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
         if parameter.spec.compliance and parameter.place.joints == (number,) and parameter.spec.along == 5
     ]
     if not own:
-        relative, text = None, "the model holds no compliance about its axis"
+        relative, text = None, "the model contains no compliance about its axis"
     elif own[0].value is None:
-        what = "weight does not turn it" if fit.data.absolute.all() else "neither weight nor load turns it"
+        what = (
+            "weight produces no torque on it"
+            if fit.data.absolute.all()
+            else ("neither weight nor load produces torque on it")
+        )
         relative, text = None, f"{what} in these poses: its stiffness cannot be identified from them"
     elif not own[0].value or own[0].std is None:
         relative, text = None, "no compliance shows in these poses"
     else:
         relative = own[0].std / own[0].value
         half_width = 100.0 * NORMAL_95 * relative
-        known = f"known to about ± {half_width:.2g} % (95 %)"
+        known = f"expected uncertainty about ± {half_width:.2g} % (95 %)"
         text = f"poorly determined, ± {half_width:.0f} % (95 %)" if is_poorly_known(1.0, relative) else known
     return CheckedJoint(joint=name, largest_torque_Nm=torque, expected_relative_std=relative, says=text)
 
@@ -111,11 +115,11 @@ def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:
     if open_names:
         more = f" and {len(open_names) - MOST_NAMED} more" if len(open_names) > MOST_NAMED else ""
         names_text = f"{', '.join(open_names[:MOST_NAMED])}{more}"
-        missing = [f"these poses do not determine {names_text}: measure poses in which every joint turns farther"]
+        missing = [f"these poses do not determine {names_text}: measure poses with larger joint motions"]
     last = fit.robot.chain.n_joints
     remark = (
-        f"the target is on the axis of joint {last}: no poses separate {', '.join(on_the_axis)}. They belong to the "
-        "frames, as the last zero does: only a target away from that axis separates them"
+        f"the target is on the axis of joint {last}: no poses separate {', '.join(on_the_axis)}. They are included in "
+        f"the frames, as the last zero is; only a target away from that axis separates them"
     )
     return missing, (remark,) if on_the_axis else ()
 

@@ -100,11 +100,13 @@ def require_one_robot(chains: list[Chain], before: Path, after: Path) -> None:
         reason = f"its robot has {second.n_joints} joints, that of {before} has {first.n_joints}"
     elif (joint := first_difference(first, second)) is not None:
         reason = (
-            f"its robot ({second.name}) is not that of {before} ({first.name}): axes {joint} and {joint + 1} have "
-            "another distance or angle"
+            f"its robot ({second.name}) is not that of {before} ({first.name}): distance or angle of axes {joint} and "
+            f"{joint + 1} differs"
         )
     if reason:
-        raise InputError.at(FaultCode.ROBOT_MISMATCH, str(after), "robot", reason, "name two campaigns of one robot")
+        raise InputError.at(
+            FaultCode.ROBOT_MISMATCH, str(after), "robot", reason, "select two campaigns of the same robot"
+        )
 
 
 def _together(fits: list[IdentifyResult]) -> float | None:
@@ -145,11 +147,13 @@ def amplitude_of(parameter: IdentifiedParameter) -> float:
 def _warnings(fits: list[IdentifyResult], before: Path, after: Path) -> list[str]:
     texts = []
     if any(len(parameters_of_robot(fit.parameters)) < len(fit.parameters) for fit in fits):
-        texts.append("geometry and frames are not compared: they count from where each registration puts the tracker")
+        texts.append(
+            "geometry and frames are not compared: they depend on the registration of the tracker in each campaign"
+        )
     if fits[0].model != fits[1].model:
         texts.append("the two models differ: a change may come from the model and not from the robot")
     for folder, fit in zip((before, after), fits, strict=True):
         if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
             size = math.sqrt(fit.reduced_chi2)
-            texts.append(f"{folder}: residuals are {size:.2g} times the noise: uncertainties are too small")
+            texts.append(f"{folder}: residuals are {size:.2g} times the noise: the stated uncertainties are too small")
     return texts

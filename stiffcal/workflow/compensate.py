@@ -95,7 +95,7 @@ def compensate_campaign(
     path = read_path(fitted, setup, options.path, options.forces, options.start)
     if picture is not None and len(path.table) < 2:
         mend = "give a path of two poses or more, or leave --picture out"
-        raise InputError.at(FaultCode.PATH_INVALID, str(options.path), "", "one pose is no path to draw", mend)
+        raise InputError.at(FaultCode.PATH_INVALID, str(options.path), "", "a path with one pose cannot be drawn", mend)
     context.progress("correcting", None)
     wanted = _wanted(fitted, path, options.sag)
     goal = _goal(fitted, path, wanted)
@@ -141,7 +141,7 @@ def _check_outputs(output: Path | None, picture: Path | None) -> None:
             FaultCode.FORMAT_UNKNOWN,
             str(picture),
             "",
-            "no picture format",
+            "not a picture format",
             f"end the name in one of {', '.join(PICTURES)}",
         )
     for file in (output, picture):
@@ -186,7 +186,7 @@ def _check_reached(path: CompensationPath, corrected: Corrected) -> None:
     stopped = sorted({name for row in np.flatnonzero(missed & held) for name in corrected.held[row]})
     singular = np.asarray(corrected.singular)
     kinds = (
-        (held, f"{', '.join(stopped)} would have to go beyond the limit", "keep the path farther from the limits"),
+        (held, f"{', '.join(stopped)} would have to exceed the limit", "keep the path farther from the limits"),
         (
             ~held & singular,
             "the robot is next to a singular pose, where a direction cannot be corrected",
@@ -230,7 +230,7 @@ def _judgement(
     )
     if judge.campaign.chain.joint_names != fitted.campaign.chain.joint_names:
         raise InputError.at(
-            FaultCode.ROBOT_MISMATCH, str(options.judge), "", "another robot", "name a campaign of the same robot"
+            FaultCode.ROBOT_MISMATCH, str(options.judge), "", "another robot", "choose a campaign of the same robot"
         )
     goal = _goal(judge, path, wanted)
     solve = CorrectionOptions(goal, options.orientation, judge.robot.has_memory, path.time)
@@ -287,8 +287,8 @@ def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateR
         worst = 1e3 * float(np.abs(corrected.after[only, 3:]).max())
         lines = lines_in_words(path.table.lines[only])
         limited = sorted({name for names in corrected.held for name in names})
-        why = f"{', '.join(limited)} at its limit" if limited else "next to a singular pose"
-        sentences.append(f"{lines}: the position is reached, of the orientation up to {worst:.2g} mrad remain ({why})")
+        why = f"{', '.join(limited)} at its limit" if limited else "near a singular pose"
+        sentences.append(f"{lines}: the position is reached, the orientation differs by up to {worst:.2g} mrad ({why})")
     return sentences
 
 
@@ -337,7 +337,7 @@ def _path_error(fitted: FittedRobot, path: CompensationPath, result: CompensateR
         covariance=result.found.covariance[:, :3, :3],
         direction=direction,
         along=words,
-        judge="the model itself" if result.judged is None else result.judged.campaign,
+        judge="the fitted model" if result.judged is None else result.judged.campaign,
         name=fitted.campaign.name,
     )
 
@@ -352,7 +352,9 @@ def _direction(normal: str | None, place: Floats) -> tuple[Floats | None, str]:
     numbers = np.array(numbers_of_words(normal, "--normal"))
     if numbers.shape != (3,) or not numbers.any():
         mend = 'write "x,y,z" in base axes, or "radial"'
-        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--normal", f"{normal!r} is no direction", mend)
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", "--normal", f"{normal!r} is not a direction", mend
+        )
     unit = numbers / np.linalg.norm(numbers)
     return np.repeat(unit[None], len(place), axis=0), f"error along ({', '.join(f'{u:.3g}' for u in unit)})"
 
@@ -366,7 +368,7 @@ def _centre_of_circle(place: Floats) -> Floats:
             FaultCode.PATH_INVALID,
             "command line",
             "--normal",
-            "the path is no circle",
+            "the path is not a circle",
             'write "x,y,z" instead of radial',
         )
     flat = (place - middle) @ axes[:2].T

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 _MOST_FAULTS = 10
 # What numbers without a unit may be where they are taken for another: radians for degrees, metres for millimetres.
 _MOST_RADIANS, _MOST_METRES = 3.2, 0.01
-_OTHER_UNIT = '{0} of the path is small, read as {1}: where they are {2}, write the unit behind the names, "{3}"'
+_OTHER_UNIT = (
+    '{0} of the path have small values, read as {1}: if they are in {2}, write the unit after the names, "{3}"'
+)
 
 
 @dataclass(frozen=True)
@@ -99,12 +101,12 @@ def read_path(
         joints = table.block(names)
         # An arm in all its joints within three degrees of zero is rare, and radians are never more.
         if joints.any() and np.degrees(np.abs(joints).max()) <= _MOST_RADIANS:
-            doubts.append(_OTHER_UNIT.format("every joint angle", "degrees", "radians", f"{names[0]} [rad]"))
+            doubts.append(_OTHER_UNIT.format("all joint angles", "degrees", "radians", f"{names[0]} [rad]"))
         _check_limits(fitted, table, joints)
     elif table.has(POSITION):
         joints, goal = _from_poses(fitted, setup, table, start)
         if np.abs(goal.position).max() < _MOST_METRES:
-            doubts.append(_OTHER_UNIT.format("every place", "mm", "metres", "X [m]"))
+            doubts.append(_OTHER_UNIT.format("all positions", "mm", "metres", "X [m]"))
     else:
         lacking = next(name for name in names if name not in table.numbers)
         mend = f"give a column for each of {', '.join(names)} (degrees), or {', '.join(POSITION)} (mm)"
@@ -116,7 +118,7 @@ def read_path(
             FaultCode.TIME_ORDER,
             table.file,
             f"line {table.lines[row]}, column t",
-            "time runs back",
+            "time decreases",
             "sort the rows by time",
         )
     setup = _in_frame(fitted, setup, forces)
@@ -174,7 +176,7 @@ def _from_poses(
                 FaultCode.NUMBER_INVALID,
                 table.file,
                 f"line {line}",
-                "qw, qx, qy, qz is no unit quaternion",
+                "qw, qx, qy, qz is not a unit quaternion",
                 "correct the row",
             )
         rotation = rotation_from_quaternion(quaternion)
@@ -222,11 +224,11 @@ def numbers_of_words(text: str, option: str) -> list[float]:
     if not np.isfinite(numbers).all():
         mend = "write numbers with a point, separated by commas"
         raise InputError.at(
-            FaultCode.OPTION_INVALID, "command line", option, f"{text!r} holds something that is no number", mend
+            FaultCode.OPTION_INVALID, "command line", option, f"{text!r} contains something that is not a number", mend
         )
     too_large = [value for value in numbers if abs(value) > LARGEST]
     if too_large:
-        reason = f"{too_large[0]:g} is larger than anything that is measured"
+        reason = f"{too_large[0]:g} is larger than any plausible value"
         raise InputError.at(FaultCode.OPTION_INVALID, "command line", option, reason, "correct the number")
     return numbers
 
@@ -263,7 +265,7 @@ def _wrench(
             FaultCode.OPTION_CONFLICT,
             "command line",
             option,
-            "only logged forces are filtered and weighed",
+            "filter and tool weight apply to logged forces only",
             "give --log FILE",
         )
     if forces.everywhere is not None:
@@ -271,7 +273,7 @@ def _wrench(
         if len(given) not in (3, 6):
             mend = "write Fx,Fy,Fz or Fx,Fy,Fz,Tx,Ty,Tz"
             raise InputError.at(
-                FaultCode.OPTION_INVALID, "command line", "--force", f"{forces.everywhere!r} is no wrench", mend
+                FaultCode.OPTION_INVALID, "command line", "--force", f"{forces.everywhere!r} is not a wrench", mend
             )
         return np.repeat(np.array([given + [0.0] * (6 - len(given))]), len(table), axis=0)
     if forces.segments is not None:
@@ -314,7 +316,7 @@ def _segment_wrenches(table: WrittenTable, file: Path) -> Floats:
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
         faults.append(
-            Fault(FaultCode.NAME_DUPLICATE, listed.file, "segment", f"{doubled[0]} is there twice", "leave one out")
+            Fault(FaultCode.NAME_DUPLICATE, listed.file, "segment", f"{doubled[0]} is given twice", "leave one out")
         )
     raise_faults(shortened(faults))
     segment_of_row = [names.index(word) for word in table.words["segment"]]
@@ -337,7 +339,7 @@ def _logged(
             short.file,
             "line 1",
             "no column t",
-            "path and log need their times, s, on one clock",
+            "path and log need times, s, of the same clock",
         )
     moments, at = log.numbers["t"], table.numbers["t"]
     steps = np.diff(moments)
@@ -348,7 +350,9 @@ def _logged(
     period = float(np.median(steps))
     if at[0] < moments[0] - period or at[-1] > moments[-1] + period:
         reason = f"the path runs from {at[0]:g} s to {at[-1]:g} s, the log from {moments[0]:g} s to {moments[-1]:g} s"
-        raise InputError.at(FaultCode.PATH_INVALID, log.file, "t", reason, "log the whole path, on the path's clock")
+        raise InputError.at(
+            FaultCode.PATH_INVALID, log.file, "t", reason, "log the whole path, with the clock of the path"
+        )
     readings = log.block(AXES)
     if forces.tool is not None:
         mass, com = tool_of_words(forces.tool)
@@ -382,6 +386,6 @@ def tool_of_words(text: str) -> tuple[float, Floats]:
     if len(numbers) != 4 or numbers[0] <= 0.0:
         mend = "write kg,x,y,z: mass, and centre in the flange frame in m"
         raise InputError.at(
-            FaultCode.OPTION_INVALID, "command line", "--tool", f"{text!r} is no mass with a centre", mend
+            FaultCode.OPTION_INVALID, "command line", "--tool", f"{text!r} is not a mass with a centre", mend
         )
     return numbers[0], np.array(numbers[1:])

@@ -124,7 +124,7 @@ def model_verdict(folder: Path, context: RunContext, fitted: FittedRobot) -> Mod
     from stiffcal.ingest.sources import manifest_data_files
 
     if not all((folder / file).exists() for file in manifest_data_files(fitted.campaign)):
-        return ModelVerdict(False, "NOT VERIFIED: the values are those of model.toml, and no measurement is here")
+        return ModelVerdict(False, "NOT VERIFIED: the values are those of model.toml, without measurements")
     data = up_to_date_states(folder, context)
     diagnosis, reason = current_diagnosis(data, up_to_date_fit(data, context))
     if diagnosis is None:
@@ -133,12 +133,10 @@ def model_verdict(folder: Path, context: RunContext, fitted: FittedRobot) -> Mod
     if missing:
         return ModelVerdict(False, f"INCOMPLETE: by “stiffcal diagnose” the model lacks {missing}")
     if diagnosis.adequate:
-        return ModelVerdict(True, "by “stiffcal diagnose” the model is complete: what is left is noise")
+        return ModelVerdict(True, "by “stiffcal diagnose” the model is complete: the remaining error is noise")
     if diagnosis.adequate is None:
-        return ModelVerdict(
-            False, "NOT VERIFIED: the noise is not known, so “stiffcal diagnose” cannot judge the model"
-        )
-    return ModelVerdict(False, "INCOMPLETE: by “stiffcal diagnose” an error is left that no effect explains")
+        return ModelVerdict(False, "NOT VERIFIED: the noise is unknown, so “stiffcal diagnose” cannot judge the model")
+    return ModelVerdict(False, "INCOMPLETE: by “stiffcal diagnose” part of the error is not explained by any effect")
 
 
 def head_lines(
@@ -154,18 +152,18 @@ def head_lines(
     yield ""
     yield "Units: m, rad, N, N m, s. Base axes: frame 0 of the robot file."
     yield f"Joints: {', '.join(model.joint_names)}, as the controller shows them, in rad."
-    yield "Reading: what the surroundings do to the robot; change its sign where the sensor shows what the robot does."
+    yield "Reading: force of the surroundings on the robot; change its sign if the sensor shows the force of the robot."
     yield f"  axes: {_frame(fitted, setup.wrench_axes)}"
     yield f"  about the point: {_frame(fitted, setup.wrench_point)}"
-    yield f"Target, which is kept in place: {target}, {_frame(fitted, setup.targets[0])}"
-    yield f"Offsets: to be added to the commanded joints, once each {1e3 * model.cycle_s:g} ms."
+    yield f"Target, which is held in place: {target}, {_frame(fitted, setup.targets[0])}"
+    yield f"Offsets: add to the commanded joints every {1e3 * model.cycle_s:g} ms."
     yield "Effects: " + ", ".join(f"{placed.effect.name} {placed.place.label}" for placed in fitted.robot.acting)
     for name in model.left_out:
-        yield f"LEFT OUT, has no form in this code: {name}"
+        yield f"LEFT OUT, not available in this code: {name}"
     for placed in fitted.robot.acting:
         at = f"{placed.effect.name}.{placed.place.label}"
         if placed.effect.has_memory and not placed.effect.scalar_laws(placed.place, chain, placed.amplitudes()):
-            yield f"without its memory, as after a long time under the same load: {at}"
+            yield f"static form, as after a long time under the same load: {at}"
 
 
 def _frame(fitted: FittedRobot, attachment: Attachment) -> str:
@@ -179,10 +177,10 @@ def _settings(fitted: FittedRobot, options: ControllerOptions) -> StepSettings:
     from stiffcal.compensation.step import StepSettings
 
     if not (np.isfinite(options.cycle_ms) and 0.0 < options.cycle_ms <= 1000.0):
-        raise _wrong("--cycle-ms", f"{options.cycle_ms:g} ms is no cycle", "give 0.1 to 1000")
+        raise _wrong("--cycle-ms", f"{options.cycle_ms:g} ms is not a valid cycle time", "give 0.1 to 1000")
     rate = 1e3 / options.cycle_ms
     if options.filter_hz is not None and not 0.0 < options.filter_hz < 0.5 * rate:
-        reason = f"{options.filter_hz:g} Hz does not lie below half of {rate:g} samples per second"
+        reason = f"{options.filter_hz:g} Hz is not below half of {rate:g} samples per second"
         raise _wrong("--filter", reason, "lower it, or shorten the cycle")
     settings = StepSettings(
         cycle_s=1e-3 * options.cycle_ms, cutoff_hz=options.filter_hz, leave_out=tuple(options.leave_out)

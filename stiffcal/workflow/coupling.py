@@ -26,12 +26,12 @@ def with_coupling(data: Ingested, result: IdentifyResult, loss: str, context: Ru
     rodded = [rods.link for rods in data.states.setup.rods]
     robot = placed_robot(data.campaign)
     if not rodded:
-        reason = "no rods are on any link: there is nothing to compare with"
+        reason = "no link carries rods: nothing to compare"
         raise InputError.at(
             FaultCode.DATA_MISSING, "command line", "--coupling", reason, "leave it out, or add [ids] and lengths"
         )
     if not any(placed_effect.place.link in rodded for placed_effect in robot.placed):
-        reason = f"in the model no link with rods is compliant ({', '.join(rodded)})"
+        reason = f"the model contains no compliance of a link with rods ({', '.join(rodded)})"
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE,
             "command line",

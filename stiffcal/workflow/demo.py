@@ -42,8 +42,8 @@ def run_demo(
     context = context or RunContext()
     folder = Path(folder)
     context.notify(
-        f"copying the example to {folder} and making its raw logs from their seed: the robot that is simulated has an "
-        "effect that model.toml lacks"
+        f"copying the example to {folder} and simulating its raw logs: the simulated robot has an effect that "
+        f"model.toml lacks"
     )
     simulate_campaign(EXAMPLE, folder, None, context.progress)
     with replacing(folder / "README.md") as temporary:  # not through a link that lies there

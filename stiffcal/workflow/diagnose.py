@@ -92,7 +92,7 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
         return _diagnosis_of_drives(data, sound, drives, suspicion, identified, context)
     search = search_now(sound, loss, context)
     diagnosis = diagnosis_of(sound, search)
-    context.progress("gathering the evidence", 0.9)
+    context.progress("computing the evidence", 0.9)
     table, evidence = evidence_of(sound, search)
     diagnosis = replace(diagnosis, evidence=evidence, fit_id=fit_id, key=key, registration=data.registration)
     diagnosis = _with_suspects(diagnosis, suspicion, (data, sound), search, loss, context)
@@ -210,18 +210,16 @@ def _with_suspects(
         data.states.runs[suspect.run].name for suspect in suspicion.suspects if suspect.run not in remaining_runs
     ]
     if suspicion.moved is not None:
-        left_out.append(f"{int(suspicion.moved.leave_out.sum())} rows on one side of a move of the base")
+        left_out.append(f"{int(suspicion.moved.leave_out.sum())} rows before or after a move of the base")
     run_names = ", ".join(left_out)
     return replace(
         diagnosis,
         with_suspects=WithSuspects(missing=answer.missing, unexplained=answer.unexplained),
-        summary=f"Without what disagrees with all other runs ({run_names}): {diagnosis.summary}",
+        summary=f"Without the suspect runs ({run_names}): {diagnosis.summary}",
     )
 
 
-TOO_FEW_READINGS = (
-    "No effect is searched for: too few readings were logged in each run to make load states; log more often."
-)
+TOO_FEW_READINGS = "No effect can be diagnosed: too few readings per run for load states; log at a higher rate."
 
 
 def without_states(data: Ingested, identified: IdentifyResult, context: RunContext) -> DiagnoseResult:
@@ -254,7 +252,7 @@ def without_states(data: Ingested, identified: IdentifyResult, context: RunConte
         could_be=[],
         findings=[],
         next_measurement=None,
-        not_tried=[UntestableEffect("every effect that bends the robot", "load states: more readings in each run")],
+        not_tried=[UntestableEffect("every effect that deflects the robot", "load states: more readings per run")],
         unexplained=None if adequate is None else not adequate,
         structure=[],
         heldout_rms_after_choosing=Rms(None, None),
@@ -302,17 +300,17 @@ def _fit_sentence(name: str, where: str, fits: bool | None, judged: HeldoutSecti
     """Return whether the law of an experiment without load states holds, in words."""
     left, noise = judged.rms.get("torque"), judged.noise.get("torque")
     if left is None and fits is None:
-        return f"{name}: whether the law holds {where} cannot be judged: too few of them."
+        return f"{name}: whether the law is valid {where} cannot be judged: too few of them."
     if left is None or fits is None:
         return f"{name}: whether the law is good enough cannot be judged: too few repeats to know the noise."
     if fits:
-        why = f"the encoder's step of {1e6 * step:.3g} µrad makes" if step else "repeats scatter"
-        return f"{name}: the law fits: what it leaves {where} is no more than {why}."
+        why = f"the encoder resolution of {1e6 * step:.3g} µrad" if step else "repeats scatter"
+        return f"{name}: the law fits: its residual {where} does not exceed {why}."
     whole = judged.zero_model.get("torque")
     share = f", {100.0 * left / whole:.2g} % of the torque" if whole else ""
     return (
-        f"{name}: the law is not sufficient: it leaves {left:.3g} N·m {where}{share}, where repeats scatter "
-        f"{noise:.3g} N·m; look at the curves."
+        f"{name}: the law is not sufficient: its residual is {left:.3g} N·m {where}{share}, where repeats scatter "
+        f"{noise:.3g} N·m; see the curves."
     )
 
 

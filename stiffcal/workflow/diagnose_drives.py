@@ -49,7 +49,7 @@ def diagnose_drives(
     def task(drive: DrivePart) -> Callable[[], _DriveAnswer]:
         return lambda: _diagnose_drive(data, drive, len(drives), index, loss)
 
-    context.progress(f"{len(drives)} joints, each by itself", 0.1)
+    context.progress(f"{len(drives)} joints, each separately", 0.1)
     answers = run_in_processes([task(drive) for drive in drives])
     return DriveDiagnoses(
         [answer.part for answer in answers],

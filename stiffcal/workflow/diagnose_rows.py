@@ -22,7 +22,7 @@ class RowDiagnoses:
     """The answers of all searches, with what is stored of them."""
 
     parts: list[PartialDiagnosis] = field(default_factory=list)
-    """One a search; empty where the campaign holds no such readings."""
+    """One a search; empty where the campaign contains no such readings."""
     refits: list[Refit] = field(default_factory=list)
     """Refits of all searches."""
     index: list[Integers] = field(default_factory=list)

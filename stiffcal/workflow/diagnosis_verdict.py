@@ -68,8 +68,8 @@ def check_thresholds(
                 FaultCode.JOINT_UNKNOWN, "thresholds", f"{key}.{name}", f"{campaign.name} has no such joint", mend
             )
     if limits.max_drift and limits.baseline is None:
-        mend = "name the campaign or model it is against: baseline = …"
-        raise InputError.at(FaultCode.KEY_MISSING, MANIFEST_FILE, "thresholds.max_drift", "there is no baseline", mend)
+        mend = "state the campaign or model to compare with: baseline = …"
+        raise InputError.at(FaultCode.KEY_MISSING, MANIFEST_FILE, "thresholds.max_drift", "no baseline is stated", mend)
     if data.uncounted:
         # Not even looked at: a baseline would be computed for nothing.
         checks = judge(limits, parameters, validation, data.joint_names, None)
@@ -102,7 +102,7 @@ def _fit_of(path: Path, label: str, context: RunContext) -> list[IdentifiedParam
     """Return the parameters of a baseline's campaign; a fit that does not count is no baseline."""
     data = up_to_date_states(path, replace(context, store=None))
     if data.uncounted:
-        mend = "put its logs in place, or name a baseline of your own"
+        mend = "add its logs, or use a baseline of your own"
         raise InputError.at(
             FaultCode.CONTENT_UNTRUSTED, MANIFEST_FILE, "thresholds.baseline", f"{label}: {data.uncounted}", mend
         )
@@ -116,10 +116,10 @@ def _read_model(path: Path, label: str) -> list[IdentifiedParameter]:
     except (OSError, ValueError, RecursionError) as error:
         raise InputError.at(FaultCode.SYNTAX_INVALID, label, "", f"cannot be read as a model ({error})", mend) from None
     if not isinstance(document, dict) or document.get("schema") not in MODEL_SCHEMAS:
-        raise InputError.at(FaultCode.FORMAT_UNKNOWN, label, "schema", "this is not a fitted model", mend)
+        raise InputError.at(FaultCode.FORMAT_UNKNOWN, label, "schema", "not a fitted model", mend)
     parameters = document.get("parameters")
     if not isinstance(parameters, list) or not all(map(_is_parameter, parameters)):
-        raise InputError.at(FaultCode.KEY_MISSING, label, "parameters", "a parameter is not complete", mend)
+        raise InputError.at(FaultCode.KEY_MISSING, label, "parameters", "a parameter is incomplete", mend)
     return [_parameter(entry) for entry in parameters]
 
 

@@ -84,7 +84,7 @@ def start_values(text: str | None) -> dict[str, float]:
             values[symbol] = math.nan
         if not equals or not symbol or not math.isfinite(values[symbol]):
             mend = "write SYMBOL=VALUE, several with commas between them: p1=3.6e5,p2=-1.8e7"
-            reason = f"{word.strip()} is no start value"
+            reason = f"{word.strip()} is not a start value"
             raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--start", reason, mend)
     return values
 
@@ -144,7 +144,7 @@ def _edit(
     if effect not in catalogue:
         suggestions = difflib.get_close_matches(effect, catalogue, n=1)
         mend = f"did you mean {suggestions[0]}?" if suggestions else f"choose one of: {', '.join(sorted(catalogue))}"
-        raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "EFFECT", f"no effect is called {effect}", mend)
+        raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "EFFECT", f"unknown effect {effect}", mend)
     if wanted.curved and not catalogue[effect].curve:
         _no_curve(effect, catalogue)
     law = _form_of(catalogue[effect], tuple(wanted.start))
@@ -157,7 +157,7 @@ def _edit(
         option = f"--{kind}"
         mend = f"give {option}, or --all; possible: {', '.join(possible) or 'none on this robot'}"
         raise InputError.at(
-            FaultCode.PLACE_INVALID, "command line", option, f"{effect} sits at {kind}, and none is given", mend
+            FaultCode.PLACE_INVALID, "command line", option, f"{effect} acts at {kind}, and none is given", mend
         )
     _check_possible(effect, given, possible)
     n_joints = campaign.chain.n_joints
@@ -167,7 +167,7 @@ def _edit(
         new = add_effect(folder, effect, **given, n_joints=n_joints)
         if new or not wanted.curved:
             changes.append(
-                f"added {effect}: {', '.join(new)}" if new else f"{effect} was there already: nothing changed"
+                f"added {effect}: {', '.join(new)}" if new else f"{effect} is already in the model: nothing changed"
             )
         if wanted.start:
             _set_start(folder, campaign, effect, wanted.start, given)
@@ -213,7 +213,7 @@ def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, 
     new = set_starts(folder, effect.name, values, campaign.chain.n_joints)
     new_labels = [label for label in labels if any(name.split(".")[1] == label for name in new)]
     return (
-        f"curved: {', '.join(new_labels)}" if new_labels else f"{effect.name} was curved there already: nothing changed"
+        f"curved: {', '.join(new_labels)}" if new_labels else f"{effect.name} is already curved there: nothing changed"
     )
 
 
@@ -233,8 +233,8 @@ def _places(where: Mapping[str, str | None], kind: str, campaign: Campaign) -> d
                 FaultCode.PLACE_INVALID,
                 "command line",
                 f"--{name}",
-                f"this effect sits at {kind}",
-                f"say --{kind} instead",
+                f"this effect acts at {kind}",
+                f"use --{kind} instead",
             )
         labels = [word.strip() for word in text.split(",") if word.strip()]
         if name == "joints":
@@ -253,7 +253,7 @@ def _joint(word: str, campaign: Campaign, option: str) -> int:
     if len(word) < 10 and word.isdecimal() and 1 <= int(word) <= len(names):
         return int(word)
     mend = f"number 1 to {len(names)}, or one of {', '.join(names)}"
-    raise InputError.at(FaultCode.JOINT_UNKNOWN, "command line", f"--{option}", f"no joint is called {word}", mend)
+    raise InputError.at(FaultCode.JOINT_UNKNOWN, "command line", f"--{option}", f"unknown joint {word}", mend)
 
 
 def _pair(word: str, campaign: Campaign) -> tuple[int, int]:
@@ -286,7 +286,7 @@ def _check_possible(effect: str, given: Mapping[str, Sequence[Any]], possible: S
         if label not in possible:
             mend = f"possible: {', '.join(possible) or 'none on this robot'}"
             raise InputError.at(
-                FaultCode.PLACE_INVALID, "command line", "EFFECT", f"{effect} cannot sit at {label}", mend
+                FaultCode.PLACE_INVALID, "command line", "EFFECT", f"{effect} cannot act at {label}", mend
             )
 
 

@@ -50,5 +50,5 @@ def clamped_picture(
     return EffectPicture(
         effect.name, "torque on the clamped joint [N·m]", "angle of the motor [mrad]", torque, 1e3 * without,
         1e3 * (without + added), unloading if np.ptp(added[torque == 0.0]) > 0.0 else np.zeros(n, dtype=np.bool_),
-        f"What {effect.name} does to the motor of a clamped joint, enlarged: {text}.",
+        f"Effect of {effect.name} on the motor of a clamped joint, exaggerated: {text}.",
     )  # fmt: skip

@@ -61,7 +61,7 @@ def _picture(
     return EffectPicture(
         effect.name, f"{covariate.label} [{'°' if degrees else covariate.unit}]", "torque of the drive [N·m]",
         np.degrees(covariate.value) if degrees else covariate.value, without, without + added, stroke.back,
-        f"What {effect.name} does to the torque of a moving drive, enlarged: {text}.", back="turning back",
+        f"Effect of {effect.name} on the torque of a moving drive, exaggerated: {text}.", back="reverse motion",
     )  # fmt: skip
 
 

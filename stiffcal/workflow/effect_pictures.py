@@ -141,15 +141,13 @@ def draw_effect(name: str, file: Path, plugins: PluginCode | None = None) -> str
             FaultCode.FORMAT_UNKNOWN,
             str(file),
             "",
-            "no picture format",
+            "not a picture format",
             f"end the name in one of {', '.join(PICTURES)}",
         )
     picture = _picture_of(name, plugins)
     if picture is None:
         mend = f"leave -o out: stiffcal effects {name} explains where it acts"
-        raise InputError.at(
-            FaultCode.DATA_MISSING, "command line", "-o", f"{name} does not change a load-deformation curve", mend
-        )
+        raise InputError.at(FaultCode.DATA_MISSING, "command line", "-o", f"{name} has no load-deformation curve", mend)
     try:
         save_figure(draw_effect_picture(picture), file)
     except OSError as error:
@@ -290,7 +288,7 @@ def _as_picture(effect: Effect, example: LeverExample, axis: int, without: Float
 
 def _caption(effect: Effect) -> str:
     text = (effect.fingerprint or effect.summary).rstrip(".")
-    return f"What {effect.name} does to a lever with two joints, enlarged: {text}."
+    return f"Effect of {effect.name} on a lever with two joints, exaggerated: {text}."
 
 
 def _late_clock_picture(effect: Effect, chain: Chain, setup: MeasurementSetup) -> EffectPicture | None:
@@ -317,7 +315,7 @@ def _torque_next_to(effect: Effect, places: Sequence[Place], chain: Chain) -> Ef
         torque = effect.joint_torque(place, chain, np.tile(angle, (2, 1)), values)
         if torque is not None:
             return EffectPicture(
-                effect.name, "angle of joint 1 [°]", "torque next to the drive [N·m]", np.degrees(angle),
+                effect.name, "angle of joint 1 [°]", "additional torque on the joint [N·m]", np.degrees(angle),
                 np.zeros_like(angle), torque, np.zeros(len(angle), dtype=np.bool_), _caption(effect),
             )  # fmt: skip
     return None

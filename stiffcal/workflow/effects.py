@@ -44,8 +44,8 @@ def describe_effects(name: str | None = None, plugins: PluginCode | None = None)
     else:
         suggestions = difflib.get_close_matches(name, catalogue, n=1)
         mend = f"did you mean {suggestions[0]}?" if suggestions else f"choose one of: {', '.join(sorted(catalogue))}"
-        mend += "" if plugins is not None else "; an effect of a campaign's own: add --from DIR"
-        raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "NAME", f"no effect is called {name}", mend)
+        mend += "" if plugins is not None else "; for an effect of a campaign add --from DIR"
+        raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "NAME", f"unknown effect {name}", mend)
     return EffectsResult(warnings=[], effects=[_describe(effect) for effect in chosen])
 
 

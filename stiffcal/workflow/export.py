@@ -177,7 +177,7 @@ def _readings(data: Ingested) -> pa.Table:
     for name in reversed(tables_of_fits()):
         if name in data.store.tables:
             return data.store.read_table(name)
-    reason = "the campaign holds no load states, and no readings of friction or of clamped joints"
+    reason = "the campaign contains no load states, and no readings of friction or of clamped joints"
     raise InputError.at(
         FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "export the model instead: -o model.json"
     )

@@ -54,7 +54,7 @@ class FittedRobot:
         """What a reader of the numbers must know."""
         sentences = []
         if self.source == "model.toml":
-            sentences.append("the values are those of model.toml, taken as exact: no uncertainty is stated")
+            sentences.append("the values are those of model.toml, taken as exact: without uncertainty")
         if not self.campaign.chain.masses_known and self.robot.deformed:
             sentences.append("robot.toml gives no masses: the sag under weight is left out")
         return (*sentences, *self.cautions)
@@ -81,7 +81,7 @@ class FittedRobot:
                 FaultCode.FRAME_UNKNOWN,
                 "command line",
                 option,
-                f"no frame is called {name}",
+                f"unknown frame {name}",
                 f"frames: {', '.join(frames)}",
             )
         return frames[name]
@@ -113,7 +113,7 @@ class FittedRobot:
                 "command line",
                 option,
                 f"{name} is fixed to the ground",
-                "name a frame on the robot",
+                "choose a frame on the robot",
             )
         return replace(self.setup, targets=(target,), target_names=(name,)), name
 
@@ -131,7 +131,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     campaign = with_trial_model(campaign, context)
     robot = placed_robot(campaign)
     if not robot.placed:
-        reason = "the model holds no compliance, so no deflection can be predicted"
+        reason = "the model contains no compliance, so no deflection can be predicted"
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE,
             "model.toml",
@@ -143,9 +143,9 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     has_logs = all((campaign.folder / file).exists() for file in manifest_data_files(campaign))
     if not has_logs:
         if without_value:
-            reason = f"nothing is measured here, and {without_value[0]} has no value"
+            reason = f"the campaign contains no measurements, and {without_value[0]} has no value"
             raise InputError.at(
-                FaultCode.KEY_MISSING, "model.toml", "parameters", reason, "give it a value, or put the logs in place"
+                FaultCode.KEY_MISSING, "model.toml", "parameters", reason, "give it a value, or add the logs"
             )
         chain = campaign.chain
         setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))

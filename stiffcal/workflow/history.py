@@ -111,7 +111,7 @@ def restore_model(
             FaultCode.OPTION_INVALID,
             "command line",
             "--restore",
-            f"no fit has the id {fit_id}",
+            f"there is no fit {fit_id}",
             f"known: {fit_ids}",
         )
     fit = fits[fit_id]
@@ -122,7 +122,7 @@ def restore_model(
         write_whole(path, fit.model_text)
     else:
         path.unlink(missing_ok=True)
-    return f"model.toml is that of fit {fit_id} again"
+    return f"model.toml is restored from fit {fit_id}"
 
 
 def _check_foreign(campaign: Campaign, fit: StoredFit, confirm: Callable[[StoredFit], bool] | None) -> None:
@@ -138,13 +138,13 @@ def _check_foreign(campaign: Campaign, fit: StoredFit, confirm: Callable[[Stored
 
     place = f"fit {fit.id}"
     if confirm is None or not confirm(fit):
-        reason = "this fit was not made by you, and its model has not been looked at"
+        reason = "this fit was not computed by you, and its model was not confirmed"
         raise InputError.at(
             FaultCode.CONTENT_UNTRUSTED,
             "history",
             place,
             reason,
-            "look at the model that is shown, and say --yes to restore it",
+            "read the model shown above, and add --yes to restore it",
         )
     if fit.model_text:
         with tempfile.TemporaryDirectory(prefix="stiffcal-model-") as folder:

@@ -76,7 +76,7 @@ def identify_campaign(
             FaultCode.OPTION_INVALID,
             "command line",
             "--loss",
-            f"no loss is called {loss}",
+            f"unknown loss {loss}",
             f"choose {' or '.join(LOSSES)}",
         )
     data = up_to_date_states(folder, context)
@@ -110,7 +110,7 @@ def _add_dual_quaternion_form(data: Ingested, fit: Fit | None, result: IdentifyR
     from stiffcal.identification.dual_form import identify_in_two_forms, two_forms_result
 
     if fit is None:
-        reason = "the campaign holds no load states to identify springs from"
+        reason = "the campaign contains no load states to identify springs from"
         raise InputError.at(FaultCode.DATA_MISSING, "command line", "--dual-quaternions", reason, "leave it out")
     result = replace(result, dual_quaternions=two_forms_result(identify_in_two_forms(fit)))
     data.commit({}, {IDENTIFY: document_of(result)}, command="identify")
@@ -164,13 +164,13 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
             FaultCode.MODEL_UNSUITABLE,
             "model.toml",
             "effects",
-            "the model holds no effect",
+            "the model contains no effect",
             "add one: stiffcal add DIR EFFECT --all",
         )
     if not data.states.used.any():
         causes = [SetAsideCode(code).short_text for code in dict.fromkeys(data.states.set_aside_code.tolist())]
         reason = f"no load state can be used: {'; '.join(causes)}"
-        mend = "stiffcal check names each; measure these runs again, or take them out of campaign.toml"
+        mend = "stiffcal check names each; repeat these runs, or remove them from campaign.toml"
         raise InputError.at(FaultCode.STATES_MISSING, "campaign.toml", "runs", reason, mend)
     raise_faults(check_displacement_measured(data.states))  # a store of an earlier version may hold none
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
@@ -295,21 +295,21 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
 
     heldout = heldout_residuals(data.states, fit)
     if heldout.scheme == "none":
-        return None, "what error to expect in new poses cannot be estimated from a single pose: measure in others too"
+        return None, "the error in new poses cannot be estimated from a single pose: measure more poses"
     rms, deflection = rms_of(heldout.residual, heldout.data), rms_of(heldout.displacement, heldout.data)
     error, whole = rms["translation"], deflection["translation"]
     if error is None or not whole:
         motor = rms["motor_angle"]
         if motor is None:
             return Rms.of(rms), "no displacement was measured: no error can be estimated"
-        text = f"in positions or cycles that were not measured expect an error of {angle(motor, significant)} rms"
+        text = f"expected error in positions or cycles that were not measured: {angle(motor, significant)} rms"
         return Rms.of(rms), f"{text} of the motor's angle"
     if fit.data.absolute.any() and fit.dof <= 0:
-        text = "as many numbers follow from as many coordinates: no error can be estimated; measure more poses"
+        text = "as many parameters as coordinates: no error can be estimated; measure more poses"
         return None, text
     if fit.data.absolute.any():
         noise = fit.noise_length["translation"]
-        against = "" if noise is None else f"; the instruments scatter by {1e3 * noise:.3g} mm"
+        against = "" if noise is None else f"; noise of the instruments {1e3 * noise:.3g} mm"
         by_kind = {
             kind: rms_of(heldout.residual[:, members], heldout.data.subset(members))["translation"]
             for kind, members in experiments_of(heldout.data).items()
@@ -318,11 +318,11 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
         of_places = by_kind.get(Experiment.ABSOLUTE)
         if of_loads is not None and of_places is not None:
             return Rms.of(rms), (
-                f"expect places in regions that were not measured to be off by {1e3 * of_places:.3g} mm rms, and the "
-                f"displacement under load in new poses by {1e3 * of_loads:.3g} mm rms{against}"
+                f"expected error in regions that were not measured: {1e3 * of_places:.3g} mm rms for absolute "
+                f"positions; for the displacement under load in new poses: {1e3 * of_loads:.3g} mm rms{against}"
             )
-        return Rms.of(rms), f"in regions that were not measured expect an error of {1e3 * error:.3g} mm rms{against}"
+        return Rms.of(rms), f"expected error in regions that were not measured: {1e3 * error:.3g} mm rms{against}"
     return Rms.of(rms), (
-        f"in new poses like these expect an error of {1e3 * error:.3g} mm rms, "
+        f"expected error in new poses of this kind: {1e3 * error:.3g} mm rms, "
         f"{100.0 * error / whole:.3g} % of the deflection under such loads"
     )

@@ -191,7 +191,7 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
             waiting = [other for other in waiting if other != effect]
         if len(recorder.steps) > n_before:
             diagnosed = diagnose_campaign(recorder.folder, recorder.context)
-    text = f"stopped after {MOST_STEPS} steps: the model still changes; look at the history"
+    text = f"stopped after {MOST_STEPS} steps: the model still changes; see the history"
     return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if _next_changes(diagnosed, skipped) else diagnosed
 
 

@@ -52,7 +52,7 @@ def init_campaign(
             FaultCode.OPTION_CONFLICT,
             "command line",
             "--kind",
-            f"no campaign of kind {kind} is proposed from a table",
+            f"no campaign of kind {kind} can be proposed from a table",
             "leave out --from, or use --kind load, clamped or friction",
         )
     if of_logs and tool is not None:
@@ -63,7 +63,11 @@ def init_campaign(
     option = next((name for name, given in only_with_table.items() if given is not None), None)
     if not tables and option is not None:
         raise InputError.at(
-            FaultCode.OPTION_CONFLICT, "command line", option, "it goes with --from only", "give --from TABLE.csv too"
+            FaultCode.OPTION_CONFLICT,
+            "command line",
+            option,
+            "this option requires --from",
+            "give --from TABLE.csv too",
         )
     lacks_tool = False
     if not tables:
@@ -88,7 +92,8 @@ def init_campaign(
     files = [str(file) for file in written]
     if lacks_tool:
         unused.append(
-            "where the tool point lies is in no table: write xyz_m under [frames.tool] in campaign.toml, in m in the "
+            "the position of the tool point is in no table: write xyz_m under [frames.tool] in campaign.toml, in m in "
+            "the "
             "flange frame, or start with --tool X,Y,Z"
         )
     return InitResult(warnings=unused, files=files, guessed=guessed)

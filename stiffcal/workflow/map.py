@@ -98,7 +98,7 @@ def map_campaign(
             FaultCode.OPTION_MISSING, "command line", "--load", "nothing to map", "give --load, --mass or --stiffness"
         )
     task, grid = _grid(fitted, setup, request, wrench, direction)
-    context.progress(f"looking for {len(task.points)} poses", None)
+    context.progress(f"computing {len(task.points)} poses", None)
     try:
         workspace = map_workspace(fitted.robot, setup, task, fitted.covariance)
     except NoBalanceError as error:
@@ -143,7 +143,7 @@ def _check_outputs(picture: Path | None, table: Path | None) -> None:
                 FaultCode.FORMAT_UNKNOWN,
                 str(file),
                 "",
-                f"no {text} format",
+                f"not a {text} format",
                 f"end the name in one of {', '.join(kinds)}",
             )
         if file is not None and not file.parent.is_dir():
@@ -155,7 +155,7 @@ def _check_outputs(picture: Path | None, table: Path | None) -> None:
 def _wrench(fitted: FittedRobot, request: MapRequest) -> Floats:
     if request.load is not None and request.mass is not None:
         raise InputError.at(
-            FaultCode.OPTION_CONFLICT, "command line", "--mass", "there is a --load already", "give one of the two"
+            FaultCode.OPTION_CONFLICT, "command line", "--mass", "--load is already given", "give one of the two"
         )
     wrench = np.zeros(6)
     if request.mass is not None:
@@ -164,7 +164,7 @@ def _wrench(fitted: FittedRobot, request: MapRequest) -> Floats:
                 FaultCode.OPTION_MISSING,
                 "command line",
                 "--mass",
-                f"{request.mass:g} kg hang nowhere",
+                f"{request.mass:g} kg has no place",
                 "give a mass in kg",
             )
         wrench[:3] = request.mass * fitted.campaign.chain.gravity
@@ -173,7 +173,7 @@ def _wrench(fitted: FittedRobot, request: MapRequest) -> Floats:
         if len(given) not in (3, 6):
             mend = "write Fx,Fy,Fz or Fx,Fy,Fz,Tx,Ty,Tz"
             raise InputError.at(
-                FaultCode.OPTION_INVALID, "command line", "--load", f"{request.load!r} is no wrench", mend
+                FaultCode.OPTION_INVALID, "command line", "--load", f"{request.load!r} is not a wrench", mend
             )
         wrench[: len(given)] = given
     return wrench
@@ -190,7 +190,7 @@ def _direction(words: str | None) -> Floats | None:
             FaultCode.OPTION_INVALID,
             "command line",
             "--stiffness",
-            f"{words!r} is no direction",
+            f"{words!r} is not a direction",
             "write x, y, z or dx,dy,dz",
         )
     return np.asarray(vector / np.linalg.norm(vector))
@@ -225,7 +225,7 @@ def _grid(
             mend,
         )
     if request.at is not None and not abs(request.at) <= LONGEST_M:
-        reason = f"no robot reaches {request.at:g} m"
+        reason = f"{request.at:g} m is beyond the reach of any robot"
         raise InputError.at(
             FaultCode.OPTION_INVALID, "command line", "--at", reason, "give the height of the plane in m"
         )
@@ -234,7 +234,7 @@ def _grid(
             FaultCode.OPTION_INVALID,
             "command line",
             "--mass",
-            f"no robot holds {request.mass:g} kg",
+            f"{request.mass:g} kg is more than any robot carries",
             "give the mass in kg",
         )
     chain = fitted.campaign.chain
@@ -252,8 +252,8 @@ def _grid(
             FaultCode.POSE_UNREACHABLE,
             "command line",
             "--plane",
-            f"the joints do not move the target in the plane {plane}: there is nothing to map",
-            "name a plane in which it moves, or place the target off the axes of the joints",
+            f"the joints do not move the target in the plane {plane}: nothing to map",
+            "choose a plane in which it moves, or place the target off the joint axes",
         )
     counts = np.maximum(2, np.round(request.points * sides / sides.max())).astype(int)
     ends = box[[across, up]]
@@ -284,7 +284,7 @@ def _ends(values: Floats) -> Floats | None:
 
 def _nothing_reached(reached: NDArray[np.bool_]) -> Iterator[str]:
     if not reached.any():
-        yield "the robot reaches none of the points: choose another plane, or another --pose"
+        yield "the robot reaches none of the points: choose another plane or another --pose"
 
 
 def _table(result: MapResult) -> dict[str, Values]:

@@ -63,7 +63,7 @@ def _head(fitted: FittedRobot, verdict: ModelVerdict) -> Iterator[str]:
     for name, constant in zip(chain.joint_names, constants, strict=True):
         yield f"  {name}: the commanded logged angle {'-' if constant < 0.0 else '+'} {abs(constant):.15g}"
     yield "Load: force and moment on the robot at the site load_point. Targets: the sites target_NAME."
-    yield "Rotor inertia, damping and rotational inertia are no measured values; they play no part at rest."
+    yield "Rotor inertia, damping and rotational inertia are not measured values; they have no influence at rest."
     if not fitted.robot.deformed:
-        yield "The model is of first order; MuJoCo balances the deformed robot, whose levers have changed."
+        yield "The model is of first order; MuJoCo balances the deformed robot, whose lever arms have changed."
     yield "Effects: " + ", ".join(f"{placed.effect.name} {placed.place.label}" for placed in fitted.robot.acting)

@@ -76,16 +76,16 @@ def _check_name(name: str, file: str, folder: Path) -> None:
 def _refuse_without_pattern(diagnosis: DiagnoseResult) -> NoReturn:
     if diagnosis.missing and not diagnosis.unexplained:
         names = ", ".join(effect.effect for effect in diagnosis.missing)
-        reason = f"{names} of the catalogue accounts for what the model lacks"
+        reason = f"{names} of the catalogue explains the error of the model"
         mend = (
             "add it (stiffcal improve), or, where you know another cause, write the effect by hand and compare the "
             "errors of both (docs/how-to/own-effect.md)"
         )
     elif diagnosis.unexplained:
-        reason = "no joint's compliance follows an angle, a torque, the load or the time in what is left unexplained"
-        mend = "look at the residuals (stiffcal plot), and write the effect by hand (docs/how-to/own-effect.md)"
+        reason = "in the unexplained error no joint's compliance depends on an angle, a torque, the load or the time"
+        mend = "inspect the residuals (stiffcal plot), and write the effect by hand (docs/how-to/own-effect.md)"
     else:
-        reason = "nothing is left that the catalogue does not account for"
+        reason = "the catalogue explains the whole error"
         mend = "no new effect is needed"
     raise InputError.at(FaultCode.DATA_MISSING, MANIFEST_FILE, "runs", reason, mend)
 
@@ -95,5 +95,5 @@ def _check_finite(pattern: CompliancePattern) -> None:
     numbers = [pattern.scale, *(parameter.value for parameter in pattern.parameters)]
     if not all(number is not None and math.isfinite(number) for number in numbers):
         raise InputError.at(
-            FaultCode.DATA_MISSING, MANIFEST_FILE, "runs", "the pattern's values are no numbers", "diagnose again"
+            FaultCode.DATA_MISSING, MANIFEST_FILE, "runs", "the values of the pattern are not numbers", "diagnose again"
         )

@@ -93,7 +93,7 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         result = replace(result, runs=runs, blocked_moves=blocked)
     if blocked:
         moves = ", ".join(f"{before} to {after}" for before, after in blocked)
-        text = f"no joint move stays out of the boxes and above lowest_m: {moves}; drive by hand"
+        text = f"no joint move avoids the boxes and stays above lowest_m: {moves}; move by hand"
         result = replace(result, warnings=[*result.warnings, text])
     if request.program is not None:
         write_program(request.program, campaign, result, cell)
@@ -140,7 +140,7 @@ def _planned(
     if rivals:
         result = separations_of(result, chosen.pairs, chosen.choice, named)
     if result.not_identified:
-        context.progress("what would identify the others", 0.85)
+        context.progress("how to identify the others", 0.85)
         remedies = remedies_of(campaign, plan, model, result.not_identified, n_runs, two_sided)
         result = replace(result, remedies=remedies)
     return result, chosen.candidates

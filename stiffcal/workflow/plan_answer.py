@@ -58,7 +58,7 @@ def answer_of(
     losses = losses_of_runs(choice, expected, information.names, runs)
     if losses:
         resting = "; ".join(f"{loss.parameter} on {loss.run}" for loss in losses)
-        warnings.append(f"rests on one run: {resting}; measure it twice, or plan more runs")
+        warnings.append(f"depends on one run: {resting}; measure it twice, or plan more runs")
     goals = _goals(purpose, chosen)
     return PlanResult(
         warnings=warnings,
@@ -289,7 +289,7 @@ def _warnings(campaign: Campaign, model: PlanModel) -> list[str]:
     """Return what a reader of the plan must know of its values."""
     warnings = []
     if model.assumed:
-        warnings.append(f"{len(model.assumed)} parameters have typical values: expected uncertainties are as rough")
+        warnings.append(f"{len(model.assumed)} parameters have typical values, so the expected uncertainties are rough")
     rods = [name for name, source in campaign.manifest.sources.items() if source.lengths is not None]
     if rods:
         warnings.append(
@@ -316,7 +316,8 @@ def separations_of(
             )
         )
     alike = [
-        f"{entry.truth} and {entry.rival} stay alike: χ² of {entry.chi_square:.2g} where {ENOUGH:.0f} are needed"
+        f"{entry.truth} and {entry.rival} cannot be separated: χ² = {entry.chi_square:.2g} where {ENOUGH:.0f} are "
+        f"needed"
         for entry in separations
         if not entry.distinguished
     ]

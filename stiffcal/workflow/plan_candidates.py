@@ -85,14 +85,22 @@ def candidates_of(campaign: Campaign, plan: PlanFile, model: PlanModel, two_side
     joints, rejected = possible_poses(campaign.chain, cell, model.setup.targets[0], tips, plan.candidates, plan.seed)
     if not len(joints):
         counts = {
-            "keep_out": (rejected.collision, "a link enters a keep-out box, goes below lowest_m or meets another"),
-            "tracker.cone_deg": (rejected.out_of_view, "the measured frame is outside of the tracker's field of view"),
+            "keep_out": (
+                rejected.collision,
+                "a link enters a keep-out box, goes below lowest_m or collides with another link",
+            ),
+            "tracker.cone_deg": (
+                rejected.out_of_view,
+                "the measured frame is outside the field of view of the tracker",
+            ),
             "tracker.acceptance_deg": (rejected.reflector, "the reflector is turned away from the tracker"),
-            "tracker.position_m": (rejected.obstructed, "a link or a keep-out box is in the tracker's beam"),
+            "tracker.position_m": (rejected.obstructed, "a link or a keep-out box blocks the tracker beam"),
         }
         place, (count, why) = max(counts.items(), key=lambda entry: entry[1][0])
         reason = f"none of {rejected.drawn} poses within the joint limits is possible: in {count} of them {why}"
-        raise InputError.at(FaultCode.POSE_UNREACHABLE, PLAN_FILE, place, reason, "correct it, or widen limits_deg")
+        raise InputError.at(
+            FaultCode.POSE_UNREACHABLE, PLAN_FILE, place, reason, "correct plan.toml, or widen limits_deg"
+        )
     if model.kind == "clamped":
         from stiffcal.workflow.plan_clamped import clamped_runs
 

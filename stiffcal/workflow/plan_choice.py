@@ -106,7 +106,7 @@ def _chosen(
     else:
         choice = _choice_for_ranges(plan, model, candidates, purpose, (information, known), first)
     if choice is None or not choice.identified.any():
-        reason = "no possible load turns any parameter of the model enough to identify it"
+        reason = "no possible load excites any parameter of the model enough to identify it"
         mend = "allow other directions, a larger force, or a load point with a lever arm"
         raise InputError.at(FaultCode.DATA_MISSING, PLAN_FILE, "load", reason, mend)
     return ChosenRuns(candidates, information, known, choice, pairs, efficiencies)

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
 
 RUN_SHEETS = ("runs.csv", "runs.pdf")
-HEAD = """# A planned campaign: put the logs into raw/, under the names that stand below, then:  stiffcal check
-# A table that a person fills in begins with the header that raw/*_empty.csv has.
+HEAD = """# A planned campaign: put the logs into raw/, under the names given below, then: stiffcal check
+# A table that is filled in by hand begins with the header of raw/*_empty.csv.
 # The run sheet is runs.pdf, as a table runs.csv; plan.toml is for further runs:  stiffcal plan
 """
 
@@ -54,7 +54,7 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult, f
     import tomlkit
 
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        mend = "name a folder that does not exist yet"
+        mend = "use a folder that does not exist yet"
         raise InputError.at(FaultCode.FILE_EXISTS, str(folder), "", "the folder is not empty", mend)
     document = tomlkit.parse(_without_head((campaign.folder / MANIFEST_FILE).read_text(encoding="utf-8")))
     document.pop("exclude", None)

@@ -75,14 +75,14 @@ def wanted_goals(purpose: str, with_rivals: bool) -> list[WantedGoal]:
             size = 0.0
         if not name.strip() or not 0.0 < size < np.inf:
             mend = 'write goals with positive weights, as --for "stiffness=2, path.csv=1"'
-            raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--for", f"{text!r} is no goal", mend)
+            raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--for", f"{text!r} is not a goal", mend)
         goals.append(WantedGoal(name.strip(), size))
     names = [goal.name for goal in goals]
     if len(set(names)) < len(names):
-        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--for", "a goal is named twice", "name it once")
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--for", "a goal is named twice", "state it once")
     if sum(goal.is_prediction for goal in goals) > 1:
         mend = "put the poses of both into one table"
-        reason = "the error of prediction is asked for in two places"
+        reason = "the error of prediction is requested for two sets of poses"
         raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--for", reason, mend)
     if with_rivals and names == [STIFFNESS]:
         return [WantedGoal(LOOK_ALIKES, 1.0)]
@@ -127,7 +127,7 @@ def _region(campaign: Campaign, plan: PlanFile, model: PlanModel, candidates: Ca
     target, tips = model.setup.targets[0], tips_of(campaign, model)
     joints = poses_in_region(campaign.chain, cell, target, tips, region, AREA_POSES, DRAWN, plan.seed)
     if not len(joints):
-        reason = f"none of {DRAWN} poses within the limits has {model.setup.target_names[0]} in it"
+        reason = f"none of {DRAWN} poses within the limits puts {model.setup.target_names[0]} into it"
         raise InputError.at(FaultCode.POSE_UNREACHABLE, PLAN_FILE, "region", reason, "correct it, or widen limits_deg")
     if plan.region.force_N is not None:
         axes = np.concatenate([np.eye(3), -np.eye(3)])

@@ -38,7 +38,7 @@ def cell_of(campaign: Campaign, plan: PlanFile) -> Cell:
     for name, interval in plan.limits_deg.items():
         if name not in chain.joint_names:
             mend = f"joints: {', '.join(chain.joint_names)}"
-            raise InputError.at(FaultCode.JOINT_UNKNOWN, PLAN_FILE, "limits_deg", f"no joint is called {name}", mend)
+            raise InputError.at(FaultCode.JOINT_UNKNOWN, PLAN_FILE, "limits_deg", f"unknown joint {name}", mend)
         own = np.radians(interval)
         k = chain.joint_names.index(name)
         limits[k] = max(limits[k, 0], own[0]), min(limits[k, 1], own[1])
@@ -67,7 +67,7 @@ def loads_of_places(campaign: Campaign, plan: PlanFile) -> Floats:
     """
     load = plan.load
     if load.force_N is not None or load.directions:
-        reason = "absolute places are read under the robot's own weight and payloads"
+        reason = "absolute poses are measured under the own weight of the robot and payloads"
         mend = 'leave force_N and directions out, or write experiment = "load"'
         raise InputError.at(FaultCode.KEY_CONFLICT, PLAN_FILE, "load.force_N", reason, mend)
     forces = np.array([0.0, *load.dead_weights_kg])[:, None, None] * campaign.chain.gravity
@@ -89,7 +89,7 @@ def load_steps(campaign: Campaign, plan: PlanFile, two_sided: bool = False) -> F
     if load.dead_weights_kg:
         if load.force_N is not None or load.directions:
             mend = "keep dead_weights_kg, or force_N with directions"
-            reason = "weights that hang have one direction and their own force"
+            reason = "dead weights have one direction and their own force"
             raise InputError.at(FaultCode.KEY_CONFLICT, PLAN_FILE, "load.dead_weights_kg", reason, mend)
         masses = np.array(load.dead_weights_kg)
         masses = np.concatenate([masses, masses[-2::-1]]) if two_sided else masses
@@ -109,7 +109,7 @@ def load_steps(campaign: Campaign, plan: PlanFile, two_sided: bool = False) -> F
         length = np.linalg.norm(directions, axis=1, keepdims=True)
         if not (length > 0.0).all():
             mend = "write directions in base axes, of any length"
-            raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, "load.directions", "a direction is all zero", mend)
+            raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, "load.directions", "a direction is zero", mend)
         ladders = steps * (np.array(SCALES)[:, None] if two_sided and not load.steps else np.ones((1, 1)))
         forces = load.force_N * ladders[:, None, :, None] * (directions / length)[:, None]
         forces = forces.reshape(-1, len(steps), 3)

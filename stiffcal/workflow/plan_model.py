@@ -110,7 +110,7 @@ def kind_of(campaign: Campaign, plan: PlanFile) -> RunKind:
     if "clamped" in kinds and campaign.chain.n_joints > 1:
         return "clamped"
     here = " or ".join(sorted(kinds))
-    reason = f"plan is for load runs, absolute places and clamped arms, and all runs here are {here} runs"
+    reason = f"plan supports load runs, absolute poses and clamped robots, and all runs here are {here} runs"
     mend = 'write experiment = "load" in plan.toml to plan load runs of this robot'
     raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, "campaign.toml", "runs", reason, mend)
 
@@ -157,7 +157,7 @@ def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> Pl
     robot = placed_robot(campaign)
     if not robot.placed:
         mend = f"stiffcal add {campaign.folder} joint-compliance --all"
-        raise InputError.at(FaultCode.MODEL_UNSUITABLE, "model.toml", "effects", "the model holds no effect", mend)
+        raise InputError.at(FaultCode.MODEL_UNSUITABLE, "model.toml", "effects", "the model contains no effect", mend)
     chain = campaign.chain
     frames = resolve_frames(campaign.manifest, chain)
     measured = measured_so_far(campaign, robot, context)
@@ -181,7 +181,7 @@ def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> Pl
     if plan.load.point is not None:
         if plan.load.point not in frames:
             mend = f"frames: {', '.join(frames)}"
-            reason = f"no frame is called {plan.load.point}"
+            reason = f"unknown frame {plan.load.point}"
             raise InputError.at(FaultCode.FRAME_UNKNOWN, PLAN_FILE, "load.point", reason, mend)
         setup = replace(setup, wrench_point=frames[plan.load.point])
     noise = _noise(campaign, plan, setup, estimated)
@@ -306,7 +306,7 @@ def prior_scenarios(plan: PlanFile, model: PlanModel) -> list[CompliantRobot]:
             raise InputError.at(FaultCode.PARAMETER_UNKNOWN, PLAN_FILE, place, reason, mend)
         if not specs[name].lower <= low < high <= specs[name].upper:
             mend = f"write the lower end first, from {specs[name].lower:g} to {specs[name].upper:g} {specs[name].unit}"
-            raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, place, "no possible range", mend)
+            raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, place, "not a possible range", mend)
         ends[name] = low, high
     if not ends:
         return [model.robot]

@@ -40,14 +40,14 @@ def check_program(file: Path, campaign: Campaign, kind: str = "load") -> Languag
     from stiffcal.planning.robot_programs.language import AXES
 
     if kind == "clamped":
-        reason = "a clamped robot is driven by hand, one joint at a time, with an eye on the force"
+        reason = "a clamped robot is driven by hand, one joint at a time, watching the force"
         raise InputError.at(FaultCode.OPTION_INVALID, str(file), "", reason, "leave --program out")
     languages = _languages()
     language = languages.get(file.suffix.lower())
     if language is None:
         known = ", ".join(f"{ending} ({entry.maker})" for ending, entry in languages.items())
-        reason = "the ending of the robot program is of no known language"
-        raise InputError.at(FaultCode.OPTION_INVALID, str(file), "", reason, f"write one of {known}")
+        reason = "the file ending belongs to no known robot language"
+        raise InputError.at(FaultCode.OPTION_INVALID, str(file), "", reason, f"use one of {known}")
     name = file.stem
     valid = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) and len(name) <= language.longest_name
     if not valid or name.lower() in language.reserved:
@@ -60,7 +60,7 @@ def check_program(file: Path, campaign: Campaign, kind: str = "load") -> Languag
         )
     if len(campaign.chain.joint_names) != AXES:
         reason = f"robot programs are for six joints, and {len(campaign.chain.joint_names)} are logged of this robot"
-        mend = "leave --program out, and drive as the run sheet states"
+        mend = "leave --program out, and move the robot by hand as the run sheet states"
         raise InputError.at(FaultCode.JOINT_COUNT, campaign.manifest.robot, "joints", reason, mend)
     return language
 
@@ -77,10 +77,10 @@ def write_program(file: Path, campaign: Campaign, plan: PlanResult, cell: Cell) 
     language = check_program(file, campaign)
     if plan.blocked_moves:
         before, after = plan.blocked_moves[0]
-        reason = f"no free joint move leads from {before} to {after}"
+        reason = f"there is no collision-free joint move from {before} to {after}"
         mend = "allow more candidates or another seed, reduce link_radius_m, or leave --program out"
         raise InputError.at(FaultCode.POSE_UNREACHABLE, "plan.toml", "keep_out", reason, mend)
-    steps: list[Halt | Move | Remark] = [Halt("first pose: drive by hand")]
+    steps: list[Halt | Move | Remark] = [Halt("first pose: move by hand")]
     for run in plan.runs:
         steps.append(Remark(f"{run.id}: {load_text(run.wrench)}, as the run sheet states"))
         steps += [Move(joints) for joints in (*run.approach, run.joints)]
@@ -120,7 +120,7 @@ def _head(campaign: Campaign, plan: PlanResult, cell: Cell) -> list[str]:
         lowest,
         f"  each other, where more than {NEIGHBOUR * cell.radius:.3f} m of the arm lies between them",
         "NOT CHECKED: the way to the first pose, neighbouring links, tool, cables, load, everything else.",
-        "Joint angles are those of the logs of the campaign: compare zero and sign of each with the display first.",
+        "Joint angles are those of the campaign logs: first compare zero and sign of each with the display.",
         "Set tool and load data of the controller. Run it in manual mode at reduced speed, with an enabling switch.",
         "It waits before the first move and at every pose. Load only while it waits, and unload before starting again.",
     ]

@@ -68,7 +68,7 @@ def _other_means(
         yield "orientations of the target", plan, replace(model, with_rotation=True, noise=noise), n_runs
     if plan.limits_deg or plan.tracker is not None or plan.keep_out or plan.lowest_m is not None:
         anywhere = plan.model_copy(update={"limits_deg": {}, "tracker": None, "keep_out": (), "lowest_m": None})
-        yield "poses beyond limits_deg, boxes and what the tracker sees", anywhere, model, n_runs
+        yield "poses beyond limits_deg, the boxes and the field of view of the tracker", anywhere, model, n_runs
     yield f"{FACTOR:g} times as many runs", plan, model, int(FACTOR * n_runs)
 
 

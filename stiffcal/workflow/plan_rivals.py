@@ -42,7 +42,7 @@ def named_rival(text: str) -> NamedRival:
     words = text.split()
     if not words or len(words) > 2:
         mend = 'write an effect and its place, as "backlash j4" or "link-beam swing"'
-        raise InputError.at(FaultCode.OPTION_INVALID, "--tell", text, "this is no effect with a place", mend)
+        raise InputError.at(FaultCode.OPTION_INVALID, "--tell", text, "not an effect with a place", mend)
     where: dict[str, str | None] = {"joints": None, "links": None, "pairs": None}
     if len(words) == 2:
         if match := _PAIR.fullmatch(words[1]):
@@ -68,7 +68,7 @@ def rivals_of_diagnosis(diagnosis: DiagnoseResult, campaign: Campaign) -> list[N
     if len(diagnosis.undecided) > 1:
         return [_rival_at(rival.effect, rival.where) for rival in diagnosis.undecided[:MOST_RIVALS]]
     reason = "the diagnosis names no effects that look alike"
-    mend = 'name two, as --tell "backlash j4" "two-slope j4"'
+    mend = 'state two, as --tell "backlash j4" "two-slope j4"'
     raise InputError.at(FaultCode.DATA_MISSING, str(campaign.folder), "diagnose", reason, mend)
 
 

@@ -30,7 +30,7 @@ def check_sheet(file: Path) -> None:
     InputError : its ending is neither .csv nor .pdf.
     """
     if file.suffix.lower() not in (CSV, PDF):
-        reason, mend = "a run sheet is a table or pages", f"let its name end with {CSV} or {PDF}"
+        reason, mend = "a run sheet is CSV or PDF", f"let its name end with {CSV} or {PDF}"
         raise InputError.at(FaultCode.OPTION_INVALID, str(file), "", reason, mend)
 
 
@@ -84,7 +84,7 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
     rows = []
     for run in plan.runs:
         for joints in run.approach:
-            rows.append([run.id, run.rank, 0, "on the way", *_degrees(joints), "", "", "", "", ""])
+            rows.append([run.id, run.rank, 0, "intermediate pose", *_degrees(joints), "", "", "", "", ""])
         first, last = UNLOADED_READINGS[plan.experiment]
         loads = [*[np.zeros(3)] * first, *run.wrench[:, :3], *[np.zeros(3)] * last]
         for number, force in enumerate(loads, start=1):

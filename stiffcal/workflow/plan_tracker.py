@@ -40,7 +40,7 @@ def tracker_of(campaign: Campaign, plan: PlanFile) -> Tracker | None:
             raise InputError.at(FaultCode.VALUE_INVALID, PLAN_FILE, f"tracker.{key}", "all zero", mend)
     position = _place_of_frame(campaign) if table.position_m is None else np.array(table.position_m)
     if position is None:
-        reason = f"where the tracker stands is not stated, and {MANIFEST_FILE} has no place of [frames.{FRAME}]"
+        reason = f"the position of the tracker is not stated, and {MANIFEST_FILE} has no position of [frames.{FRAME}]"
         mend = "write position_m = [3.5, -1.0, 0.5], base axes"
         raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "tracker.position_m", reason, mend)
     return Tracker(
@@ -61,7 +61,7 @@ def tracker_warnings(campaign: Campaign, plan: PlanFile) -> list[str]:
     if table.axis is None and table.reflector_axis is None:
         warnings.append(
             "[tracker] has neither axis nor reflector_axis: no pose is excluded by its field of view or by the "
-            "reflector's acceptance, only those with a link or a keep-out box in the beam"
+            "reflector's acceptance, only those with a blocked beam"
         )
     frame = _place_of_frame(campaign)
     if table.position_m is not None and frame is not None:
@@ -69,7 +69,7 @@ def tracker_warnings(campaign: Campaign, plan: PlanFile) -> list[str]:
         if distance > APART:
             warnings.append(
                 f"[tracker] position_m is {distance:.2f} m away from [frames.{FRAME}] of {MANIFEST_FILE}: "
-                "the plan takes position_m"
+                "position_m is used"
             )
     return warnings
 

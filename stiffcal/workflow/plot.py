@@ -64,7 +64,7 @@ def plot_campaign(
         names += [name for name in _runs_by_themselves(data) if name not in names]
     if run is not None and run not in names:
         raise InputError.at(
-            FaultCode.RUN_UNKNOWN, "command line", "--run", f"no run is called {run}", f"runs: {', '.join(names)}"
+            FaultCode.RUN_UNKNOWN, "command line", "--run", f"unknown run {run}", f"runs: {', '.join(names)}"
         )
     identified = up_to_date_fit(data, context)
     from stiffcal.report.figures.canvas import save_figure
@@ -77,7 +77,7 @@ def plot_campaign(
     if len(data.states) == 0:
         mend = "choose velocity, or velocity:2 for one joint"
         raise InputError.at(
-            FaultCode.DATA_MISSING, "command line", "--against", "the campaign holds no load states", mend
+            FaultCode.DATA_MISSING, "command line", "--against", "the campaign contains no load states", mend
         )
     validation = up_to_date_validation(data, identified, context)
     from stiffcal.workflow.report_content import report_states_of
@@ -94,7 +94,7 @@ def plot_campaign(
         if not np.isfinite(states.residual[states.used, :3]).any():
             mend = "leave --against out; stiffcal view DIR draws the residual of clamped runs"
             raise InputError.at(
-                FaultCode.DATA_MISSING, "command line", "--against", "no displacement of a target is measured", mend
+                FaultCode.DATA_MISSING, "command line", "--against", "no displacement of a target was measured", mend
             )
         noise = None if validation.noise is None else validation.noise.translation
         figure = draw_residual_against(states, [covariate], noise)
@@ -110,7 +110,7 @@ def check_picture(file: Path) -> None:
             FaultCode.FORMAT_UNKNOWN,
             str(file),
             "",
-            "no picture format",
+            "not a picture format",
             f"end the name in one of {', '.join(PICTURES)}",
         )
     if not file.parent.is_dir():
@@ -164,8 +164,8 @@ def _load_deformation(states: ReportStates, names: list[str], run: str | None) -
     if run is not None:
         return figures.draw_load_deformation(states, names.index(run), run), f"load-deformation of run {run}"
     if all(np.count_nonzero(states.used & (states.run == number)) <= 1 for number in runs):
-        return figures.draw_deflection_by_run(states, names, runs), "deflection of every run"
-    return figures.draw_load_deformation_sheet(states, runs, [names[k] for k in runs]), "load-deformation of every run"
+        return figures.draw_deflection_by_run(states, names, runs), "deflection of all runs"
+    return figures.draw_load_deformation_sheet(states, runs, [names[k] for k in runs]), "load-deformation of all runs"
 
 
 def _covariate(
@@ -200,7 +200,7 @@ def _covariate(
             return ResidualCovariate(f"angle of joint {joint + 1}", "°", np.degrees(states.joints[:, joint]))
         return ResidualCovariate(f"torque on joint {joint + 1}", "N·m", joint_torques(data, identified)[:, joint])
     raise InputError.at(
-        FaultCode.OPTION_INVALID, "command line", "--against", f"nothing is known of {against}", f"choose {AGAINST}"
+        FaultCode.OPTION_INVALID, "command line", "--against", f"unknown quantity {against}", f"choose {AGAINST}"
     )
 
 
@@ -211,7 +211,7 @@ def _joint(which: str, names: tuple[str, ...]) -> int:
         return int(which) - 1
     mend = f"number 1 to {len(names)}, or one of {', '.join(names)}"
     raise InputError.at(
-        FaultCode.JOINT_UNKNOWN, "command line", "--against", f"no joint is called {which or '(nothing)'}", mend
+        FaultCode.JOINT_UNKNOWN, "command line", "--against", f"unknown joint {which or '(nothing)'}", mend
     )
 
 

@@ -79,7 +79,7 @@ def predict_campaign(
             FaultCode.OPTION_MISSING,
             "command line",
             "--poses",
-            "state what to predict",
+            "nothing to predict is stated",
             "give either --poses FILE or --load-path F;F",
         )
     campaign = load_campaign(Path(folder), check_files=False)
@@ -136,8 +136,8 @@ def _requested_loads(
                 FaultCode.PATH_INVALID,
                 request.corners,
                 "",
-                "the joints move along the path",
-                "a load path has one pose; see --poses",
+                "the joints move along the load path",
+                "a load path has one pose; use --poses",
             )
     else:
         corner_loads, pose = _corners(request.corners), np.zeros(len(names))
@@ -153,7 +153,7 @@ def _requested_loads(
         )
     if request.points < 1 or len(corner_loads) < 2:
         mend = "give two loads or more, and at least one point on each leg"
-        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--load-path", "this is no path", mend)
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--load-path", "not a load path", mend)
     wrench, corners = load_path(corner_loads, request.points)
     return LoadTable(np.repeat(pose[None], len(wrench), axis=0), wrench), corners
 
@@ -163,7 +163,7 @@ def _corners(text: str) -> Floats:
     if not rows or any(len(row) != len(rows[0]) for row in rows) or len(rows[0]) not in (3, 6):
         mend = 'write forces like "-100,200,-300;0,0,0;100,-200,100", or name a CSV file'
         raise InputError.at(
-            FaultCode.OPTION_INVALID, "command line", "--load-path", f"{text!r} is no list of loads", mend
+            FaultCode.OPTION_INVALID, "command line", "--load-path", f"{text!r} is not a list of loads", mend
         )
     return np.array(rows)
 
@@ -206,8 +206,8 @@ def _predicted_link(link_part: LinkPart, place: int) -> PredictedLink:
 def _unknown_twists(fitted: FittedRobot, parts: tuple[LinkPart, ...]) -> Iterator[str]:
     for link_part in parts:
         if link_part.link in fitted.link_compliances and not np.isfinite(fitted.link_compliances[link_part.link][3, 3]):
-            has = "without it" if link_part.end is None else "with the fit's"
-            yield f"the rods on {link_part.link} do not identify its twist: its part by the rods' 6×6 is {has}"
+            has = "without torsion" if link_part.end is None else "with that of the fit"
+            yield f"the rods on {link_part.link} do not identify its torsion: its part by the 6×6 of the rods is {has}"
 
 
 def _load_path(

@@ -40,7 +40,7 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
     from stiffcal.workflow.report_requests import with_requests
 
     file = output or data.campaign.folder / "report.pdf"
-    context.progress("gathering the results", None)
+    context.progress("collecting the results", None)
     identified = replace(identified, origin=data.store.origin_of(IDENTIFY))
     content = report_content(data, identified, validation, read_history(folder, context))
     content = with_requests(content, data, context)

@@ -58,11 +58,11 @@ def _delay_remark(data: Ingested) -> str:
         delay, lag, cycle = (1e3 * float(made[key]) for key in ("delay_s", "filter_lag_s", "cycle_s"))
     except (InputError, OSError, ValueError, KeyError, TypeError, RecursionError):
         return ""
-    filtered = f"its filter lags by {lag:.3g} ms" if lag else "it does not filter"
+    filtered = f"with a filter of {lag:.3g} ms delay" if lag else "without filter"
     return (
-        f"This campaign is simulated. Its controller carries a correction out {delay:.3g} ms after the reading, "
-        f"{filtered}, and it reads every {cycle:.3g} ms. Robot and load stand in balance at every "
-        "moment: the arm follows at once, no vibration and no drive of its own is played."
+        f"This campaign is simulated. Its controller applies a correction {delay:.3g} ms after the reading, "
+        f"{filtered}, with a cycle of {cycle:.3g} ms. Robot and load are in static equilibrium at every moment; "
+        f"vibrations and drive dynamics are not simulated."
     )
 
 

@@ -83,11 +83,11 @@ MEASURES = {
     "pose": "pose",
     "joints": "joint angles",
     "lengths": "rod lengths",
-    "displacement": "displacement along a line",
+    "displacement": "displacement along one direction",
     "deflection": "deflection",
     "temperature": "temperature",
     "hold": "time under load",
-    "dead_weight": "mass hung on",
+    "dead_weight": "dead weight",
 }
 
 
@@ -293,7 +293,7 @@ def _instruments(data: Ingested) -> list[Instrument]:
             kind = ", ".join(JOINT_MEASURES[key] for key in signal.groups())
         measures = MEASURES.get(kind.removesuffix("s") if kind == "poses" else kind, kind)
         if isinstance(signal, Wrench) and not signal.moments_measured:
-            measures = "force" if len(signal.columns) == 3 else "force along a line"
+            measures = "force" if len(signal.columns) == 3 else "force along one direction"
         body = getattr(signal, "body", None)
         detail = [str(entry.format or "csv")]
         frame = getattr(signal, "frame", None) or getattr(signal, "axes", None)

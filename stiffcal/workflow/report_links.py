@@ -170,5 +170,5 @@ def _sentences(link: MeasuredLink) -> tuple[str, ...]:
     sentences = [fault.sentence for fault in link.faults]
     sentences += link.compliance.not_identifiable
     if not link.estimate.torsion.identifiable and link.compliance.twist is None:
-        sentences.append(f"the twist is not known: {link.estimate.torsion.why}")
+        sentences.append(f"torsion is not known: {link.estimate.torsion.why}")
     return tuple(dict.fromkeys(sentences))

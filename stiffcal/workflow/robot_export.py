@@ -96,7 +96,8 @@ def robot_rows_text(
     warnings = []
     if strict and far > _FAR_M:
         warnings.append(
-            f"without β nearly parallel axes put a common normal {far / 1e3:.3g} km away: a number rounded in its last "
+            f"without β, nearly parallel axes have a common normal {far / 1e3:.3g} km away: a number rounded in its "
+            f"last "
             "digits moves the flange, and masses and bearings of links whose frames are there are left out; "
             "leave out --strict where the controller takes β"
         )

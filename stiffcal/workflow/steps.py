@@ -108,7 +108,7 @@ class Ingested:
     def uncounted(self) -> str:
         """Why no threshold can be held against these results, "" where they count."""
         if self.origin == "foreign":
-            return "the results were not computed by you, and the logs to compute them from are missing"
+            return "the results were not computed by you, and the logs are missing"
         return f"the logs are missing ({self.missing[0]})" if self.missing else ""
 
     @property

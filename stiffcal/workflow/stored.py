@@ -69,7 +69,7 @@ def _checked_entries(snapshot: Snapshot, name: str, document: Document) -> Docum
     key = ENTRY_LISTS[name]
     rows = document.get(key)
     if not isinstance(rows, list):
-        raise damaged(snapshot.display_name, name, f"{key} is no list")
+        raise damaged(snapshot.display_name, name, f"{key} is not a list")
     sound = [row for row in rows if row.get("origin", OWN) == OWN or _has_shape(name, row)]
     return {"schema": _SCHEMAS.get(name), "warnings": [], **document, key: sound}
 

@@ -92,10 +92,10 @@ def trend_campaigns(
     """
     context = context or RunContext()
     if len(folders) < 2:
-        reason = f"{len(folders)} campaign is no series" if folders else "no campaign is named"
-        raise _wrong("DIR", reason, "name two campaigns of one robot, or more")
+        reason = f"{len(folders)} campaign is not a series" if folders else "no campaign is named"
+        raise _wrong("DIR", reason, "give two or more campaigns of the same robot")
     if max_change is not None and not 0.0 < max_change < math.inf:
-        raise _wrong("--max-change", f"{max_change:g} is no share", "give 0.1 for a tenth")
+        raise _wrong("--max-change", f"{max_change:g} is not a share", "give 0.1 for a tenth")
     if output is not None:
         check_picture(output)
     loaded = [load_campaign(folder, check_files=False) for folder in folders]
@@ -134,8 +134,8 @@ def _fitted(folder: Path, context: RunContext) -> FittedCampaign:
 
 def _check_dates(folders: Sequence[Path], dates: Sequence[date | None]) -> None:
     if None in dates and any(day is not None for day in dates):
-        reason = "it has no date, and other campaigns have one"
-        mend = "write date = 2026-03-01 in [trend] of each, or of none: then the order on the command line counts"
+        reason = "it has no date, but other campaigns have one"
+        mend = "write date = 2026-03-01 in [trend] of each, or of none: then the order of the command line is used"
         file = folders[dates.index(None)] / MANIFEST_FILE
         raise InputError.at(FaultCode.KEY_MISSING, str(file), "trend.date", reason, mend)
 
@@ -318,14 +318,16 @@ def _warnings(
     if unknown:
         texts.append(
             f"no alarm is possible for {len(unknown)} of {len(charts)} parameters: {len(campaigns)} campaigns are "
-            f"fewer than {FEWEST_CAMPAIGNS}, and no manifest states what varies between campaigns ([trend]); "
+            f"fewer than {FEWEST_CAMPAIGNS}, and no manifest states the scatter between campaigns ([trend]); "
             "stiffcal compare DIR1 DIR2 shows what has changed between two"
         )
     names = {parameter.name for parameters in own for parameter in parameters}
     if left := sorted(names - set(charts)):
-        texts.append(f"not judged, as not every campaign identifies them: {', '.join(left)}")
+        texts.append(f"not judged, because not all campaigns identify them: {', '.join(left)}")
     if any(len(kept) < len(campaign.fit.parameters) for kept, campaign in zip(own, campaigns, strict=True)):
-        texts.append("geometry and frames are not compared: they count from where each registration puts the tracker")
+        texts.append(
+            "geometry and frames are not compared: they depend on the registration of the tracker in each campaign"
+        )
     if any(campaign.fit.model != campaigns[0].fit.model for campaign in campaigns):
         texts.append("the models differ: a change may come from the model and not from the robot")
     robots = {campaign.data.campaign.chain.name for campaign in campaigns}

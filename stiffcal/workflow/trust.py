@@ -130,7 +130,7 @@ def allow_place(uri: str) -> TrustResult:
             FaultCode.OPTION_INVALID,
             "command line",
             "--store",
-            f"{uri} holds everything",
+            f"{uri} contains everything",
             "name the folder of the stores",
         )
     record = open_record()
@@ -187,7 +187,7 @@ def revoke_trust(name: str) -> TrustResult:
         raise InputError.at(
             FaultCode.OPTION_INVALID, "command line", "--revoke", f"{name} is not trusted", "see stiffcal trust --list"
         )
-    warnings = [f"STIFFCAL_TRUST still holds {digest}" for digest in in_environment]
+    warnings = [f"STIFFCAL_TRUST still contains {digest}" for digest in in_environment]
     return TrustResult(warnings=warnings, action="revoked", entries=_items(revoked))
 
 

@@ -137,7 +137,7 @@ def validate_now(
     from stiffcal.workflow.ladder import ladder_of
 
     fit = fit or fit_now(data, identified.loss, context)
-    context.progress("leaving poses out", None)
+    context.progress("fitting without each pose", None)
     experiments = validated_experiments(data)
     tables = {name: table for experiment in experiments for name, table in experiment.tables.items()}
     if fit is None:
@@ -219,7 +219,11 @@ def _validate_other(
     stored, origin = stored_fit(store), store.origin_of(IDENTIFY)
     if stored is None:
         raise InputError.at(
-            FaultCode.STORE_MISSING, str(folder), "store", "no model is fitted there", f"run stiffcal identify {folder}"
+            FaultCode.STORE_MISSING,
+            str(folder),
+            "store",
+            "that campaign has no fitted model",
+            f"run stiffcal identify {folder}",
         )
     if origin == FOREIGN and all((folder / file).exists() for file in manifest_data_files(campaign)):
         reason = "its store was not written by you"
@@ -228,11 +232,13 @@ def _validate_other(
             str(folder),
             "store",
             reason,
-            f"run stiffcal identify {folder}, which computes it again",
+            f"run stiffcal identify {folder}, to compute it again",
         )
     if campaign.chain.n_joints != data.campaign.chain.n_joints:
         reason = f"its robot has {campaign.chain.n_joints} joints, this one {data.campaign.chain.n_joints}"
-        raise InputError.at(FaultCode.ROBOT_MISMATCH, str(folder), "robot", reason, "name a campaign of the same robot")
+        raise InputError.at(
+            FaultCode.ROBOT_MISMATCH, str(folder), "robot", reason, "choose a campaign of the same robot"
+        )
     robot = replace(placed_robot(campaign), chain=data.campaign.chain).with_values(stored.robot_values())
     if model_summary(robot) != stored.model:
         reason = "its model.toml has changed since the last fit"
@@ -241,9 +247,9 @@ def _validate_other(
         )
     own = fit_now(data, "linear", context)
     if own is None:
-        reason = "this campaign holds no load states to compare a model with"
+        reason = "this campaign contains no load states to compare a model with"
         raise InputError.at(
-            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "name a campaign with load runs"
+            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "choose a campaign with load runs"
         )
     fit = replace(own, robot=_with_own_frames(robot, data))
     validation = validate_fit(data.states, fit, residuals_of_model(data.states, fit))

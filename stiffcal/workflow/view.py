@@ -41,7 +41,7 @@ def view_campaign(
     from stiffcal.workflow.view_content import view_content
 
     file = output or data.campaign.folder / "view.html"
-    context.progress("gathering the results", None)
+    context.progress("collecting the results", None)
     content = view_content(data, identified, validation, raw)
     write_whole(file, build_page(content))
     shown = 0 if content.states is None else len(content.states.run)

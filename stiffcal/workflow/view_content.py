@@ -146,7 +146,7 @@ def _with_states(
     measured, own = drawn.measured, None
     if content.measure == "motor_angle":
         measured, own = motor_states(robot, states)
-        label = "angle that the moved motor turned"
+        label = "rotation of the moved motor"
         variables.insert(0, ViewVariable(name="motor", label=label, unit="°", values=DEGREES * measured[:, 0]))
     tables = tables_of_states(data, measured.shape[1], own is not None)
     evidence, followed = view_evidence(data, diagnosis, variables)
@@ -203,7 +203,7 @@ def _variables(data: Ingested, drawn: ReportStates, torque: Floats, clamped: boo
             ("moment", k + 1, f"moment about {'xyz'[k]} of the sensor", "N·m", column)
             for k, column in enumerate(moment.T)
         ),
-        ("deflection", 0, "size of the deflection", "mm", 1e3 * np.linalg.norm(drawn.measured[:, :3], axis=1)),
+        ("deflection", 0, "magnitude of the deflection", "mm", 1e3 * np.linalg.norm(drawn.measured[:, :3], axis=1)),
         ("time", 0, "time", "s", states.time),
         ("hold", 0, "time under load", "s", states.hold),
         *(("temperature", k + 1, f"temperature {k + 1}", "", column) for k, column in enumerate(states.temperature.T)),

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     from stiffcal.results.identify_result import IdentifyResult
 
+_NO_EFFECT = "the model contains no effect at this joint"
+
 
 def content_of_rows(
     content: ViewContent, rows: DrawnRows, data: Ingested, identified: IdentifyResult, reason: str
@@ -67,7 +69,7 @@ def content_of_rows(
             run=run[pick],
             row=number[pick],
             used=rows.judged[pick],
-            why=["" if judged else "the model holds no effect of this joint" for judged in rows.judged[pick].tolist()],
+            why=["" if judged else _NO_EFFECT for judged in rows.judged[pick].tolist()],
             lines=[""] * len(pick),
             line_number=np.zeros(len(pick), dtype=np.int64),
             measured=_as_states(rows.measured)[pick],

@@ -219,7 +219,7 @@ def test_the_summary_names_what_does_not_hold(copied: Path, tmp_path: Path, caps
     (failed,) = root.iter("failure")
     assert failed.get("message", "no message") in reported.out
     text = markdown.read_text(encoding="utf-8")
-    assert text.startswith("## stiffcal: not all campaigns hold\n")
+    assert text.startswith("## stiffcal: thresholds not met in all campaigns\n")
     rows = [line.split(" | ")[1] for line in text.splitlines() if line.startswith("| cells/")]
     assert rows == ["done", "**NOT held**", "**broken**"]
 
@@ -340,7 +340,7 @@ def test_ctrl_c_ends_all_processes_and_the_next_call_goes_on(copied: Path) -> No
         finally:
             watch.cancel()
     assert process.returncode == 130, error
-    assert "1 of 2 campaigns are done; the same call goes on with the rest" in error
+    assert "1 of 2 campaigns are done; the same command continues with the rest" in error
     assert "Traceback" not in error
     assert not any(alive(int(pid)) for pid in (waiting / "pids").read_text().split())
     (waiting / "go").touch()

@@ -63,11 +63,11 @@ MANIFEST_FAULTS = {
     "missing schema": ([('schema = "stiffcal/campaign/1"\n', "")], "schema", 'schema = "stiffcal/campaign/1"'),
     "schema of a later version": ([("campaign/1", "campaign/9")], "schema", "stiffcal/campaign/1"),
     "two numbers for a place": ([("[0.0, 0.0, 0.2]", "[0.0, 0.2]")], "frames.tool.xyz_m", "write 3"),
-    "force without a point": ([(', point = "tool"', "")], "sources.table.wrench", "where it acts"),
-    "wrench without axes": ([(', axes = "base", point', ", point")], "sources.table.wrench", "in which axes"),
+    "force without a point": ([(', point = "tool"', "")], "sources.table.wrench", "its point of application"),
+    "wrench without axes": ([(', axes = "base", point', ", point")], "sources.table.wrench", "the axes of the wrench"),
     "unknown frame": ([('body = "tool"', 'body = "tol"')], "sources.table.deflection.body", 'did you mean "tool"'),
     "unknown parent": ([('parent = "flange"', 'parent = "flansh"')], "frames.tool.parent", 'did you mean "flange"'),
-    "parents in a circle": ([("[frames.tool]", FRAMES + "[frames.tool]")], "frames.a.parent", "circle"),
+    "parents in a circle": ([("[frames.tool]", FRAMES + "[frames.tool]")], "frames.a.parent", "loop"),
     "deflection in moving axes": (
         [('body = "tool", axes = "base"', 'body = "tool", axes = "tool"')],
         "sources.table.deflection.axes",
@@ -91,7 +91,7 @@ MANIFEST_FAULTS = {
     "two rotations": (
         [("xyz_m", "quaternion_wxyz = [1, 0, 0, 0]\nrpy_deg = [0, 0, 0]\nxyz_m")],
         "frames.tool.rpy_deg",
-        "written twice",
+        "given twice",
     ),
     "file outside": ([('"raw/table.csv"', '"../table.csv"')], "sources.table.file", "outside the campaign folder"),
     "absolute file": ([('"raw/table.csv"', '"/tmp/table.csv"')], "sources.table.file", "outside the campaign folder"),
@@ -106,7 +106,7 @@ MANIFEST_FAULTS = {
     "five columns against six joints": (
         [("A1..A6", "A1..A5")],
         "sources.table.joints.position",
-        "5 columns against the 6",
+        "5 columns, but robot.toml has 6",
     ),
     "excluded source unknown": (
         [("[sources", 'exclude = [{ source = "tabel", rows = [1], why = "x" }]\n\n[sources')],
@@ -243,7 +243,7 @@ def test_robot_with_five_joints_against_six_columns(tmp_path: Path) -> None:
     robot = ROBOT[: ROBOT.index('[[joints]]\nname = "A6"')]
     fault = one_fault(write_campaign(tmp_path / "c", robot=robot))
     assert fault.place == "sources.table.joints.position"
-    assert fault.reason == "6 columns against the 5 joints of robot.toml"
+    assert fault.reason == "6 columns, but robot.toml has 5 joints"
 
 
 def test_model_places_are_checked(tmp_path: Path) -> None:
@@ -300,7 +300,7 @@ def test_a_log_named_by_two_runs(tmp_path: Path) -> None:
     doubled = changed(LOGS, ("raw/b_ft.csv", "raw/a_ft.csv"))
     fault = one_fault(with_logs(tmp_path / "c", doubled, "a_ft.csv", "c_ft.csv"))
     assert str(fault) == (
-        "campaign.toml: runs[2] (b).files.ft: raw/a_ft.csv is named by run a too; name this run's own log "
+        "campaign.toml: runs[2] (b).files.ft: raw/a_ft.csv is also used by run a; give the log of this run "
         "[key-conflict]"
     )
 
@@ -322,7 +322,7 @@ def test_a_log_of_two_runs_that_are_distinguished(tmp_path: Path, apart: tuple[s
 def test_another_runs_log_is_not_suggested_for_a_missing_one(tmp_path: Path) -> None:
     fault = one_fault(with_logs(tmp_path / "c", LOGS, "a_ft.csv", "c_ft.csv"))
     assert fault.reason == "no such file: raw/b_ft.csv"
-    assert fault.mend == "put it there, or correct the name"
+    assert fault.mend == "add it, or correct the name"
     (tmp_path / "c/raw/B_ft.csv").write_text("A1\n")
     assert one_fault(tmp_path / "c").mend == 'did you mean "B_ft.csv"?'
 
@@ -330,7 +330,7 @@ def test_another_runs_log_is_not_suggested_for_a_missing_one(tmp_path: Path) -> 
 def test_a_missing_folder_is_one_line(tmp_path: Path) -> None:
     fault = one_fault(write_campaign(tmp_path / "c", LOGS.replace("raw/", "logs/")))
     assert str(fault) == (
-        "campaign.toml: runs[1] (a).files.ft: no such folder: logs; 3 files are named in it, logs/a_ft.csv first; "
+        "campaign.toml: runs[1] (a).files.ft: no such folder: logs; 3 files are expected in it, logs/a_ft.csv first; "
         "put the files there [file-missing]"
     )
     missing = document_of(check_campaign(tmp_path / "c"))["missing"]

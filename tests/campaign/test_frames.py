@@ -135,5 +135,5 @@ def test_two_loads_and_two_instruments_are_refused() -> None:
         frames={"t1": {"parent": "base"}, "t2": {"parent": "base"}},
         sources={"a": {"pose": {**pose, "frame": "t1"}}, "b": {"pose": {**pose, "frame": "t2"}}},
     )
-    with pytest.raises(InputError, match="bring them to one frame"):
+    with pytest.raises(InputError, match="express them in one frame"):
         measurement_setup(two, chain(), resolve_frames(two, chain()))

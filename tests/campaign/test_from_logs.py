@@ -168,10 +168,10 @@ def test_logs_that_cannot_serve(tmp_path: Path, kind: str, header: str, words: s
 
 def test_options_that_do_not_go_together(tmp_path: Path) -> None:
     log = clamped_log(tmp_path, "p1.csv", 1)
-    with pytest.raises(InputError, match="no campaign of kind ids is proposed"):
+    with pytest.raises(InputError, match="no campaign of kind ids can be proposed"):
         init_campaign(tmp_path / "cell", kind="ids", tables=[log])
     with pytest.raises(InputError, match="a clamped run has no tool point"):
         init_campaign(tmp_path / "cell", kind="clamped", tables=[log], tool=(0.0, 0.0, 0.1))
-    with pytest.raises(InputError, match="1 joint column.* against the 6 joints"):
+    with pytest.raises(InputError, match="1 joint column.* but the robot has 6 joints"):
         init_campaign(tmp_path / "cell", kind="clamped", tables=[log], robot="kr125")
     assert not (tmp_path / "cell").exists()

@@ -93,5 +93,5 @@ def test_a_file_whose_name_holds_a_nul_is_one_line(tmp_path: Path) -> None:
     folder = write_campaign(tmp_path / "c")
     text = (folder / "campaign.toml").read_text(encoding="utf-8")
     (folder / "campaign.toml").write_text(text.replace('"robot.toml"', '"raw/\\u0000"'), encoding="utf-8")
-    with pytest.raises(InputError, match=r"holds U\+0000"):
+    with pytest.raises(InputError, match=r"contains U\+0000"):
         load_campaign(folder)

@@ -118,13 +118,13 @@ def test_format_from_ending(file: str, expected: str | None) -> None:
 @pytest.mark.parametrize(
     ("signal", "document", "reason"),
     [
-        (JointSignals, {"units": {"position": "deg"}}, "no columns are named"),
+        (JointSignals, {"units": {"position": "deg"}}, "no columns are given"),
         (JointSignals, {"position": "A1..A6", "velocity": "v1..v5"}, "unequal numbers"),
         (JointSignals, {"position": "A1..A6", "units": {"position": "mm"}}, "unit of length"),
         (Wrench, {"columns": ["Fx", "Fy"]}, "2 columns"),
-        (Wrench, {"columns": "F1..F3", "units": {"force": "Newton"}}, "not a unit of force"),
+        (Wrench, {"columns": "F1..F3", "units": {"force": "Newton"}}, "not a known unit of force"),
         (Pose, {"frame": "tracker"}, "either position or markers"),
-        (Pose, {"position": "p1..p3", "rpy": "r1..r3", "rotvec": "v1..v3"}, "written twice"),
+        (Pose, {"position": "p1..p3", "rpy": "r1..r3", "rotvec": "v1..v3"}, "given twice"),
         (Pose, {"markers": {"a": "a1..a3", "b": "b1..b3"}}, "2 markers"),
         (Deflection, {"translation": "d1..d2", "body": "tool"}, "2 columns"),
         (Deflection, {"translation": "d1..d3", "body": "tool", "rows": "x is 3"}, "not a condition"),

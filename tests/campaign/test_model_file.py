@@ -126,7 +126,7 @@ def test_joints_all_and_inline_effects(tmp_path: Path) -> None:
 def test_removing_what_is_not_there(folder: Path) -> None:
     for arguments in ({}, {"joints": [5]}):
         keywords: dict[str, Any] = arguments
-        with pytest.raises(InputError, match="the model holds no "):
+        with pytest.raises(InputError, match="the model contains no "):
             remove_effect(folder, "backlash" if keywords else "creep", **keywords, n_joints=6)
     assert text(folder) == MODEL
 

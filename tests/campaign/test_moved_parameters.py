@@ -70,7 +70,7 @@ def test_all_joints() -> None:
 
 def test_both_ways_at_one_joint_are_a_fault() -> None:
     text = OLD + '\n[[effects]]\ntype = "stribeck"\njoints = [1]\n'
-    with pytest.raises(InputError, match="stands twice at j1"):
+    with pytest.raises(InputError, match="is given twice at j1"):
         compliant_robot(six_axes(), model_of_text(text, 6), built_in_effects())
 
 

@@ -158,7 +158,7 @@ def test_an_hdf5_file_does_not_lead_to_others(make: Callable[[Path, Path], str],
         file["Fx"] = np.arange(5.0)
     name = make(tmp_path / "log.h5", tmp_path / "secret.h5")
     reader = find_reader(tmp_path / "log.h5")
-    with pytest.raises(InputError, match="lies in another file"):
+    with pytest.raises(InputError, match="is in another file"):
         list(reader.read_batches(tmp_path / "log.h5", {}, WantedColumns(("t", name)), "raw/log.h5"))
     assert len(list(reader.read_batches(tmp_path / "log.h5", {}, WantedColumns(("t",)), "raw/log.h5"))) == 1
 
@@ -169,7 +169,7 @@ def test_a_whole_group_elsewhere_is_refused(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "log.h5", "w") as file:
         file["log"] = h5py.ExternalLink(str(tmp_path / "secret.h5"), "/g")
     reader = find_reader(tmp_path / "log.h5")
-    with pytest.raises(InputError, match="lies in another file"):
+    with pytest.raises(InputError, match="is in another file"):
         list(reader.read_batches(tmp_path / "log.h5", {"group": "/log"}, WantedColumns(("Fx",)), "raw/log.h5"))
 
 

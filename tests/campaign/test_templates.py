@@ -44,7 +44,7 @@ def test_table_proposed_in_the_load_template_is_understood(tmp_path: Path) -> No
 def test_nothing_is_overwritten(tmp_path: Path) -> None:
     write_template(tmp_path, "load")
     before = (tmp_path / "campaign.toml").read_text(encoding="utf-8")
-    with pytest.raises(InputError, match="there already"):
+    with pytest.raises(InputError, match="already exists"):
         write_template(tmp_path, "clamped")
     assert (tmp_path / "campaign.toml").read_text(encoding="utf-8") == before
     with pytest.raises(InputError, match='no kind "weight"'):

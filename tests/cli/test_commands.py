@@ -111,7 +111,7 @@ def test_stiffness_has_the_digits_of_its_interval(campaign: Path, capsys: pytest
     run("identify", campaign)
     text = capsys.readouterr().out
     assert re.search(r"joint 1 +\(7\.(\d+) ± 0\.(\d+)\)·10⁵ +\d+ % +N·m/rad", text)
-    assert "in new poses like these expect an error of" in text
+    assert "expected error in new poses of this kind:" in text
 
 
 def test_validate_with_a_broken_threshold_ends_with_1(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -120,7 +120,7 @@ def test_validate_with_a_broken_threshold_ends_with_1(campaign: Path, capsys: py
     document, code = document_of(capsys, "validate", campaign)
     assert (document["passed"], code) == (False, 1)
     assert run("validate", campaign) == 1
-    assert "NOT held: rms in held-out poses" in capsys.readouterr().out
+    assert "NOT met: rms in held-out poses" in capsys.readouterr().out
 
 
 def test_add_without_a_place_lists_the_places(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -145,7 +145,7 @@ def test_an_effects_page_has_sections(capsys: pytest.CaptureFixture[str]) -> Non
     assert "\\n" not in page
     for heading in ("Physics", "Law", "Assumptions", "Where it ends", "Parameters", "Picture"):
         assert f"\n{heading}\n" in page
-    assert "the drive's torque while the joint moves" in page
+    assert "torque of the drive while the joint moves" in page
 
 
 def test_effects_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
@@ -164,7 +164,7 @@ def test_effects_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
         (["vaildate"], r"did you mean validate"),
         (["validate", "--fast"], r"command line: No such option: --fast.*; see stiffcal validate --help"),
         (["simulate", "out"], r"command line: Missing option '--from'.*; see stiffcal simulate --help"),
-        (["identify", "no-such-folder"], r"no-such-folder: no such folder; name a campaign folder"),
+        (["identify", "no-such-folder"], r"no-such-folder: no such folder; give a campaign folder"),
         (
             ["init", "x", "--kind", "loud"],
             r'^command line: --kind: there is no kind "loud"; use one of clamped, friction, ',

@@ -1,4 +1,4 @@
-"""The share of the error that goes with what is missing, in words: verb by number, no interval of one point."""
+"""The share of the error that goes with the missing effects, in words: verb by number, no interval of one point."""
 
 from __future__ import annotations
 

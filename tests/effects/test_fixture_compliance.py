@@ -62,7 +62,7 @@ def test_columns_are_the_slopes_of_the_prediction() -> None:
 
 def test_one_joint_that_always_loads_it_alike_is_joint_compliance_again() -> None:
     """One joint in one pose; a flange on a single axis, whatever its angle."""
-    again = "joint-compliance again"
+    again = "separated from joint-compliance"
     assert again in str(EFFECT.lacking(CHAIN, clamped_bench(CHAIN, POSES[:1], (2,), FIXTURE)))
     assert EFFECT.lacking(CHAIN, clamped_bench(CHAIN, POSES[:1], (2, 5), FIXTURE)) is None
     assert EFFECT.lacking(CHAIN, clamped_bench(CHAIN, POSES[:2], (2,), FIXTURE)) is None

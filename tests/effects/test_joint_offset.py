@@ -1,4 +1,4 @@
-"""joint-offset: the zero is added to the angle as logged."""
+"""joint-offset: the offset is added to the logged angle."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def test_what_is_missing_is_named() -> None:
     motion = strokes((0.1, 0.4), 1.0)
     assert EFFECT.lacking_motion(CHAIN, motion) is None
     unknown = replace(motion, travel=np.full(len(motion), np.nan))
-    assert "run through reversals" in str(EFFECT.lacking_motion(CHAIN, unknown))
+    assert "contain reversals" in str(EFFECT.lacking_motion(CHAIN, unknown))
     late = motion.block(motion.travel > 0.5)
     assert "soon after a reversal" in str(EFFECT.lacking_motion(CHAIN, late))
     assert "friction runs" in str(EFFECT.lacking(CHAIN, bare_states([0, 0, 0])))

@@ -51,6 +51,6 @@ def test_neighbouring_orders_must_be_worse() -> None:
 
 def test_what_is_missing_is_named() -> None:
     assert EFFECT.lacking_motion(CHAIN, strokes((0.4,), 1.0)) is None
-    assert "not even one wave" in str(EFFECT.lacking_motion(CHAIN, strokes((0.01,), 0.02)))
+    assert "shorter than one wave" in str(EFFECT.lacking_motion(CHAIN, strokes((0.01,), 0.02)))
     assert not len(EFFECT.motion_grid(FIRST, CHAIN, strokes((0.01,), 0.02))["order"])
     assert "friction runs" in str(EFFECT.lacking(CHAIN, bare_states([0, 0, 0])))

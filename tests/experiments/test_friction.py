@@ -114,7 +114,7 @@ def test_a_run_that_never_reached_its_velocity_is_dropped_with_a_word() -> None:
     assert len(reduction.dropped["5"]) == 6
     (words,) = reduction.warnings
     assert "run 5, joint A2: 6 readings dropped" in words
-    assert "never held a velocity" in words
+    assert "no phase of constant velocity" in words
 
 
 def test_the_picture_of_friction_over_speed_is_without_the_ripple() -> None:

@@ -47,7 +47,7 @@ def test_a_velocity_that_was_never_reached() -> None:
     assert not passes
     assert len(dropped) == 4
     assert {stretch.code for stretch in dropped} == {UnusedCode.NEVER_STEADY}
-    assert "a stroke of 74° never held a velocity" in cause_text(dropped)
+    assert "a stroke of 74° has no phase of constant velocity" in cause_text(dropped)
 
 
 def test_the_fastest_moment_of_a_swing_is_not_steady() -> None:

@@ -59,7 +59,7 @@ def test_one_way_is_one_half_sweep() -> None:
     [
         ((), None, "no joint moved"),
         ((1,), 3, "joint 3 (A3) never moved"),
-        ((1, 2), 2, "joint 3 (A3) moved too"),
+        ((1, 2), 2, "joint 3 (A3) also moved"),
     ],
 )
 def test_what_moved_is_reported_in_words(moving: tuple[int, ...], given: int | None, words: str) -> None:

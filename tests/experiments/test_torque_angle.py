@@ -133,5 +133,5 @@ def test_a_curve_that_does_not_settle_is_an_error(monkeypatch: pytest.MonkeyPatc
     assert fit_series(loop).settled
     monkeypatch.setattr(torque_angle, "MOST_EVALUATIONS", 2)
     monkeypatch.setattr(torque_angle._fit, "__kwdefaults__", {"evaluations": 2})
-    with pytest.raises(InputError, match="the curve of torque over angle of a clamped run does not settle"):
+    with pytest.raises(InputError, match="the fit of torque over angle of a clamped run does not converge"):
         fit_series(loop)

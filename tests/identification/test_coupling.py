@@ -1,4 +1,4 @@
-"""Coupling errors: the same states with the links rigid, all at once, the links taken out, and with rods."""
+"""Coupling errors: the same states with the links rigid, all at once, the links' part taken out, and with rods."""
 
 from __future__ import annotations
 

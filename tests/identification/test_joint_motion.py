@@ -1,4 +1,4 @@
-"""Each joint by itself: displacement between two tracked links against the wrench there (paper 001)."""
+"""Each joint separately: displacement between two tracked links against the wrench there (paper 001)."""
 
 from __future__ import annotations
 

@@ -72,4 +72,4 @@ def test_a_fit_of_a_campaign_in_kgf_warns_and_the_right_one_does_not() -> None:
     in_kgf = replace(states, wrench=states.wrench / KGF)
     (warning,) = unusual_stiffness_warnings(identify_parameters(in_kgf, robot))
     assert "forces in kgf in a column of N" in warning
-    assert "below what has been measured" in warning
+    assert "below values measured" in warning

@@ -24,13 +24,13 @@ def test_a_fit_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -> 
     states = played(medium_robot(), noise=Sigma(15e-6, 2e-5), seed=1)
     whole = identify_parameters(states, joint_springs(six_axes()))
     assert whole.last_step is None
-    assert not any("did not settle" in line for line in fit_warnings(whole))
+    assert not any("did not converge" in line for line in fit_warnings(whole))
     monkeypatch.setattr(identify, "MAX_STEPS", 1)
     fit = identify_parameters(states, joint_springs(six_axes()), Settings(loss="huber"))
     assert fit.last_step is not None
     assert fit.last_step > identify.SMALL_STEP
-    (line,) = [line for line in fit_warnings(fit) if "did not settle" in line]
-    assert line.startswith("the fit did not settle in 1 steps: the last one still moved the parameters by ")
+    (line,) = [line for line in fit_warnings(fit) if "did not converge" in line]
+    assert line.startswith("the fit did not converge in 1 steps: the last one still changed the parameters by ")
 
 
 def test_the_linear_form_needs_one_step() -> None:
@@ -41,7 +41,9 @@ def test_the_linear_form_needs_one_step() -> None:
 def test_the_dual_form_that_does_not_settle_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     fit = identify_parameters(played(medium_robot(), noise=Sigma(15e-6, 2e-5)), joint_springs(six_axes()))
     monkeypatch.setattr(dual_form, "MAX_STEPS", 1)
-    with pytest.raises(InputError, match="model.toml: effects: the form does not settle: a step of .* is left after 1"):
+    with pytest.raises(
+        InputError, match="model.toml: effects: the iteration does not converge: a step of .* remains after 1"
+    ):
         dual_form.identify_in_two_forms(fit)
 
 
@@ -50,10 +52,10 @@ def test_bounded_least_squares_that_do_not_settle_are_errors(monkeypatch: pytest
     wanted = np.array([1.0, -2.0, 3.0, 4.0])
     assert least_squares_within(design, wanted, zero, zero + np.inf)[0].tolist() == [1.0, 0.0, 3.0, 4.0]
     monkeypatch.setattr(bounded_least_squares, "MOST_EXCHANGES", -len(zero))  # as many more come with the unknowns
-    with pytest.raises(InputError, match="of 4 unknowns within bounds do not settle"):
+    with pytest.raises(InputError, match="with 4 unknowns do not converge"):
         least_squares_within(design, wanted, zero, zero + np.inf)
     monkeypatch.setattr(scoring, "PIVOTS", 0)
-    with pytest.raises(InputError, match="of 4 unknowns within bounds do not settle"):
+    with pytest.raises(InputError, match="with 4 unknowns do not converge"):
         scoring.solve_within(design, wanted, zero, zero + np.inf)
 
 
@@ -93,7 +95,7 @@ def test_levers_that_are_rounding_are_no_levers() -> None:
 
 def test_a_scatter_that_does_not_settle_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(variance_components, "MOST_STEPS", 1)
-    with pytest.raises(InputError, match="the scatter of repeats does not settle in 1 steps; state sigma"):
+    with pytest.raises(InputError, match="components of the repeats do not converge in 1 steps; state sigma"):
         variance_components.variance_components(*repeats())
 
 

@@ -80,9 +80,9 @@ def test_one_log_for_all_runs_is_split(tmp_path: Path, listed: tuple[str, ...]) 
 
 def test_a_run_that_is_not_listed_is_refused(tmp_path: Path) -> None:
     folder = campaign_of(tmp_path / "c", HEAD, SPLIT, '[[runs]]\nid = "a"\n')
-    with pytest.raises(InputError, match=r"the log of log holds run 'b', which is not listed"):
+    with pytest.raises(InputError, match=r"the log of log contains run 'b', which is not listed"):
         ingest_campaign(folder)
-    with pytest.raises(InputError, match=r"holds run 'b'"):
+    with pytest.raises(InputError, match=r"contains run 'b'"):
         check_campaign(folder)
 
 

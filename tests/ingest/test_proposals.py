@@ -177,7 +177,7 @@ def test_other_formats_and_many_files_are_one_proposal(empty: Path) -> None:
         assert len(proposal.files) == 5
         assert proposal.device == ""
         assert proposal.lines[:2] == ["[sources.ft]", 'format = "hdf5"']
-        assert proposal.lines[-1] == "# … and 2 more files like these"
+        assert proposal.lines[-1] == "# … and 2 more files of this kind"
     finally:
         for path in [*paths, empty / "raw" / "notes.csv"]:
             path.unlink()

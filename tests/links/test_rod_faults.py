@@ -76,7 +76,7 @@ def test_two_exchanged_rods_are_named_by_the_load(pair: tuple[int, int]) -> None
     fault = only(find_rod_faults(rods, SHAPE, exchanged(read, *pair), wrench, TIME, RUN))
     assert fault.kind == "exchanged"
     assert set(fault.rods) == {rods.names[i] for i in pair}
-    assert "exchanged" in fault.sentence
+    assert "interchanged" in fault.sentence
 
 
 def test_without_the_load_rods_to_spare_show() -> None:

@@ -64,7 +64,7 @@ def test_five_rods_along_the_fibre_carry_all_but_torsion() -> None:
     np.testing.assert_allclose(found.displacement[:, found.known], tip[:, found.known], rtol=0, atol=1e-13)
     assert np.isnan(found.displacement[:, 3]).all()
     assert not found.torsion.identifiable
-    assert "obliquely" in found.torsion.why
+    assert "oblique" in found.torsion.why
 
 
 def test_the_bound_on_the_twist_holds() -> None:

@@ -33,7 +33,7 @@ def test_the_papers_pattern_is_blind_to_torsion_and_an_oblique_rod_is_advised() 
     assert "torsion" in best.determines
     assert not np.allclose(best.start[1:], best.end[1:])
     assert estimate_link(with_advised(rods), SHAPE, np.zeros((1, 6))).torsion.identifiable
-    assert any("no rod on swing sees it twist" in sentence for sentence in view.sentences)
+    assert any("no rod on swing measures its twist" in sentence for sentence in view.sentences)
     assert "would determine torsion" in view.sentences[-1]
 
 
@@ -49,7 +49,7 @@ def test_rods_of_one_length_lack_the_moments() -> None:
     rods = paper_rods().pick([0, 1, 2])
     view = rod_observability(rods, SHAPE)
     assert set(view.taken_as_absent) == {"tip moment 2", "tip moment 3"}
-    assert any("taken for a force" in sentence for sentence in view.sentences)
+    assert any("interpreted as a force" in sentence for sentence in view.sentences)
     assert not view.stated
     assert "(assumed)" in view.sentences[1]
 
@@ -128,6 +128,6 @@ def test_a_steadying_rod_is_advised_with_how_much_it_steadies() -> None:
     best = view.advice[0]
     assert best.determines == ()
     times = best.gain_before / best.gain_after
-    assert view.sentences[-1].endswith(f"would make the end of swing known {times:.2g} times better")
+    assert view.sentences[-1].endswith(f"would reduce the uncertainty of the end of swing by a factor of {times:.2g}")
     start = ", ".join(f"{1e3 * value:.0f}" for value in best.start)
     assert f"one more rod from [{start}] to [" in view.sentences[-1]

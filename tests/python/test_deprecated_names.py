@@ -106,7 +106,7 @@ def loads(chain: api.Chain, n: int = 3) -> api.NodeLoads:
 @pytest.mark.usefixtures("state")
 def test_the_plugin_of_the_readme_of_0_1_runs_and_warns_of_its_import(tmp_path: Path, chain: api.Chain) -> None:
     code = allowed(tmp_path, PLUGIN)
-    with pytest.warns(DeprecationWarning, match=r"stiffcal\.model\.effect is no public module") as caught:
+    with pytest.warns(DeprecationWarning, match=r"stiffcal\.model\.effect is not a public module") as caught:
         effect = find_effects(code)["cross-stiffness"]
     assert {Path(warning.filename).name for warning in caught} == {"own.py"}
     (term,) = effect.terms(api.Place("joints", (2,)), chain, loads(chain), {})
@@ -134,7 +134,7 @@ def test_every_renamed_name_of_the_interface_of_effects_works_in_a_plugin(tmp_pa
     assert covariate.value.tolist() == [1.0, 1.0, 1.0]
     words = {str(warning.message).partition(";")[0] for warning in caught}
     assert words == {
-        "stiffcal.model.effect is no public module: import from stiffcal.effects_api",
+        "stiffcal.model.effect is not a public module: import from stiffcal.effects_api",
         "stiffcal.model.effect.Driver is called Covariate",
         "stiffcal.model.effect.Sort is called ParameterRole",
         "the field sort of ParameterSpec is called role",
@@ -189,13 +189,13 @@ def test_the_notebook_of_the_readme_of_0_1_runs_and_warns(tmp_path: Path, monkey
         rms = eval(last, names)
     assert stiffness.keys() == {f"joint-compliance.j{k}.c" for k in range(1, 7)}
     assert rms["translation"] > 0.0
-    words = "IdentifyResult is no dict any more: read its attributes, or its to_document()"
+    words = "IdentifyResult is no longer a dict: read its attributes, or its to_document()"
     assert f"{words}; the old way goes with stiffcal 0.3" in {str(warning.message) for warning in caught}
 
 
 def test_a_result_that_was_a_document_is_read_by_key_with_a_warning(validated_folder: Path) -> None:
     result: Any = describe_effects("backlash")
-    with pytest.warns(DeprecationWarning, match="EffectsResult is no dict any more: read its attributes") as caught:
+    with pytest.warns(DeprecationWarning, match="EffectsResult is no longer a dict: read its attributes") as caught:
         entries = result["effects"]
     assert entries == result.to_document()["effects"]
     assert [Path(warning.filename).name for warning in caught] == ["test_deprecated_names.py"]

@@ -194,7 +194,7 @@ def test_validation_in_tables(session: stiffcal.CampaignSession) -> None:
     assert validation.by("run")["label"].tolist() == ["pose1", "pose2", "pose3", "pose4"]
     assert validation.passed is validation.to_dict()["passed"]
     assert "held-out poses" in validation.summary()
-    with pytest.raises(stiffcal.InputError, match="no part is called colour; choose run"):
+    with pytest.raises(stiffcal.InputError, match="unknown part colour; choose run"):
         validation.by("colour")
 
 
@@ -239,7 +239,7 @@ def test_a_picture_of_the_residual_on_axes_of_one_s_own(session: stiffcal.Campai
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("tau_4 [N·m]", "residual dz [µm]")
     with pytest.raises(stiffcal.InputError, match=r"residuals: tau_9: there is no such column; columns: state, run"):
         session.plot.residual("tau_9", ax=axes)
-    with pytest.raises(stiffcal.InputError, match="no component is called x; choose dx, dy, dz, rx, ry, rz"):
+    with pytest.raises(stiffcal.InputError, match="unknown component x; choose dx, dy, dz, rx, ry, rz"):
         session.plot.residual("tau_4", component="x", ax=axes)
 
 
@@ -305,16 +305,16 @@ def test_fits_of_two_campaigns_are_compared_as_the_command_does(
     comparison = stiffcal.compare(fit, stiffcal.open(other))
     listed = answer(capsys, "compare", validated_folder, other)["parameters"]
     assert comparison.parameters["p_value"].tolist() == [entry["p_value"] for entry in listed]
-    with pytest.raises(stiffcal.InputError, match="compare: after: dict is no fit"):
+    with pytest.raises(stiffcal.InputError, match="compare: after: dict is not a fit"):
         stiffcal.compare(fit, {})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
     ("effect", "joints", "line"),
     [
-        ("backlash", [9], "no joint is called 9"),
+        ("backlash", [9], "unknown joint 9"),
         ("blacklash", [4], r"did you mean backlash\?"),
-        ("backlash", [], "backlash sits at joints, and none is given"),
+        ("backlash", [], "backlash acts at joints, and none is given"),
     ],
 )
 def test_a_trial_that_cannot_be_is_named(
@@ -336,7 +336,7 @@ def test_diagnosis_in_tables(with_play: stiffcal.CampaignSession) -> None:
     evidence = diagnosis.evidence("backlash", "j4")
     assert len(evidence) == 100
     assert evidence["after"].std() < evidence["before"].std()
-    with pytest.raises(stiffcal.InputError, match="there is no evidence of creep; choose backlash"):
+    with pytest.raises(stiffcal.InputError, match="there is no evidence for creep; choose backlash"):
         diagnosis.evidence("creep")
     assert diagnosis.summary() in diagnosis._repr_html_().replace("&#x27;", "'")
 
@@ -355,7 +355,7 @@ def test_notes_go_to_the_logger_and_nothing_is_printed(
         "ingest first: nothing is ingested yet",
         "identify first: nothing is fitted yet",
     ]
-    assert "leaving poses out" in reported
+    assert "fitting without each pose" in reported
     assert capfd.readouterr() == ("", "")
 
 
@@ -379,7 +379,7 @@ def test_ctrl_c_ends_a_step_and_the_next_call_goes_on(tmp_path: Path) -> None:
     folder = write_small_campaign(tmp_path / "small", poses=2)
 
     def interrupt(text: str, fraction: float | None = None) -> None:
-        if text == "leaving poses out":
+        if text == "fitting without each pose":
             signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
@@ -395,7 +395,7 @@ def test_code_of_the_folder_runs_only_where_it_is_trusted(tmp_path: Path, monkey
     with pytest.raises(stiffcal.InputError) as caught:
         stiffcal.open(folder).identify()
     assert caught.value.code == "plugin-untrusted"
-    with pytest.raises(stiffcal.InputError, match="'abc' is no SHA-256"):
+    with pytest.raises(stiffcal.InputError, match="'abc' is not a SHA-256"):
         stiffcal.open(folder, trust="abc")
     fit = stiffcal.open(folder, trust=True).identify()
     assert "cross-stiffness" in set(fit.parameters["effect"])

@@ -40,7 +40,7 @@ def recovered(folder: Path, seed: int) -> tuple[list[str], float, float, float]:
             words.append(f"{one.name} not determined")
             continue
         deviation = one.value - truth[one.name]
-        noise = " (within the noise)" if one.above_noise is False else ""
+        noise = " (not significant)" if one.above_noise is False else ""
         words.append(f"{one.name} {deviation / one.std:+.1f}{noise}")
         if not one.at_bound:
             away.append(deviation)

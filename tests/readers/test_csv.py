@@ -129,11 +129,11 @@ HEADED = b"Logger\nfirmware 3\n" + PLAIN
         (b"t,Fx,Fy\n", {}, "line 2: no data after the header"),
         (b"t,Fx,Fy", {}, "line 2: no data after the header"),
         (b"a\nb\n", {"skip_rows": 5}, "the file ends before its header (csv.skip_rows = 5); correct csv.skip_rows"),
-        (HEADED, {"skip_rows": 1}, "no column 't' nor 2 others; the names stand in line 3: set csv.skip_rows = 2"),
-        (PLAIN, {"delimiter": ";"}, 'the names stand in line 1: set csv.delimiter = ","'),
+        (HEADED, {"skip_rows": 1}, "no column 't' nor 2 others; the names are in line 3: set csv.skip_rows = 2"),
+        (PLAIN, {"delimiter": ";"}, 'the names are in line 1: set csv.delimiter = ","'),
         (PLAIN.replace(b"Fx", b"fx"), {}, "line 1: no column 'Fx'; did you mean 'fx'?"),
         (PLAIN.replace(b"Fx", b"Fx [N]"), {}, "line 1: no column 'Fx'; did you mean 'Fx [N]'?"),
-        (PLAIN.replace(b"Fy", b"Fx"), {}, "line 1: the column name 'Fx' stands 2 times; give every column"),
+        (PLAIN.replace(b"Fy", b"Fx"), {}, "line 1: the column name 'Fx' occurs 2 times; give every column"),
         (PLAIN.replace(b"1.5", b"abc"), {}, "line 2, column Fx: 'abc' is not a number"),
         (PLAIN.replace(b"1.5", b""), {}, "line 2, column Fx: the cell is empty"),
         (PLAIN.replace(b"1.5", b"nan"), {}, "line 2, column Fx: 'nan' is not a finite number"),
@@ -145,33 +145,33 @@ HEADED = b"Logger\nfirmware 3\n" + PLAIN
         (
             PLAIN.replace(b",", b";").replace(b".", b","),
             {},
-            "line 2, column t: '0,0' has another decimal mark than '.'; set",
+            "line 2, column t: '0,0' has a decimal mark other than '.'; set",
         ),
-        (PLAIN.replace(b",", b";"), {"decimal": ","}, "has another decimal mark than ','; set csv.decimal = \".\""),
-        (PLAIN.replace(b"1.5", b"1 500.0"), {}, "line 2, column Fx: '1 500.0' has marks between thousands"),
-        (PLAIN + PLAIN, {}, "line 4, column t: the header stands here again ('t')"),
+        (PLAIN.replace(b",", b";"), {"decimal": ","}, "has a decimal mark other than ','; set csv.decimal = \".\""),
+        (PLAIN.replace(b"1.5", b"1 500.0"), {}, "line 2, column Fx: '1 500.0' has thousands separators"),
+        (PLAIN + PLAIN, {}, "line 4, column t: the header is repeated here ('t')"),
         (PLAIN[:-10], {}, "line 3: the file is cut off in the middle of a line (1 of 3 cells)"),
         (PLAIN[:-3], {}, "line 3: the file is cut off in the middle of a line (2 of 3 cells)"),
         (PLAIN[:-2], {}, "line 3, column Fy: the file is cut off in the middle of a line ('')"),
         (b"t,Fx,Fy\n0,1,2.125\n0,1,2.1", {}, "last line, column Fy: the file ends without a line end after '2.1'"),
         (b"t,Fx,Fy\n0,1,100\n0,1,10", {}, "it may be cut off in the middle of a number"),
-        (b't,Fx,Fy,note\n0,1,2,"a\n3,4,5,b"\n6,7,8,c\n', {}, "line 2: a quotation mark is opened and not closed"),
-        (PLAIN + b"\0\0\0\0\0\0", {}, "line 4: the line holds NUL bytes: writing the log was interrupted"),
+        (b't,Fx,Fy,note\n0,1,2,"a\n3,4,5,b"\n6,7,8,c\n', {}, "line 2: a quotation mark is not closed"),
+        (PLAIN + b"\0\0\0\0\0\0", {}, "line 4: the line contains NUL bytes: writing the log was interrupted"),
         (
             PLAIN.replace(b"1.5", b'"1.5'),
             {},
-            "line 2: a quotation mark is opened and not closed",
+            "line 2: a quotation mark is not closed",
         ),
         (
             PLAIN.decode().encode("utf-16"),
             {},
-            'line 1: the line holds bytes that are no text (NUL); set csv.encoding = "utf-16"',
+            'line 1: the line contains bytes that are not text (NUL); set csv.encoding = "utf-16"',
         ),
         (PLAIN.replace(b"Fx", b"\xb5"), {}, "line 1: byte 0xb5 is not utf-8; set csv.encoding"),
         (PLAIN, {"encoding": "klingon"}, "csv.encoding: no encoding 'klingon'"),
         (PLAIN, {"delimeter": ","}, "csv.delimeter: no such option; did you mean csv.delimiter?"),
-        (PLAIN, {"delimiter": ",,"}, "csv.delimiter: ',,' is not one character"),
-        (PLAIN, {"decimal": "'"}, 'csv.decimal: "\'" is no decimal mark'),
+        (PLAIN, {"delimiter": ",,"}, "csv.delimiter: ',,' is not a valid single character"),
+        (PLAIN, {"decimal": "'"}, 'csv.decimal: "\'" is not a decimal mark'),
         (PLAIN, {"skip_rows": True}, "csv.skip_rows: True is not a whole number"),
         *((packed[:-12], {}, "the compressed file is damaged or cut off") for packed in PACKED.values()),
     ],
@@ -218,7 +218,7 @@ def test_a_stray_mark_at_the_border_of_two_blocks_is_found(monkeypatch: pytest.M
     for width in range(1, 20):
         filler = b"0.5," + b"1" * width + b",2\n"
         content = b"t,Fx,Fy\n" + 3 * filler + b'0.6,"1"2,3\n' + 3 * filler
-        assert "line 5: a quotation mark is opened and not closed" in fault(content)
+        assert "line 5: a quotation mark is not closed" in fault(content)
 
 
 def test_reading_may_stop_anywhere(tmp_path: Path) -> None:

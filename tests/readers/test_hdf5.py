@@ -191,5 +191,5 @@ def test_columns_in_groups_are_found(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "log.h5", "w") as file:
         columns(file)
         file.create_group("notes")
-    with pytest.raises(InputError, match="name the group that holds it: hdf5.group = one of '/ids', '/notes'"):
+    with pytest.raises(InputError, match="give the group that contains it: hdf5.group = one of '/ids', '/notes'"):
         READER.read_header(tmp_path / "log.h5", {}, wanted=WANTED)

@@ -58,13 +58,13 @@ def test_faults(tmp_path: Path) -> None:
     assert "no column 'fx'; did you mean 'Fx'?" in fault(path, WantedColumns(("fx",)))
     assert "row 2, column Fx: the cell is empty" in fault(path, WantedColumns(("Fx",)))
     assert "row 2, column Fy: nan is not a finite number" in fault(path, WantedColumns(("Fy",)))
-    assert "column run: it holds string, not numbers" in fault(path, WantedColumns(("run",)))
+    assert "column run: it contains string, not numbers" in fault(path, WantedColumns(("run",)))
     (batch,) = READER.read_batches(path, {}, WantedColumns(("Fx", "Fy"), gaps=frozenset({"Fx", "Fy"})))
     assert np.isnan(batch.numbers["Fx"]).tolist() == [False, True, False]
     whole = path.read_bytes()
     for size in (0, 3, len(whole) // 2, len(whole) - 1):
         path.write_bytes(whole[:size])
-        assert "no whole Parquet file" in fault(path, WantedColumns(("Fx",)))
+        assert "incomplete Parquet file" in fault(path, WantedColumns(("Fx",)))
     path.unlink()
     assert "no such file" in fault(path, WantedColumns(("Fx",)))
     parquet.write_table(table.slice(0, 0), path)
@@ -78,7 +78,7 @@ def test_a_flipped_bit_is_found(tmp_path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[2000] ^= 1
     path.write_bytes(content)
-    assert "no whole Parquet file" in fault(path, WantedColumns(("Fx",)))
+    assert "incomplete Parquet file" in fault(path, WantedColumns(("Fx",)))
 
 
 def test_rows_that_the_footer_counts_and_no_part_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,8 +67,10 @@ def test_queries_say_their_order(filled: Database) -> None:
     assert np.array_equal(found["x"], K[1::2][::-1] * 1.0)
     found = read({"from": "select t, fy from daq.ft -- all of it", "order_by": "t"}, WantedColumns(("fy",)))
     assert np.array_equal(found["fy"], K * 1.25)
-    assert "its rows have no order; add postgres.order_by" in fault({"from": "daq.ft"}, WantedColumns(("t",)))
-    assert "its rows have no order" in fault({"from": "select t from daq.ft"}, WantedColumns(("t",)))
+    assert ("the order of its rows is not defined; add postgres.order_by") in fault(
+        {"from": "daq.ft"}, WantedColumns(("t",))
+    )
+    assert "the order of its rows is not defined" in fault({"from": "select t from daq.ft"}, WantedColumns(("t",)))
 
 
 def test_rows_are_streamed(filled: Database, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -93,17 +95,17 @@ def test_rows_are_streamed(filled: Database, monkeypatch: pytest.MonkeyPatch) ->
         ({"from": "daq.ft", "order_by": "tt"}, "postgres.order_by: no column 'tt'; did you mean 't'?"),
         ({"from": "daq.holes", "order_by": "t"}, "row 4, column x: the cell is empty (NULL)"),
         ({"from": "select t, y as x from daq.holes order by t"}, "row 5, column x: nan is not a finite number"),
-        ({"from": "select t, run as x from daq.ft order by t"}, "column x: it holds words, not numbers"),
+        ({"from": "select t, run as x from daq.ft order by t"}, "column x: it contains words, not numbers"),
         ({"from": "select t, t as x from daq.ft where t < 0 order by t"}, "there are no rows"),
         (
             {"from": "select '1 s'::interval as x order by x"},
-            "neither numbers nor words nor times; name another column",
+            "neither numbers nor words nor times; use another column",
         ),
-        ({"from": "select array[1.5] as x order by x"}, "it holds list<item: "),
+        ({"from": "select array[1.5] as x order by x"}, "it contains list<item: "),
         ({"from": "select 1/0 as x order by x"}, "ERROR: division by zero"),
         ({"from": "daq.ft", "password": "geheim"}, "postgres.password: no such option"),
         ({"from": "daq.ft", "host": "localhost"}, "the address is given twice"),
-        ({"from": "daq.ft", "uri_env": "NOT_ALLOWED"}, "you do not allow a campaign to take NOT_ALLOWED"),
+        ({"from": "daq.ft", "uri_env": "NOT_ALLOWED"}, "a campaign is not allowed to use NOT_ALLOWED"),
         (
             {"from": "with gone as (delete from daq.ft returning t as x) select * from gone order by x"},
             "data-modifying",
@@ -120,9 +122,9 @@ def test_faults_are_one_clear_line(filled: Database, options: dict[str, Any], ex
     [
         ("postgresql://me:ge%20heim@localhost:1/db", "the database cannot be reached"),
         ("host=localhost port=1 password='geheim' user=me", "the database cannot be reached"),
-        ("postgresql://me:geheim@loc[alhost:x1/db?password=geheim", "is no address"),
-        ("password=geheim nonsense", "is no address"),
-        ("postgresql://me:geheim%zz@localhost:1/db", "is no address"),  # libpq's own message holds it
+        ("postgresql://me:geheim@loc[alhost:x1/db?password=geheim", "is not the address"),
+        ("password=geheim nonsense", "is not the address"),
+        ("postgresql://me:geheim%zz@localhost:1/db", "is not the address"),  # libpq's own message holds it
     ],
 )
 def test_no_password_is_shown(monkeypatch: pytest.MonkeyPatch, address: str, reason: str) -> None:

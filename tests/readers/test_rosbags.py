@@ -78,7 +78,7 @@ def test_poses_and_transforms(bag: Path) -> None:
 
 def test_faults_are_one_clear_line(bag: Path) -> None:
     wanted = WantedColumns(("wrench.force.x",))
-    assert "topic: the bag holds 4 topics; say which: /ft (geometry_msgs/msg/WrenchStamped)" in fault(bag, wanted)
+    assert "topic: the bag contains 4 topics; state which: /ft (geometry_msgs/msg/WrenchStamped)" in fault(bag, wanted)
     assert "no topic '/fts'; did you mean '/ft'?" in fault(bag, wanted, topic="/fts")
     assert "topic /ft: no column 'wrench.force.X'; did you mean 'wrench.force.x'?" in fault(
         bag, WantedColumns(("wrench.force.X",)), topic="/ft"

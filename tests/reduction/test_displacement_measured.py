@@ -52,7 +52,7 @@ def test_one_state_per_run_and_no_deflection_is_refused(command: object, tmp_pat
     fault = caught.value.faults[0]
     assert (fault.code, fault.file, fault.place) == (FaultCode.DATA_MISSING, "campaign.toml", "runs")
     assert "4 load states in 4 runs, with joint angles, loads, places of the target" in fault.reason
-    assert "every run has one state and no deflection is given" in fault.reason
+    assert "every run has only one state and no deflection is given" in fault.reason
     assert "unloaded" in fault.mend
     assert not list((folder / "store").rglob("*.parquet"))
 

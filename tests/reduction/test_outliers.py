@@ -24,7 +24,7 @@ def test_practice_11_holds_six_bumped_readings() -> None:
     aside = np.flatnonzero(~states.used)
     first = {k: int(np.flatnonzero(states.run == k)[0]) for k in range(len(states.runs))}
     assert {(states.runs[states.run[k]].name, int(k) - first[int(states.run[k])]) for k in aside} == BUMPED
-    assert all(reason.startswith("bumped: off by") and "mm" in reason for reason in states.set_aside[aside])
+    assert all(reason.startswith("outlier: differs by") and "mm" in reason for reason in states.set_aside[aside])
 
 
 @pytest.mark.parametrize("name", OTHERS)
@@ -75,7 +75,7 @@ def test_states_set_aside_keep_their_reasons() -> None:
 def test_the_load_of_a_bumped_reading_is_good_that_of_an_excluded_row_in_doubt() -> None:
     states = reduced("11").states
     assert load_is_good(states).all()
-    excluded = states.with_set_aside([7], SetAsideCode.EXCLUDED, "bumped: off by a hand")
+    excluded = states.with_set_aside([7], SetAsideCode.EXCLUDED, "outlier: differs by a hand")
     assert np.flatnonzero(~load_is_good(excluded)).tolist() == [7]
     for code in (SetAsideCode.BUMPED, SetAsideCode.HELD_BRIEFLY):
         assert load_is_good(states.with_set_aside([7], code, "any text")).all()

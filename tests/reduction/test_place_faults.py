@@ -146,7 +146,7 @@ def test_angles_of_another_row_are_named(reduced: Reduce) -> None:
 
     fault = fault_of(reduced, "01", copied)
     assert fault.place == f"run poses, row {ROW + 2}"
-    assert f"row {ROW + 1} to the last digit" in fault.reason
+    assert f"exactly the joint angles of row {ROW + 1}" in fault.reason
 
 
 def test_more_rows_than_are_listed_are_counted(reduced: Reduce) -> None:

@@ -51,7 +51,7 @@ def test_a_load_held_too_briefly_is_remembered() -> None:
     np.testing.assert_allclose(states.signals["wrench"][:, 2], levels, atol=2.0)
     brief = [entry.code == SetAsideCode.HELD_BRIEFLY for entry in states.set_aside]
     assert brief == (levels == 220.0).tolist()
-    assert states.set_aside[6].text.startswith("held too briefly to be read: 0.")
+    assert states.set_aside[6].text.startswith("dwell too short: 0.")
     assert states.number.tolist() == list(range(1, 14))
 
 
@@ -95,7 +95,7 @@ def test_no_load_is_no_state() -> None:
     generator = np.random.default_rng(3)
     time = np.arange(0.0, 20.0, 0.01)
     ramp = {"ft": blocks_of(time, {"wrench": 50.0 * time[:, None] + generator.normal(size=(time.size, 6))})}
-    with pytest.raises(InputError, match="the load was never held"):
+    with pytest.raises(InputError, match="the load was never constant"):
         reduce_run(Run(id="a"), ramp)
 
 

@@ -109,7 +109,7 @@ def test_a_device_that_pulls_the_other_way_is_reported(tmp_path: Path) -> None:
     manifest = MANIFEST.replace("direction = [0, -2, 0]", "direction = [0, 2, 0]").replace(
         'direction = [0, 0, 1], axes = "base"', 'direction = [0, 0, -1], axes = "base"'
     )
-    with pytest.raises(InputError, match="force and deflection run against each other"):
+    with pytest.raises(InputError, match="force and deflection have opposite directions"):
         states_of(campaign_of(tmp_path, manifest))
 
 
@@ -121,7 +121,7 @@ def test_two_devices_in_one_run_are_one_too_many(tmp_path: Path) -> None:
 
 
 def test_a_rod_on_a_link_that_does_not_bend(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"ids\.r1\.link: \"link1\" is no link that bends"):
+    with pytest.raises(InputError, match=r"ids\.r1\.link: \"link1\" is not a link that can bend"):
         states_of(campaign_of(tmp_path, MANIFEST.replace('link = "link2"', 'link = "link1"', 1)))
-    with pytest.raises(InputError, match="start_m and end_m are one point"):
+    with pytest.raises(InputError, match="start_m and end_m are the same point"):
         states_of(campaign_of(tmp_path / "b", MANIFEST.replace("end_m = [0.5, 0.05, 0.0]", "end_m = [0.1, 0.05, 0.0]")))

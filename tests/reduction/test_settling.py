@@ -37,7 +37,7 @@ def test_a_lag_that_does_not_settle_is_no_lag(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(clocks, "ramp_answers", restless)
     lost = clocks._refine_lag(force, place, 0.21)
     assert lost.value is None
-    assert "does not settle" in lost.reason
+    assert "does not converge" in lost.reason
 
 
 def test_springs_angles_are_found_to_rounding() -> None:
@@ -52,7 +52,7 @@ def test_springs_angles_are_found_to_rounding() -> None:
 
 def test_springs_angles_that_do_not_settle_are_errors(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cubic_curve, "_MOST_STEPS", 1)
-    with pytest.raises(ArithmeticError, match="no angle of the spring is found"):
+    with pytest.raises(ArithmeticError, match="no angle of the spring exists"):
         angle_of_torque(np.linspace(-400.0, 400.0, 41), (1.3e5, -4.0e7, 9.0e9))
 
 

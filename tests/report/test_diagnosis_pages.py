@@ -128,13 +128,13 @@ def test_without_a_diagnosis_pages_are_left_out_with_the_reason(module: Any) -> 
 def test_answer_and_look_alikes() -> None:
     text = words(diagnosis.section(content()))
     assert text.startswith("Missing: backlash of joint 4")
-    alike = "friction-hysteresis (joint 4) with a cosine of 0.987 would look the same"
+    alike = "friction-hysteresis (joint 4) with a cosine of 0.987 cannot be distinguished"
     assert f"backlash (joint 4); in these poses and loads {alike}" in text
 
 
 def test_nothing_missing_and_nothing_known() -> None:
     fine = words(diagnosis.section(content(adequate=True, missing=[], summary="Nothing is missing.")))
-    assert "No effect lowers the error by more than chance would" in fine
+    assert "No effect lowers the error significantly" in fine
     assert "cannot be judged" in words(diagnosis.section(content(adequate=None, missing=[], noise=None)))
 
 
@@ -167,7 +167,7 @@ def test_next_measurement_names_pose_load_and_gain() -> None:
     assert "cannot distinguish backlash (joint 4) from friction-hysteresis (joint 4)" in words(made)
     none = next_measurement.section(content(next_measurement=None))
     assert isinstance(none, LeftOut)
-    assert "no single load in reach" in none.reason
+    assert "no single feasible load" in none.reason
     alone = next_measurement.section(content(next_measurement=None, missing=[proposed()]))
     assert isinstance(alone, LeftOut)
     assert "no effect has a look-alike" in alone.reason
@@ -175,7 +175,12 @@ def test_next_measurement_names_pose_load_and_gain() -> None:
 
 def test_evidence_page() -> None:
     text = words(evidence.section(content()))
-    for word in ("It jumps.", "0.116 mm rms is left without it, 0.0290 mm with it", "mean lever of 0.190 m", "1 of 41"):
+    for word in (
+        "It jumps.",
+        "0.116 mm rms without it, 0.0290 mm with it",
+        "mean lever arm of 0.190 m",
+        "1 of 41",
+    ):
         assert word in text, word
     assert isinstance(evidence.section(replace(content(), evidence=())), LeftOut)
 

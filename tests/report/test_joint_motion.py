@@ -69,12 +69,12 @@ def test_nothing_with_one_tracked_body() -> None:
 def test_all_displacements_in_one_table_with_those_above_the_noise() -> None:
     blocks = section(content()).blocks
     assert isinstance(blocks[0], Paragraph)
-    assert "9 of 9 turns and 0 of 9 shifts" in blocks[0].text
+    assert "9 of 9 rotations and 0 of 9 translations" in blocks[0].text
     (table,) = [block for block in blocks if isinstance(block, TableBlock)]
     assert len(table.rows) == 18
-    about_axis = [row for row in table.rows if row[1] == "turn about its axis"]
-    assert [row[5] for row in about_axis] == ["yes", "yes, curved", "yes"]
-    shifts = [row for row in table.rows if row[1].startswith("shift")]
+    about_axis = [row for row in table.rows if row[1] == "rotation about the axis"]
+    assert [row[5] for row in about_axis] == ["yes", "yes, nonlinear", "yes"]
+    shifts = [row for row in table.rows if row[1].startswith("translation")]
     # 1e-9 m/N with 2e-8 of uncertainty: the stiffness is at least 1 / (1e-9 + 1.96 · 2e-8)
     assert {row[2] for row in shifts} == {"above 24.9"}
     assert {row[3] for row in shifts} == {"–"}
@@ -87,18 +87,18 @@ def test_pictures_have_units_and_say_what_rises() -> None:
     assert "joint 2 (A2)" in pictures[0].caption
     figure = draw_joint(JOINTS[1])
     titles = [axes.get_title(loc="left") for axes in figure.axes]
-    assert titles == ["within the noise"] * 3 + ["above the noise"] * 2 + ["above the noise, curved"]
+    assert titles == ["not significant"] * 3 + ["significant"] * 2 + ["significant, nonlinear"]
     assert all("[" in axes.get_xlabel() and "[" in axes.get_ylabel() for axes in figure.axes)
     overview = draw_about_axes(JOINTS)
-    assert overview.axes[0].get_title(loc="left") == "joint 1 (A1): above the noise"
+    assert overview.axes[0].get_title(loc="left") == "joint 1 (A1): significant"
 
 
 def test_couplings_are_reported_in_words() -> None:
     coupled = (replace(JOINTS[0], couplings=()), replace(JOINTS[1], couplings=(("rz", "tz"),)))
     for joints, words in (
-        (JOINTS, "cannot be identified"),
-        (coupled[:1], "No coupling off the diagonal is significant"),
-        (coupled, "joint 2 (A2): turn about its axis with the force along z"),
+        (JOINTS, "can be identified"),
+        (coupled[:1], "No off-diagonal element is significant"),
+        (coupled, "joint 2 (A2): rotation about the axis with the force along z"),
     ):
         blocks = section(replace(content(), joint_pictures=joints)).blocks
         assert any(isinstance(block, Paragraph) and words in block.text for block in blocks)

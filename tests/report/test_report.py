@@ -63,7 +63,7 @@ def test_pdf_opens_with_pages_numbers_and_bookmarks(small_report: Path) -> None:
     for number, page in enumerate(reader.pages, start=1):
         assert f"page {number} of {pages}" in SPACES.sub(" ", page.extract_text())
     titles = " | ".join(bookmarks_of(small_report))
-    for word in ("In short", "The campaign at a glance", "Stiffness", "Load and deflection", "the ladder of fits"):
+    for word in ("Summary", "The campaign", "Stiffness", "Load and deflection", "Sequence of fits"):
         assert word in titles
     assert reader.metadata is not None
     assert reader.metadata.title == "Stiffness of test robot, made-up"
@@ -126,10 +126,10 @@ def test_noise_that_cannot_be_judged_is_said(small_text: str) -> None:
 def test_what_is_left_out_has_a_reason() -> None:
     content = replace(made_up_content(), identify=None, validate=None, history=None)
     text = repr(lay_out(content))
-    assert "What this report leaves out" in text
+    assert "Not in this report" in text
     assert "no model has been fitted yet" in text
-    assert "the history holds no fit yet" in text
-    assert "no path of loads was asked for" in text
+    assert "the history contains no fit yet" in text
+    assert "no load path was predicted" in text
 
 
 def test_report_of_nothing_at_all(tmp_path: Path) -> None:
@@ -170,7 +170,7 @@ def test_many_runs_are_thinned_and_that_is_said() -> None:
     sections = {section.title: section for section in lay_out(replace(content, runs=runs))}
     captions = " ".join(getattr(block, "caption", "") for block in sections["Load and deflection"].blocks)
     assert re.search(r"Of 19[78] such runs 40, evenly spread, are drawn", captions)
-    assert "12 of 200 poses, the 6 with the largest residuals" in repr(sections["The robot in its poses"])
+    assert "12 of 200 poses, the 6 with the largest residuals" in repr(sections["Robot poses"])
 
 
 def test_output_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
@@ -202,7 +202,7 @@ def test_the_ladder_ends_with_the_present_fit_where_an_earlier_model_was_restore
     captions = []
     for present in ("2", "1"):
         restored = replace(content, identify=replace(content.identify, fit_id=present))
-        ladder = next(section for section in lay_out(restored) if section.title.startswith("From no model"))
+        ladder = next(section for section in lay_out(restored) if section.title.startswith("Sequence of fits"))
         captions.append(repr(ladder.blocks[0]))
     assert "with fit 2" in captions[0]
     assert "with fit 1" in captions[1]

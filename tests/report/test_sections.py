@@ -61,7 +61,7 @@ def test_parameters_without_a_value_are_dashes_never_numbers() -> None:
 
 def test_fixed_parameter_has_no_uncertainty() -> None:
     found = cells(compliance(fixed=True, std=None, interval=None, stiffness_std=None, stiffness_interval=None))
-    assert found[2:] == ["500 000", "–", "given, not fitted"]
+    assert found[2:] == ["500 000", "–", "fixed, not fitted"]
 
 
 def test_parameter_that_is_no_stiffness_has_its_own_unit() -> None:
@@ -87,16 +87,16 @@ def test_open_and_hardly_known_parameters_are_named() -> None:
 
 def test_noise_is_given_or_said_to_be_unknown() -> None:
     known = validation_of(noise={"translation": 2.77e-5, "rotation": None})
-    assert "scatter 0.0277 mm rms" in summary.noise_sentence(known)
+    assert "0.0277 mm rms" in summary.noise_sentence(known)
     for nothing in (None, {"translation": None, "rotation": None}):
-        assert "cannot be judged" in summary.noise_sentence(validation_of(noise=nothing))
+        assert "noise is unknown" in summary.noise_sentence(validation_of(noise=nothing))
 
 
 def test_thresholds_that_do_not_hold_are_said() -> None:
     content = made_up_content(n_runs=1)
     failed = with_validation(content, passed=False)
-    assert "thresholds are exceeded" in repr(summary.section(failed))
-    assert "thresholds are exceeded" not in repr(summary.section(content))
+    assert "thresholds of the campaign are exceeded" in repr(summary.section(failed))
+    assert "thresholds of the campaign are exceeded" not in repr(summary.section(content))
 
 
 def test_one_bad_run_is_named() -> None:

@@ -52,5 +52,5 @@ def test_a_further_kind_of_experiment_has_a_key_of_its_own() -> None:
 
 
 def test_a_key_is_read_as_in_version_0_1_with_a_warning() -> None:
-    with pytest.warns(DeprecationWarning, match="is no dict any more"):
+    with pytest.warns(DeprecationWarning, match="is no longer a dict"):
         assert fit_of(fit_id="3")["fit_id"] == "3"  # type: ignore[index]

@@ -180,7 +180,7 @@ def test_a_baseline_whose_numbers_are_none_holds_nothing(cell: Path, wrong: dict
     document["parameters"][0] |= wrong
     (cell / "b.json").write_text(json.dumps(document))
     add(cell, '\n[thresholds]\nbaseline = "b.json"\nmax_drift = 0.1\n')
-    with pytest.raises(InputError, match="a parameter is not complete"):
+    with pytest.raises(InputError, match="a parameter is incomplete"):
         validate_campaign(cell)
 
 
@@ -217,10 +217,10 @@ def test_every_choice_of_the_author_stands_in_every_summary(
     assert choices["exclude[1]"]["text"] == f"{source}: rows 3, 7-9 (4) left out: **bad** <b>day</b> | @lab"
     loose, own = choices["thresholds.max_rms_m"]["text"], choices["thresholds.max_relative"]["text"]
     assert loose == "max_rms_m = 0.5: was none at the last validation; not used: the file's 0.2 is tighter"
-    assert own == "max_relative = 0.8: was none at the last validation; stands in campaign.toml alone"
+    assert own == "max_relative = 0.8: was none at the last validation; only in campaign.toml"
     suite = ElementTree.parse(junit).getroot()[0]
     assert {entry.get("name") for entry in suite.iter("property")} == {"exclude", "threshold"}
-    (case,) = [case for case in suite.iter("testcase") if case.get("name") == "chosen in campaign.toml"]
+    (case,) = [case for case in suite.iter("testcase") if case.get("name") == "set in campaign.toml"]
     assert "rows 3, 7-9 (4) left out" in (case.findtext("system-out") or "")
     text = markdown.read_text()
     assert "### Chosen by the authors of the campaigns" in text

@@ -76,7 +76,7 @@ def test_frames_that_go_round_in_a_circle_are_named_once(campaign: Path) -> None
     add(campaign, "campaign.toml", '[frames.x]\nparent = "y"\n[frames.y]\nparent = "z"\n[frames.z]\nparent = "y"\n')
     with pytest.raises(InputError) as caught:
         load_campaign(campaign)
-    assert [fault.reason for fault in caught.value.faults] == ["the parents go round in a circle: y → z → y"]
+    assert [fault.reason for fault in caught.value.faults] == ["the parents form a loop: y → z → y"]
 
 
 def test_excludes_that_name_rows_by_the_million(campaign: Path) -> None:
@@ -98,7 +98,7 @@ def test_an_effect_that_stands_in_the_model_a_thousand_times(campaign: Path) -> 
     loaded = load_campaign(campaign)
     with pytest.raises(InputError) as caught:
         compliant_robot(loaded.chain, loaded.model, built_in_effects())
-    assert [fault.reason for fault in caught.value.faults] == ["stands twice at j1"]
+    assert [fault.reason for fault in caught.value.faults] == ["is given twice at j1"]
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ class TestTheTableOfLimits:
     @pytest.mark.parametrize("text", ["much", "-1", "1e9", "5 GiB ROWS", "٣", "9" * 30, "inf"])
     def test_what_is_no_amount_is_one_line(self, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("STIFFCAL_MAX_UNPACKED", text)
-        with pytest.raises(InputError, match='STIFFCAL_MAX_UNPACKED: .* is no amount; .*="4 TiB"'):
+        with pytest.raises(InputError, match='STIFFCAL_MAX_UNPACKED: .* is not an amount; .*="4 TiB"'):
             limits.UNPACKED.check(1, "ft.csv.gz")
 
 
@@ -149,11 +149,17 @@ class TestUrdf:
     @pytest.mark.parametrize(
         ("text", "reason"),
         [
-            ('<!DOCTYPE robot [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>', "has no document type"),
-            ('<!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot>&a;</robot>', "has no document type"),
-            ("<robot>" + "<a>" * 100_000, "elements lie in one another"),
+            (
+                '<!DOCTYPE robot [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>',
+                "must not have a document type",
+            ),
+            (
+                '<!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot>&a;</robot>',
+                "must not have a document type",
+            ),
+            ("<robot>" + "<a>" * 100_000, "nested elements"),
             ("<robot>" + "<link name='a'/>" * 200_001 + "</robot>", "more than 200000 elements"),
-            ('<?xml version="1.0" encoding="no-such"?><robot/>', "this is not XML"),
+            ('<?xml version="1.0" encoding="no-such"?><robot/>', "not valid XML"),
         ],
         ids=["entities", "another file", "depth", "nodes", "encoding"],
     )
@@ -173,7 +179,7 @@ class TestToml:
     @pytest.mark.parametrize("text", ["a = " + "[" * 20_000, "a" + ".a" * 20_000 + " = 1", "[a" + ".a" * 20_000 + "]"])
     def test_its_depth(self, tmp_path: Path, text: str) -> None:
         (tmp_path / "robot.toml").write_text(text)
-        with pytest.raises(InputError, match="lie in one another too deeply"):
+        with pytest.raises(InputError, match="are nested too deeply"):
             read_toml(tmp_path / "robot.toml", "robot.toml")
 
 

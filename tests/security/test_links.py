@@ -80,7 +80,9 @@ def test_a_relative_place_is_refused(folder: Path, home: Path, entry: str, monke
     _to_file(folder, home)
     monkeypatch.chdir(home)
     monkeypatch.setenv("STIFFCAL_ALLOW", entry)
-    assert f"STIFFCAL_ALLOW: {entry!r} would be another folder wherever stiffcal is started" in str(refused(folder))
+    assert (f"STIFFCAL_ALLOW: {entry!r} is a relative path, which depends on where stiffcal is started") in str(
+        refused(folder)
+    )
 
 
 @pytest.mark.parametrize("entry", ["/", "//", "/home/..", "/.", "/../.."])
@@ -150,4 +152,4 @@ def test_a_model_that_is_a_link_to_nothing_is_not_taken_for_none(folder: Path, g
     (folder / "model.toml").symlink_to(goal)
     fault = refused(folder).faults[0]
     assert fault.file == "model.toml"
-    assert "a link to nothing" in fault.reason
+    assert "leads to no file" in fault.reason

@@ -114,16 +114,16 @@ def test_answers_on_free_motion_that_are_none_are_a_fault_of_the_file(folder: Pa
 @pytest.mark.parametrize(
     ("statement", "words"),
     [
-        ("CrossStiffness.name = 5", "name is no text"),
-        ("CrossStiffness.name = 'a\\x1b[2J'", "holds U+001B"),
+        ("CrossStiffness.name = 5", "name is not a text"),
+        ("CrossStiffness.name = 'a\\x1b[2J'", "contains U+001B"),
         ("CrossStiffness.kind = 'node law'", "kind is no Kind"),
         ("CrossStiffness.place_kind = 'everywhere'", "place_kind is none of joints, links, pairs, frames, setup"),
-        ("CrossStiffness.parameters = 'c'", "parameters is no tuple of ParameterSpec"),
+        ("CrossStiffness.parameters = 'c'", "parameters is not a tuple of ParameterSpec"),
         ("CrossStiffness.parameters *= 2", "two parameters have the symbol c"),
-        ("CrossStiffness.summary = None", "summary is no text"),
-        ("CrossStiffness.terms = 3", "terms is no method"),
-        ("CrossStiffness.__eq__ = lambda *a: 5\nCrossStiffness.__hash__ = object.__hash__", "something else than an"),
-        ("CrossStiffness.__new__ = lambda *a: 5", "making its effect gives something else than an effect"),
+        ("CrossStiffness.summary = None", "summary is not a text"),
+        ("CrossStiffness.terms = 3", "terms is not a method"),
+        ("CrossStiffness.__eq__ = lambda *a: 5\nCrossStiffness.__hash__ = object.__hash__", "does not create an"),
+        ("CrossStiffness.__new__ = lambda *a: 5", "its class does not create an effect"),
         ("CrossStiffness.__getattribute__ = lambda *a: 5", "replaces what every object has"),
     ],
 )
@@ -149,14 +149,14 @@ def test_what_an_exception_says_of_itself_makes_no_second_one(folder: Path, stat
 def test_a_name_that_no_file_system_takes_is_one_line(folder: Path) -> None:
     manifest = folder / "campaign.toml"
     manifest.write_text(manifest.read_text("utf-8").replace(NAME, "x" * 260 + ".py"), encoding="utf-8")
-    with pytest.raises(InputError, match="a file's name of more than 255 bytes"):
+    with pytest.raises(InputError, match="a file name of more than 255 bytes"):
         load_campaign(folder)
 
 
 def test_a_unit_that_is_none_of_si_is_a_fault_of_the_file(folder: Path) -> None:
     text = plugin_of_the_documentation()
     (folder / NAME).write_text(text.replace('"rad/(N·m)"', '"Nm/grad"'), encoding="utf-8")
-    with pytest.raises(InputError, match="the unit of the parameter c is none of SI: 'Nm/grad'"):
+    with pytest.raises(InputError, match="the unit of the parameter c is not an SI unit: 'Nm/grad'"):
         model_effects(load_campaign(folder))
 
 

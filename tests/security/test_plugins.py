@@ -51,7 +51,7 @@ def runs(folder: Path) -> bool:
     campaign = load_campaign(folder)
     if plugin_code(campaign).allowed():
         return "cross-stiffness" in model_effects(campaign)
-    with pytest.raises(InputError, match="is code of this campaign and is not trusted"):
+    with pytest.raises(InputError, match="contains code and is not trusted"):
         model_effects(campaign)
     assert not ran(folder)
     return False
@@ -80,7 +80,7 @@ def test_without_trust_no_command_runs_code_that_the_model_needs(
     code, _, error = run(capsys, name, folder, *further)
     assert code == 2
     (line,) = (line for line in error.splitlines() if "trusted" in line)
-    reason = f"is code of this campaign and is not trusted (SHA-256 {digest_of(folder)})"
+    reason = f"contains code and is not trusted (SHA-256 {digest_of(folder)})"
     assert line == f"campaign.toml: plugins: {reason}; read it and allow it: stiffcal trust {folder} [plugin-untrusted]"
     assert not ran(folder)
 
@@ -228,7 +228,7 @@ def test_a_file_that_is_not_listed_cannot_be_imported(
         monkeypatch.syspath_prepend(str(folder))
     write_plugin(folder, "\nimport not_listed\n")
     open_record().allow_folder(folder)
-    with pytest.raises(InputError, match="No module named 'not_listed'; list its file under plugins too") as error:
+    with pytest.raises(InputError, match="No module named 'not_listed'; add its file to plugins too") as error:
         model_effects(load_campaign(folder))
     assert error.value.faults[0].file == NAME
     assert "not_listed" not in sys.modules
@@ -258,12 +258,12 @@ def test_nothing_compiled_is_written_or_read(folder: Path) -> None:
         ("json.py", "has the name of a module of Python or of an installed package"),
         ("numpy.py", "has the name of a module of Python or of an installed package"),
         ("stiffcal.py", "has the name of a module of Python or of an installed package"),
-        ("own.pyc", "is no Python file"),
-        ("own.so", "is no Python file"),
-        ("own-effect.py", "own-effect is no module's name"),
-        ("own effect.py", "own effect is no module's name"),
-        ("a.b.py", "a.b is no module's name"),
-        ("__init__.py", "__init__ is no module's name"),
+        ("own.pyc", "is not a Python file"),
+        ("own.so", "is not a Python file"),
+        ("own-effect.py", "own-effect is not a valid module name"),
+        ("own effect.py", "own effect is not a valid module name"),
+        ("a.b.py", "a.b is not a valid module name"),
+        ("__init__.py", "__init__ is not a valid module name"),
     ],
 )
 def test_names_that_cannot_be_a_plugins_are_refused(folder: Path, name: str, words: str) -> None:
@@ -279,7 +279,7 @@ def test_two_files_of_one_module_name_are_refused(folder: Path) -> None:
     (folder / "below").mkdir()
     shutil.copy(folder / NAME, folder / "below" / NAME)
     list_plugins(folder, NAME, f"below/{NAME}")
-    with pytest.raises(InputError, match="two files are called cross_stiffness"):
+    with pytest.raises(InputError, match="two files have the module name cross_stiffness"):
         model_effects(load_campaign(folder))
 
 

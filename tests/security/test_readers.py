@@ -97,7 +97,7 @@ class TestBags:
         ("definition", "reason"),
         [
             ("Other other\n", "no definition of this type"),
-            ("geometry_msgs/WrenchStamped inside\n", "the message holds itself"),
+            ("geometry_msgs/WrenchStamped inside\n", "the message contains itself"),
             ("float64[2000000000] x\n", "an array of 2000000000 elements"),
             ("float64[-1] x\n", "an array of -1 elements"),
             ("float64[0] x\n", "an array of 0 elements"),
@@ -167,7 +167,7 @@ class TestBags:
             "ALTER TABLE messages RENAME TO kept",
             "CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id, timestamp, data AS (zeroblob(900000000)))",
         )
-        assert "columns that are computed" in refusal(bag)
+        assert "computed columns" in refusal(bag)
 
     def test_messages_that_lie_in_a_journal_are_not_lost_in_silence(self, bag: Path) -> None:
         with closing(sqlite3.connect(bag)) as database:
@@ -176,7 +176,7 @@ class TestBags:
             database.commit()
             for ending in ("", "-wal"):
                 shutil.copy(bag.with_name(f"ft.db3{ending}"), bag.with_name(f"copy.db3{ending}"))
-        assert "part of the messages lies in copy.db3-wal" in refusal(bag.with_name("copy.db3"))
+        assert "part of the messages is in copy.db3-wal" in refusal(bag.with_name("copy.db3"))
 
     def test_nothing_is_written_into_the_folder(self, bag: Path) -> None:
         before = {path: path.stat().st_mtime_ns for path in bag.parent.iterdir()}
@@ -200,9 +200,9 @@ class TestBags:
         folder = bag.parent / "bag"
         folder.mkdir()
         (folder / "metadata.yaml").write_text(text)
-        assert "lists lie in one another too deeply" in refusal(folder)
+        assert "lists are nested too deeply" in refusal(folder)
         self.change(bag, "UPDATE topics SET offered_qos_profiles = ?", values=(text,))
-        assert "settings are no plain list" in refusal(bag)
+        assert "settings of a topic are not a plain list" in refusal(bag)
 
     def test_files_of_a_folder_lie_in_it_and_are_regular(self, bag: Path) -> None:
         folder = bag.parent / "bag"
@@ -329,7 +329,7 @@ class TestHdf5:
         monkeypatch.setenv("STIFFCAL_MAX_PIECE", "4 MiB")
         with h5py.File(tmp_path / "ft.h5", "w") as file:
             file.create_dataset("Fx", data=np.arange(1 << 20, dtype=float), chunks=(1 << 20,), compression="gzip")
-        assert "more than 4 MiB to be held at once; check the file, or raise STIFFCAL_MAX_PIECE" in refusal(
+        assert "more than 4 MiB held in memory at once; check the file, or raise STIFFCAL_MAX_PIECE" in refusal(
             tmp_path / "ft.h5", self.FX
         )
 
@@ -435,4 +435,4 @@ class TestTdms:
                     nptdms.ChannelObject("log", "Fx", np.arange(5.0), properties=held["channel"]),
                 ]
             )
-        assert "no such scalings are there" in refusal(tmp_path / "ft.tdms", WantedColumns(numbers=("Fx",)))
+        assert "there are no such scalings" in refusal(tmp_path / "ft.tdms", WantedColumns(numbers=("Fx",)))

@@ -213,7 +213,7 @@ def test_without_current_the_newest_whole_generation_is_used_and_named(
     assert store.read_document("fit") == {"value": 1.0}
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
-    assert lines[0].endswith(f"current names no generation that is there: the newest whole one is used, {generation}")
+    assert lines[0].endswith(f"current refers to no existing generation: the newest complete one is used, {generation}")
     rewrite(store)
     assert (store.folder / "current").is_symlink() or os.name == "nt"
     assert store.read_document("history") == {"fits": [{"id": "1", "value": 1.0}]}
@@ -261,7 +261,7 @@ BOMBS = {
     "infinity": b'{"a": -Infinity}',
     "beyond floats": b'{"a": 1e999}',
     "list": b"[1, 2]",
-    "half a character": b'{"a": "\\ud800"}',
+    "incomplete character": b'{"a": "\\ud800"}',
     "latin-1": b'{"a": "\xe9"}',
     "empty": b"",
 }
@@ -295,7 +295,7 @@ def test_a_file_changed_after_it_was_written_is_damaged(store: Store) -> None:
     found = file.stat()
     file.write_bytes(file.read_bytes().replace(b"1.0", b"9.0"))
     os.utime(file, ns=(found.st_atime_ns, found.st_mtime_ns))
-    with pytest.raises(InputError, match="fit: damaged \\(its content is not what was written\\)"):
+    with pytest.raises(InputError, match="fit: damaged \\(its content has changed since it was written\\)"):
         store.read_document("fit")
     table = store.folder / "current" / "states.parquet"
     Store(store.folder.parent / "other").commit({"states": {"Fx": np.full(3, 2.0)}})

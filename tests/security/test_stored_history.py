@@ -53,7 +53,7 @@ def test_restoring_a_strangers_model_shows_it_and_asks(
     (delivered / "model.toml").unlink()
     text = 'schema = "stiffcal/model/1"\n# \u202e\n[[effects]]\ntype = "joint-compliance"\njoints = [2]\n'
     forge(delivered, "history", lambda document: document["fits"][0].update(model_text=text))
-    with pytest.raises(InputError, match="history: fit 1: this fit was not made by you"):
+    with pytest.raises(InputError, match="history: fit 1: this fit was not computed by you"):
         restore_model(delivered, RunContext(), "1")
     for words, code in (([], 2), (["--json"], 2), (["--yes"], 0)):
         with pytest.raises(SystemExit) as ended:

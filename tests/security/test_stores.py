@@ -32,7 +32,7 @@ def test_forged_results_do_not_make_batch_say_held(delivered: Path) -> None:
     outcome = batch(delivered)
     assert outcome.state == "not held"
     assert outcome.origin == "own"
-    assert outcome.steps["ingest"].why == "the store was not written by you: computed again"
+    assert outcome.steps["ingest"].why == "the store was not written by you: recomputed"
     assert outcome.rms is not None
     assert (outcome.rms.translation or 0.0) > 1e-6
 

@@ -123,7 +123,10 @@ def test_with_json_the_fault_goes_to_standard_error_where_standard_output_takes_
     full = Failing(OSError(28, "No space left on device"))
     assert ends(monkeypatch, "check", str(tmp_path / "nowhere"), "--json", out=full, err=err) == 2
     assert err.getvalue().splitlines() == [
-        f"{tmp_path / 'nowhere'}: no such folder; name a campaign folder, or make one: stiffcal init DIR [file-missing]"
+        (
+            f"{tmp_path / 'nowhere'}: no such folder; give a campaign folder, or create one: stiffcal init DIR "
+            "[file-missing]"
+        )
     ]
 
 
@@ -166,7 +169,7 @@ def test_memory_that_does_not_suffice_is_the_users_to_mend(
     with pytest.raises(SystemExit) as end:
         main(["effects"])
     assert end.value.code == 2
-    assert capsys.readouterr().err.startswith("more memory is needed than there is (Unable to allocate 74 TiB); ")
+    assert capsys.readouterr().err.startswith("not enough memory (Unable to allocate 74 TiB); ")
 
 
 def test_a_folder_that_vanishes_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -116,7 +116,9 @@ def test_without_a_log_of_the_commands_such_a_run_is_set_aside(tmp_path: Path) -
     joints = states.joints.copy()
     joints[states.run == 1] = joints[states.run == 1][0]
     plain = without_commands(replace(states, joints=joints), campaign.chain)
-    assert set(plain.set_aside[plain.run == 1]) == {"the controller was correcting, and no joint log gives by how much"}
+    assert set(plain.set_aside[plain.run == 1]) == {
+        "the controller was correcting, and no joint log contains the correction"
+    }
     assert set(plain.set_aside[plain.run == 0]) == {""}
 
 
@@ -150,9 +152,9 @@ def test_a_step_is_taken_back_after_filter_and_delay(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("controller", "message"),
     [
-        ('effects = ["backlash"]', "the model file holds no backlash"),
+        ('effects = ["backlash"]', "the model file contains no backlash"),
         ('parameters = { "joint-compliance.j9.c" = 1.0 }', "no joint-compliance.j9.c"),
-        ("filter_hz = 500.0", "does not lie below half"),
+        ("filter_hz = 500.0", "is not below half"),
         ("cycle_s = 0.0", "cycle_s"),
     ],
 )

@@ -111,14 +111,14 @@ def test_a_guide_that_does_not_settle_is_an_error_of_its_run(monkeypatch: pytest
         places.position[3, 0, 0] += 1e-3 * (-1) ** next(restless)
         return places
 
-    with pytest.raises(SideConstraintError, match="does not settle") as caught:
+    with pytest.raises(SideConstraintError, match="does not converge") as caught:
         balance_with_side_constraint(wrench, np.full(4, STIFFNESS), [2, 2], 0, jumping)
     assert caught.value.run == 1
 
 
 def test_what_does_not_settle_names_the_run_and_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(side_constraint, "MOST_STEPS", 2)
-    with pytest.raises(InputError, match=r'simulate.toml: runs "off": loads.guide_N_per_m: .* does not settle'):
+    with pytest.raises(InputError, match=r'simulate.toml: runs "off": loads.guide_N_per_m: .* does not converge'):
         sides_of(tmp_path, STIFFNESS)
 
 

@@ -213,7 +213,7 @@ def test_a_hidden_effect_acts_and_is_in_the_truth_alone(tmp_path: Path) -> None:
     assert truth["parameters"]["backlash.j2.width"] == 1e-4
     assert [effect.type for effect in load_campaign(tmp_path / "out").model.effects] == ["joint-compliance"]
     wrong = settings.model_copy(update={"robot": settings.robot.model_copy(update={"hidden": ["creep"]})})
-    with pytest.raises(InputError, match=r"robot\.hidden: the model file holds no creep"):
+    with pytest.raises(InputError, match=r"robot\.hidden: the model file contains no creep"):
         simulate_campaign(campaign, wrong, tmp_path / "other")
 
 

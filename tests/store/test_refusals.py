@@ -52,8 +52,8 @@ def contents(store: Store) -> dict[str, bytes]:
 
 @pytest.mark.parametrize(
     ("number", "mend"),
-    [(errno.EACCES, "get the right to read it, then do this again"), (errno.EMFILE, "close other programs"),
-     (errno.EIO, "look whether the disk is in order")],
+    [(errno.EACCES, "get permission to read it, then do this again"), (errno.EMFILE, "close other programs"),
+     (errno.EIO, "check the disk")],
 )  # fmt: skip
 def test_a_file_that_cannot_be_read_is_named_with_its_cause(store: Store, number: int, mend: str) -> None:
     line = rf"^store: fit: cannot be read \({os.strerror(number)}\); {mend}"
@@ -64,7 +64,7 @@ def test_a_file_that_cannot_be_read_is_named_with_its_cause(store: Store, number
 @pytest.mark.parametrize("name", ["fit.json", "states.parquet", "history.json", "generation.json", "current"])
 def test_nothing_is_written_instead_of_what_cannot_be_read(store: Store, name: str) -> None:
     before, generation = contents(store), store.generation
-    with refused(name), pytest.raises(UnreadableError, match="get the right to read it"):
+    with refused(name), pytest.raises(UnreadableError, match="get permission to read it"):
         store.commit(documents={"more": {"x": 1}})
     assert contents(store) == before
     assert store.generation == generation

@@ -122,7 +122,7 @@ def test_a_writer_that_was_taken_for_dead_is_reported(address: str, monkeypatch:
     with store.begin("ingest") as slow:
         slow.write_document("fit", {"value": 2.0})
         fill(other, 3.0)  # waits until the first one's lease is over: it is not renewed so quickly
-        with pytest.raises(InputError, match="took this one for dead"):
+        with pytest.raises(InputError, match="took over the lock"):
             slow.commit()
     assert elsewhere(address).read_document("fit") == {"value": 3.0}
 
@@ -151,7 +151,7 @@ def test_a_writer_that_sleeps_between_its_last_look_and_the_switch(
         original(self, name, content)
 
     monkeypatch.setattr(remote_module.Remote, "_write", sleeps)
-    with pytest.raises(InputError, match="wrote meanwhile; nothing of this one is stored"):
+    with pytest.raises(InputError, match="wrote to the store; the results of this process are not stored"):
         fill(store, 2.0)
     assert slept
     if first == "the other":
@@ -173,9 +173,9 @@ def test_a_long_writing_keeps_its_lock(address: str, monkeypatch: pytest.MonkeyP
 
 
 def test_faults_are_one_line(bucket: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(InputError, match="the address names no bucket"):
+    with pytest.raises(InputError, match="the address contains no bucket"):
         Store("s3:///prefix")
-    with pytest.raises(InputError, match="gs: addresses are not known"):
+    with pytest.raises(InputError, match="gs: addresses are not supported"):
         Store("gs://lab/prefix")
     store = Store("s3://no-such-bucket/prefix")
     with pytest.raises(InputError) as caught:

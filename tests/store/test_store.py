@@ -275,7 +275,7 @@ def test_a_store_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"cannot be written: Not a directory; put the store elsewhere"):
         fill(Store(tmp_path / "file" / "store"), 1.0)
-    with pytest.raises(InputError, match="gs: addresses are not known; give a folder, or s3://BUCKET/PREFIX"):
+    with pytest.raises(InputError, match="gs: addresses are not supported; give a folder, or s3://BUCKET/PREFIX"):
         Store("gs://bucket/store")
     assert Store("file:///tmp/a%20b").folder == Path("/tmp/a b")
 

@@ -111,7 +111,7 @@ def test_hash_prints_the_hash_alone_for_ci(
     assert (code, out, error) == (0, f"{digest_of(folder)}\n", "")
     monkeypatch.setenv("STIFFCAL_TRUST", out)
     assert allowed(folder)
-    assert "STIFFCAL_TRUST still holds" in document(capsys, "trust", "--revoke", digest_of(folder))[1]["warnings"][0]
+    assert "STIFFCAL_TRUST still contains" in document(capsys, "trust", "--revoke", digest_of(folder))[1]["warnings"][0]
 
 
 def test_edit_trusts_a_folder_and_store_a_place(
@@ -132,7 +132,7 @@ def test_edit_trusts_a_folder_and_store_a_place(
 def test_the_place_of_everything_cannot_be_trusted(state: Path, capsys: pytest.CaptureFixture[str], place: str) -> None:
     code, answer = document(capsys, "trust", "--store", place)
     assert code == 2
-    assert "holds everything" in answer["error"]["reason"]
+    assert "contains everything" in answer["error"]["reason"]
 
 
 def test_code_that_hides_from_a_terminal_is_shown_escaped(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

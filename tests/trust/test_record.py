@@ -114,7 +114,9 @@ def test_hashes_in_the_environment_count_like_those_in_the_record(state: Path, m
     assert [trust.plugin_allowed(digest(number)) for number in (1, 2, 3, 10)] == [True, True, False, True]
     assert trust.text_allowed(digest(2))
     monkeypatch.setenv("STIFFCAL_TRUST", "all")
-    with pytest.raises(InputError, match=r"STIFFCAL_TRUST: 'all' is no SHA-256; give what stiffcal trust --hash DIR"):
+    with pytest.raises(
+        InputError, match=r"STIFFCAL_TRUST: 'all' is not a SHA-256; give the hash that stiffcal trust --hash DIR"
+    ):
         trust.plugin_allowed(digest(1))
 
 
@@ -242,7 +244,7 @@ def test_where_nothing_can_be_remembered_a_process_knows_what_it_wrote_itself_an
     assert open_record().generation(digest(2)) == generation(2)
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert "nothing is remembered between commands" in said
+    assert "nothing is remembered from one command to the next" in said
     assert as_another_process().generation(digest(1)) is None
 
 

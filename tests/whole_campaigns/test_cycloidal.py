@@ -64,7 +64,7 @@ def test_compliance_and_friction(reported: dict[str, dict[str, Any]], name: str)
     assert seen == pytest.approx(compliance, rel=0.35 if name == "base" else 0.2)
     assert joint(reported[name])["friction"] == pytest.approx(friction, rel=0.3)
     assert joint(reported[name])["torque_from"] == "motor torque"
-    assert any("friction is in it" in words for words in reported[name]["warnings"])
+    assert any("it includes friction" in words for words in reported[name]["warnings"])
 
 
 def test_the_torque_that_saturates_is_named(reported: dict[str, dict[str, Any]]) -> None:

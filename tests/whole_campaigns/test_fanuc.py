@@ -55,7 +55,7 @@ def test_the_report_of_single_states(fanuc: Path, command: Command) -> None:
     numbers = ("0.372 mm", "0.405 mm", "1.73 mm", "(8.61 ± 0.61)·10⁵", "2 720 000")
     for number in (*numbers, "poorly determined", "noise cannot be judged"):
         assert number in text, number
-    assert "no curve against force can be drawn" in text
+    assert "no curve over the force can be drawn" in text
     assert len(reader.pages) <= 20
 
 

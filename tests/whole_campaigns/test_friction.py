@@ -129,7 +129,7 @@ def test_pages_on_friction(made: Path) -> None:
     sections = {one.title: one for one in lay_out(content)}
     assert "Friction of the drives" in sections
     assert "Stiffness" not in sections
-    reported = " ".join(str(block) for block in sections["In short"].blocks)
+    reported = " ".join(str(block) for block in sections["Summary"].blocks)
     assert "2 drives" in reported
     assert "each speed left out in turn" in reported
 
@@ -145,7 +145,7 @@ def test_pictures(made: Path, command: Command, tmp_path: Path) -> None:
 def test_friction_alone_predicts_no_deflection(made: Path, command: Command) -> None:
     words = ("--load-path", "0,0,0;0,0,-100", "--at", "0,-70,20,0,30,0")
     fault = command("predict", made, *words, codes=(2,))["error"]
-    assert "holds no compliance" in fault["reason"]
+    assert "contains no compliance" in fault["reason"]
 
 
 def test_export_compare_and_another_model(made: Path, command: Command, tmp_path: Path) -> None:
@@ -187,7 +187,7 @@ def test_a_joint_of_the_model_that_no_run_moves(cell: Path, command: Command) ->
     assert value(document, "j5.coulomb")["value"] is None
     assert any("A5 never moved" in gap["reason"] for gap in document["not_identifiable"])
     checked = command("check", cell, codes=(1,))
-    assert checked["missing"] == ["joint A5: no run measures its friction: move it both ways"]
+    assert checked["missing"] == ["joint A5: no run measures its friction: move it in both directions"]
 
 
 def test_one_direction_only(tmp_path: Path, command: Command) -> None:

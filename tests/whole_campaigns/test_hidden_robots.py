@@ -127,11 +127,11 @@ def is_named(hidden: Hidden, found: Document) -> bool:
 
 def check_found(robot: Robot, truth: Document, reported: dict[str, Document]) -> None:
     """Check the way from raw logs to the fallen error, against what was hidden."""
-    # some loads may be held too briefly to be read: they are remembered
+    # some dwells may be too short: they are remembered
     assert reported["ingest"]["n_states"] + reported["ingest"]["n_set_aside"] == robot.poses * STATES_A_RUN
     assert bool(reported["ingest"]["n_set_aside"]) == (robot.loads == IRREGULAR)
     check_clocks(truth, reported["ingest"])
-    assert any("something is missing" in warning for warning in reported["identify"]["warnings"])
+    assert any("an effect is missing" in warning for warning in reported["identify"]["warnings"])
     assert reported["validate"]["rms"]["translation"] > 1.15 * reported["validate"]["noise"]["translation"]
     diagnosis = reported["diagnose"]
     assert not diagnosis["adequate"]

@@ -88,8 +88,8 @@ def test_the_poor_pose_is_named_for_joints_2_and_3(identified: dict[str, Any]) -
     for joint in (2, 3):
         left_out = joint_of(identified, joint)["left_out"]
         assert [one["run"] for one in left_out] == [f"c-joint{joint}"]
-        assert "hardly exceeds the play" in left_out[0]["why"]
-    warned = [words for words in identified["warnings"] if "is left out for joint" in words]
+        assert "barely exceeds the play" in left_out[0]["why"]
+    warned = [words for words in identified["warnings"] if "is not used for joint" in words]
     assert len(warned) == 2
     poor = next(run for run in identified["clamped"]["runs"] if run["run"] == "c-joint2")
     # Fig. 8: the poor pose gives too small a play
@@ -132,7 +132,7 @@ def test_the_report_has_the_papers_pages(campaign: Path, identified: dict[str, A
         figure = picture.draw()
         assert all(panel.get_xlabel() for panel in figure.axes if panel.axison and panel.get_ylabel() != "play [mrad]")
     words = " ".join(text for block in section.blocks if isinstance(block, Items) for text in block.texts)
-    assert "c-joint2: left out" in words
+    assert "c-joint2: excluded" in words
 
 
 def test_validate_judges_a_joint_in_a_pose_left_out(campaign: Path, identified: dict[str, Any]) -> None:
@@ -200,13 +200,13 @@ def test_motor_currents_alone_show_friction_and_no_play(tmp_path: Path) -> None:
     document = document_of(identify_campaign(out))
     reported = joint_of(document, 3)
     assert reported["torque_from"] == "motor torque"
-    assert any("friction is in it" in words for words in document["warnings"])
+    assert any("it includes friction" in words for words in document["warnings"])
     assert not reported["play_found"]
     assert reported["friction"] == pytest.approx(14.0, rel=0.03)
     # the raw width at zero torque, which friction alone makes, is distinguished: F/k either way
     assert reported["reversal_error"] == pytest.approx(2.0 * 14.0 / (1470.0 / DEGREE), rel=0.1)
     # the model of this fit holds no friction: what its laws make of it is stated to be wrong
-    assert any("times the noise: something is missing" in words for words in document["warnings"])
+    assert any("times the noise: an effect is missing" in words for words in document["warnings"])
 
 
 def broken(folder: Path, old: str, new: str, file: str = "campaign.toml") -> Path:
@@ -259,7 +259,7 @@ def test_a_force_sensor_at_its_limit_is_named(one_run: Path) -> None:
     document = document_of(identify_campaign(one_run))
     reported = next(run for run in document["clamped"]["runs"] if run["run"] == "a-joint5")
     assert "stays at its limit" in reported["saturated"]
-    assert any("nothing is known of the joint beyond" in words for words in document["warnings"])
+    assert any("the joint is not identified beyond" in words for words in document["warnings"])
     assert joint_of(document, 5)["play"] == pytest.approx(0.14 * DEGREE, abs=0.01 * DEGREE)
 
 

@@ -122,4 +122,4 @@ def test_wrist_sets_are_named(document: dict[str, Any]) -> None:
 def test_check_says_what_the_rods_see(folder: Path) -> None:
     (view,) = document_of(check_campaign(folder))["rods"]
     assert "torsion" in view["carried"]
-    assert any("none to spare" in sentence for sentence in view["says"])
+    assert any("none redundant" in sentence for sentence in view["says"])

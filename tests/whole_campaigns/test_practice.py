@@ -63,7 +63,7 @@ def test_bumped_readings_are_set_aside(practice: Practice, command: Command) -> 
 def test_a_hidden_effect_is_noticed(practice: Practice, command: Command) -> None:
     document = command("identify", practice("02"))
     assert document["reduced_chi2"] > 4.0
-    assert any("something is missing in the model" in warning for warning in document["warnings"])
+    assert any("an effect is missing in the model" in warning for warning in document["warnings"])
 
 
 def test_raw_logs_have_the_true_clocks(practice: Practice, command: Command, truth: Truth) -> None:

@@ -49,7 +49,7 @@ def test_published_friction(folder: Path, command: Command) -> None:
     assert coulomb[4] == pytest.approx(COULOMB[4], rel=0.12)
     assert abs(bearing["coulomb"] - COULOMB[5]) < 2.0 * bearing["coulomb_std"] < 0.5
     assert document["rms"]["torque"] == pytest.approx(1.02, abs=0.02)
-    assert any("several joints move at once" in words for words in command("ingest", folder)["warnings"])
+    assert any("several joints move at the same time" in words for words in command("ingest", folder)["warnings"])
 
 
 def test_seconds_that_the_fit_has_not_seen(folder: Path, command: Command) -> None:

@@ -224,7 +224,7 @@ def test_a_circles_error_is_shown_along_its_radius(campaign: Path) -> None:
     assert direction is not None
     assert np.allclose(direction, (place[:13] - [1.2, 0.3, 0.9]) / 0.035)
     assert "radial" in words
-    with pytest.raises(InputError, match="no circle"):
+    with pytest.raises(InputError, match="not a circle"):
         _direction("radial", np.linspace([0.0, 0.0, 0.0], [1.0, 1.0, 1.0], 8))
 
 
@@ -232,13 +232,13 @@ def test_a_circles_error_is_shown_along_its_radius(campaign: Path) -> None:
     ("forces", "message"),
     [
         (Forces(), "no forces are given"),
-        (Forces("1,2"), "is no wrench"),
+        (Forces("1,2"), "is not a wrench"),
         (Forces("1,2,3", segments=Path("x")), "forces are given more than once"),
-        (Forces("1,2,x"), "holds something that is no number"),
-        (Forces("1,2,3", filter_hz=5.0), "only logged forces are filtered"),
-        (Forces("1,2,3", frame="nowhere"), "no frame is called nowhere"),
+        (Forces("1,2,x"), "contains something that is not a number"),
+        (Forces("1,2,3", filter_hz=5.0), "apply to logged forces only"),
+        (Forces("1,2,3", frame="nowhere"), "unknown frame nowhere"),
         (Forces(log=Path("nowhere.csv")), "no such file"),
-        (Forces("0,0,-9e6"), "no balance"),
+        (Forces("0,0,-9e6"), "no equilibrium"),
     ],
 )
 def test_faulty_forces(campaign: Path, forces: Forces, message: str) -> None:
@@ -274,7 +274,7 @@ def test_units_that_were_forgotten_are_suspected(campaign: Path) -> None:
     file = campaign / "radians.csv"
     file.write_text(f"{NAMES}\n0.1,0.2,-0.1,0.3,0.5,0.1\n")
     document = document_of(compensate_campaign(campaign, CompensateRequest(file, forces)))
-    assert any('write the unit behind the names, "A1 [rad]"' in text for text in document["warnings"])
+    assert any('write the unit after the names, "A1 [rad]"' in text for text in document["warnings"])
     file.write_text(",".join(f"{name} [rad]" for name in NAMES.split(",")) + "\n0.1,0.2,-0.1,0.3,0.5,0.1\n")
     assert not any(
         "radians" in text
@@ -282,24 +282,24 @@ def test_units_that_were_forgotten_are_suspected(campaign: Path) -> None:
     )
     file.write_text("X,Y,Z\n1.4,0,0.9\n")
     document = document_of(compensate_campaign(campaign, CompensateRequest(file, forces)))
-    assert any("where they are metres" in text for text in document["warnings"])
+    assert any("if they are in metres" in text for text in document["warnings"])
 
 
 def test_faulty_wishes(campaign: Path) -> None:
     file = path_file(campaign, rows=3)
     forces = Forces("0,0,-300")
     for wish, message in (
-        (CompensateRequest(file, forces, target="nowhere"), "no frame is called nowhere"),
+        (CompensateRequest(file, forces, target="nowhere"), "unknown frame nowhere"),
         (CompensateRequest(file, forces, target="base"), "base is fixed to the ground"),
         (CompensateRequest(campaign / "nothing.csv", forces), "no such file"),
     ):
         with pytest.raises(InputError, match=message):
             compensate_campaign(campaign, wish)
-    with pytest.raises(InputError, match="no picture format"):
+    with pytest.raises(InputError, match="not a picture format"):
         compensate_campaign(campaign, CompensateRequest(file, forces), picture=Path("x.bmp"))
     wish = CompensateRequest(file, forces, normal="1,2")
-    with pytest.raises(InputError, match="is no direction"):
+    with pytest.raises(InputError, match="is not a direction"):
         compensate_campaign(campaign, wish, picture=campaign / "x.svg")
     single = CompensateRequest(path_file(campaign, rows=1), forces)
-    with pytest.raises(InputError, match="one pose is no path to draw"):
+    with pytest.raises(InputError, match="a path with one pose cannot be drawn"):
         compensate_campaign(campaign, single, picture=campaign / "x.svg")

@@ -42,8 +42,8 @@ def test_adding_what_is_there_changes_nothing(campaign: Path) -> None:
     [
         ("joint-compliance", {}, r"none is given; give --joints, or --all; possible: j1, j2, j3, j4, j5, j6"),
         ("joint-complience", {"joints": "1"}, "did you mean joint-compliance"),
-        ("joint-compliance", {"joints": "7"}, "no joint is called 7"),
-        ("joint-compliance", {"links": "swing"}, "say --joints instead"),
+        ("joint-compliance", {"joints": "7"}, "unknown joint 7"),
+        ("joint-compliance", {"links": "swing"}, "use --joints instead"),
     ],
 )
 def test_what_cannot_be_added(campaign: Path, effect: str, where: dict[str, str], message: str) -> None:
@@ -55,7 +55,7 @@ def test_what_cannot_be_added(campaign: Path, effect: str, where: dict[str, str]
 
 def test_removing_what_is_not_there(campaign: Path) -> None:
     edit_model(campaign, "remove", "joint-compliance", where={"joints": "4"})
-    with pytest.raises(InputError, match="holds no joint-compliance at j4"):
+    with pytest.raises(InputError, match="contains no joint-compliance at j4"):
         edit_model(campaign, "remove", "joint-compliance", where={"joints": "4"})
 
 
@@ -91,5 +91,5 @@ def test_start_values_choose_the_form(campaign: Path) -> None:
 
 @pytest.mark.parametrize("text", ["p1", "p1=", "=3", "p1=x", "p1=nan"])
 def test_a_start_value_that_is_none_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="no start value"):
+    with pytest.raises(InputError, match="not a start value"):
         start_values(text)

@@ -42,7 +42,7 @@ def test_drawn_to_a_file(tmp_path: Path) -> None:
     """A picture; a wrong ending and a missing folder are reported in one line."""
     assert "backlash" in draw_effect("backlash", tmp_path / "one.svg")
     assert (tmp_path / "one.svg").read_text().startswith("<?xml")
-    with pytest.raises(InputError, match="no picture format"):
+    with pytest.raises(InputError, match="not a picture format"):
         draw_effect("backlash", tmp_path / "one.txt")
     with pytest.raises(InputError, match="folder does not exist"):
         draw_effect("backlash", tmp_path / "nowhere" / "one.svg")

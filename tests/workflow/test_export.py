@@ -80,7 +80,7 @@ def test_unknown_ending_and_missing_folder(campaign: Path) -> None:
 @pytest.mark.parametrize(
     ("run", "against", "drawn"),
     [
-        (None, None, "load-deformation of every run"),
+        (None, None, "load-deformation of all runs"),
         ("pose2", None, "load-deformation of run pose2"),
         (None, "torque:4", "residual against torque on joint 4"),
         ("pose1", "angle:A2", "residual against angle of joint 2 in run pose1"),
@@ -97,9 +97,9 @@ def test_plots(campaign: Path, run: str | None, against: str | None, drawn: str)
 @pytest.mark.parametrize(
     ("run", "against", "message"),
     [
-        ("pose9", None, "no run is called pose9; runs: pose1, pose2"),
-        (None, "torque:9", "no joint is called 9"),
-        (None, "moon", "nothing is known of moon"),
+        ("pose9", None, "unknown run pose9; runs: pose1, pose2"),
+        (None, "torque:9", "unknown joint 9"),
+        (None, "moon", "unknown quantity moon"),
         (None, "time", "time is not logged in this campaign"),
     ],
 )
@@ -118,7 +118,7 @@ def test_a_clamped_run_is_torque_over_angle(tmp_path: Path) -> None:
     file = folder / "plot.svg"
     assert plot_campaign(folder, output=file, run="p1").drawn == "torque over angle of axis (p1)"
     assert plot_campaign(folder, output=file).drawn.startswith("torque over angle of axis")
-    with pytest.raises(InputError, match="no displacement of a target is measured"):
+    with pytest.raises(InputError, match="no displacement of a target was measured"):
         plot_campaign(folder, output=file, against="torque:1")
 
 

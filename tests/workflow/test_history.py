@@ -52,7 +52,7 @@ def test_restore_where_the_default_model_held(campaign: Path) -> None:
 
 
 def test_restore_of_an_unknown_fit(campaign: Path) -> None:
-    with pytest.raises(InputError, match="no fit has the id 9; known: 1"):
+    with pytest.raises(InputError, match="there is no fit 9; known: 1"):
         restore_model(campaign, RunContext(), "9")
 
 

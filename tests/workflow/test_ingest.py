@@ -188,7 +188,7 @@ FAULTS: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "not a number": (_column("Fz", lambda _: "NaN", slice(6, 7)), ("raw/states.csv", "line 8", "Fz")),
     "time backwards": (
         _column("start", lambda _: "0.5", slice(6, 7)),
-        ("raw/states.csv", "line 8", "time runs backwards"),
+        ("raw/states.csv", "line 8", "time decreases"),
     ),
     "two runs with one name": (_two_runs_of_one_name, ("campaign.toml", "pose01")),
     "degrees declared as radians": (
@@ -246,8 +246,8 @@ def _cut_off_log(folder: Path) -> None:
 
 LOG_FAULTS: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "cut-off log": (_cut_off_log, ("raw/pose01_ft.csv", "line 13916")),
-    "time backwards": (_tracker("\n400,0;", "\n300,0;"), ("raw/pose01_tracker.csv", "line 15", "time runs backwards")),
-    "time repeated": (_tracker("\n400,0;", "\n360,0;"), ("raw/pose01_tracker.csv", "line 15", "time stands still")),
+    "time backwards": (_tracker("\n400,0;", "\n300,0;"), ("raw/pose01_tracker.csv", "line 15", "time decreases")),
+    "time repeated": (_tracker("\n400,0;", "\n360,0;"), ("raw/pose01_tracker.csv", "line 15", "time does not advance")),
     "millimetres as metres": (_manifest('position = "mm"', 'position = "m"'), ("raw/pose01_tracker.csv", "metres")),
     "degrees as radians": (_manifest('position = "deg"', 'position = "rad"'), ("raw/pose01_joints.csv", "degrees")),
     "acts_on": (_manifest('acts_on = "robot"', 'acts_on = "environment"'), ('write acts_on = "robot"',)),
@@ -272,5 +272,5 @@ def test_a_log_is_watched_from_batch_to_batch(tmp_path: Path) -> None:
     watches = DataQuality(campaign)
     rows = next(read_rows(campaign.folder, "ft", campaign.manifest.sources["ft"], {"": "raw/pose01_ft.csv"}))
     watches.update("ft", "raw/pose01_ft.csv", rows)
-    with pytest.raises(InputError, match="line 2: time runs backwards"):
+    with pytest.raises(InputError, match="line 2: time decreases"):
         watches.update("ft", "raw/pose01_ft.csv", rows)

@@ -94,11 +94,11 @@ def test_thresholds_of_a_file_go_before_the_manifests_and_are_not_stored(campaig
 @pytest.mark.parametrize(
     ("thresholds", "line"),
     [
-        ("max_drift = 0.1", r"thresholds\.max_drift: there is no baseline; name"),
+        ("max_drift = 0.1", r"thresholds\.max_drift: no baseline is stated; state"),
         ('baseline = "nowhere"', r"no such file or folder: nowhere; name a campaign folder, or a model"),
         ('baseline = "robot.toml"', r"robot\.toml: cannot be read as a model"),
-        ('baseline = "list.json"', r"list\.json: schema: this is not a fitted model"),
-        ('baseline = "half.json"', r"half\.json: parameters: a parameter is not complete"),
+        ('baseline = "list.json"', r"list\.json: schema: not a fitted model"),
+        ('baseline = "half.json"', r"half\.json: parameters: a parameter is incomplete"),
         ('baseline = "b"\nmax_drift = { A7 = 0.1 }', r"thresholds\.max_drift\.A7: there is no such joint; use A1"),
     ],
 )

@@ -31,4 +31,4 @@ def test_nothing_is_judged_without_noise() -> None:
 
 def test_a_law_that_does_not_hold_is_reported_with_its_size() -> None:
     words = _fit_sentence("Torque over angle", "in poses left out", False, judged(2.0, 1.0))
-    assert "leaves 2 N·m in poses left out, 4 % of the torque, where repeats scatter 1 N·m" in words
+    assert "its residual is 2 N·m in poses left out, 4 % of the torque, where repeats scatter 1 N·m" in words

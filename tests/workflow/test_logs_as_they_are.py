@@ -96,10 +96,10 @@ def test_gaps_are_reported_one_by_one(folder: Path) -> None:
     (line,) = said(folder)
     assert line.startswith(f"{FORCE}: a gap of 1 s before 31.000 s")
     assert "all: 30.000 … 31.000 s, 60.000 … 60.500 s" in line
-    assert "nothing is filled in" in line
+    assert "gaps are not filled" in line
 
 
-@pytest.mark.parametrize(("to", "words"), [(99, "time stands still"), (50, "time runs backwards")])
+@pytest.mark.parametrize(("to", "words"), [(99, "time does not advance"), (50, "time decreases")])
 def test_repeated_and_reversed_times_are_refused_with_their_line(to: int, words: str, folder: Path) -> None:
     def misplace(table: Table) -> Table:
         table[100, 0] = table[to, 0]
@@ -108,7 +108,7 @@ def test_repeated_and_reversed_times_are_refused_with_their_line(to: int, words:
     change(folder / FORCE, misplace)
     line = refused(folder)
     assert f"{FORCE}: line 108: {words}" in line
-    assert "leave row 101 out with [[exclude]]" in line
+    assert "exclude row 101 with [[exclude]]" in line
     text = (folder / "campaign.toml").read_text(encoding="utf-8")
     out = '[[exclude]]\nsource = "force"\nrows = [101]\nwhy = "misplaced"\n'
     (folder / "campaign.toml").write_text(text + out, encoding="utf-8")
@@ -166,7 +166,9 @@ def test_a_clock_that_is_set_by_a_minute(folder: Path) -> None:
 
     change(folder / DIGITIZER, set_clock)
     reported = said(folder)
-    assert any("holds lie outside the log of digitizer" in line and "a clock that was set" in line for line in reported)
+    assert any(
+        "dwells are outside the log of digitizer" in line and "a clock that was reset" in line for line in reported
+    )
     assert any(line.startswith(f"{DIGITIZER}: a gap of 60.4 s") for line in reported)
 
 
@@ -189,7 +191,7 @@ def test_a_channel_that_sticks(folder: Path) -> None:
     change(folder / FORCE, stick)
     (line,) = [line for line in said(folder) if "does not change" in line]
     assert "column Fy does not change over 200 readings, line 1008 to line 1207 (rows 1001-1200)" in line
-    assert "used as they stand: leave these rows out with [[exclude]]" in line
+    assert "used as they are: exclude these rows with [[exclude]]" in line
     text = (folder / "campaign.toml").read_text(encoding="utf-8")
     out = '[[exclude]]\nsource = "force"\nrows = ["1001-1200"]\nwhy = "stuck"\n'
     (folder / "campaign.toml").write_text(text + out, encoding="utf-8")
@@ -202,7 +204,7 @@ def test_a_channel_that_is_dead_from_the_beginning(folder: Path) -> None:
         return table
 
     change(folder / FORCE, stick)
-    assert refused(folder).startswith(f"{FORCE}: column Fy stands still at 3.5; check the sensor")  # not: upside down
+    assert refused(folder).startswith(f"{FORCE}: column Fy is constant at 3.5; check the sensor")  # not: upside down
 
 
 def test_a_channel_that_is_dead_in_one_run(folder: Path) -> None:
@@ -218,9 +220,7 @@ def test_a_channel_that_is_dead_in_one_run(folder: Path) -> None:
 
     change(folder / FORCE, stick)
     reported = said(folder)
-    assert any(
-        line.startswith(f"{FORCE}: column Fy reads 0 all through, in other logs it does not") for line in reported
-    )
+    assert any(line.startswith(f"{FORCE}: column Fy reads 0 throughout, unlike in other logs") for line in reported)
 
 
 def test_a_lost_target_given_as_zeros(folder: Path) -> None:
@@ -230,7 +230,7 @@ def test_a_lost_target_given_as_zeros(folder: Path) -> None:
 
     change(folder / DIGITIZER, lose)
     line = refused(folder)
-    assert line.startswith(f"{DIGITIZER}: line 105: the position is zero in all its columns")
+    assert line.startswith(f"{DIGITIZER}: line 105: the position is zero in all columns")
     assert 'rows = "X != 0"' in line
     edit(folder / "campaign.toml", ('position = ["X", "Y", "Z"]', 'position = ["X", "Y", "Z"]\nrows = "X != 0"'))
     assert any("a gap of" in line or not line for line in [*said(folder), ""])  # what was left out is a gap
@@ -270,10 +270,10 @@ def test_a_sensor_that_is_zeroed_in_the_middle(loaded: bool, folder: Path) -> No
 
     change(folder / FORCE, zero)
     # zeroed under load, the sensor reads loads where there are none: no result is better than that one
-    reported = [refused(folder)] if loaded else [line for line in said(folder) if "zero was set anew" in line]
+    reported = [refused(folder)] if loaded else [line for line in said(folder) if "zero was reset" in line]
     assert len(reported) == 1
     assert "run pose1: between states" in reported[0]
-    assert "the force sensor's zero was set anew" in reported[0]
+    assert "the force sensor's zero was reset" in reported[0]
     assert "split the run there" in reported[0]
 
 
@@ -291,6 +291,6 @@ def test_daylight_saving(hours: int, folder: Path) -> None:
     edit(folder / "campaign.toml", ('column = "Zeit", unit = "s"', 'column = "Zeit", unit = "iso8601"'))
     line = refused(folder)
     assert line.startswith(f"{DIGITIZER}: line 152: time ")
-    assert ("runs backwards by an hour" if hours < 0 else "jumps by an hour") in line
+    assert ("goes back by an hour" if hours < 0 else "jumps by an hour") in line
     assert "daylight saving" in line
     assert "+02:00" in line

@@ -109,14 +109,14 @@ def test_a_hung_mass_pulls_along_gravity(campaign: Path) -> None:
     ("request_", "message"),
     [
         (MapRequest(), "nothing to map"),
-        (MapRequest("1,2"), "is no wrench"),
-        (MapRequest("1,2,3", mass=1.0), "there is a --load already"),
-        (MapRequest(mass=-1.0), "hang nowhere"),
-        (MapRequest("1,2,3", stiffness="0,0,0"), "is no direction"),
+        (MapRequest("1,2"), "is not a wrench"),
+        (MapRequest("1,2,3", mass=1.0), "--load is already given"),
+        (MapRequest(mass=-1.0), "has no place"),
+        (MapRequest("1,2,3", stiffness="0,0,0"), "is not a direction"),
         (MapRequest("1,2,3", plane="zz"), "no plane zz"),
         (MapRequest("1,2,3", points=1), "1 points"),
         (MapRequest("1,2,3", pose="1,2"), "2 angles, the robot has 6 joints"),
-        (MapRequest("0,0,-9e6", points=4), "no balance"),
+        (MapRequest("0,0,-9e6", points=4), "no equilibrium"),
     ],
 )
 def test_faulty_requests(campaign: Path, request_: MapRequest, message: str) -> None:
@@ -135,7 +135,7 @@ def test_a_target_on_the_only_axis_has_no_map(campaign: Path, monkeypatch: pytes
 
 def test_faulty_files(campaign: Path) -> None:
     for picture, table in ((Path("map.txt"), None), (None, Path("map.txt")), (campaign / "no" / "map.svg", None)):
-        with pytest.raises(InputError, match=r"no picture format|no table format|its folder does not exist"):
+        with pytest.raises(InputError, match=r"not a picture format|not a table format|its folder does not exist"):
             map_campaign(campaign, MapRequest("0,0,-100"), picture=picture, table=table)
 
 

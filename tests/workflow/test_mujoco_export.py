@@ -108,13 +108,13 @@ def test_a_campaign_sags_as_predict_says(tmp_path: Path) -> None:
     [
         (everything_linear, ["axis-coupling j5-j6: couples nodes with each other"]),
         (every_law, [
-            "backlash j4: not in proportion to its load", "two-slope j3: not in proportion to its load",
-            "friction-hysteresis j2: not in proportion to its load",
-            "asymmetric-stiffness j1: not in proportion to its load",
-            "periodic-stiffness j5: not in proportion to its load", "cubic-stiffness j6: not in proportion to its load",
-            "gravity-compensator j2: a torque next to the drive",
-            "friction-hysteresis j5: not in proportion to its load", "bearing-tilt j3: not in proportion to its load",
-            "cubic-stiffness j2: not in proportion to its load",
+            "backlash j4: not proportional to its load", "two-slope j3: not proportional to its load",
+            "friction-hysteresis j2: not proportional to its load",
+            "asymmetric-stiffness j1: not proportional to its load",
+            "periodic-stiffness j5: not proportional to its load", "cubic-stiffness j6: not proportional to its load",
+            "gravity-compensator j2: an additional torque on the joint",
+            "friction-hysteresis j5: not proportional to its load", "bearing-tilt j3: not proportional to its load",
+            "cubic-stiffness j2: not proportional to its load",
         ]),
     ],
 )  # fmt: skip
@@ -127,7 +127,7 @@ def test_bearings_links_base_and_tool_sag_and_what_has_no_counterpart_is_named(
     model = mujoco_model(robot, setup, ["a -- test -->"], "robot")
     assert list(model.without_counterpart) == lacking
     head = model.text.split("-->")[0]
-    assert all(f"WITHOUT COUNTERPART HERE, left out: {entry}" in head for entry in lacking)
+    assert all(f"WITHOUT COUNTERPART HERE, omitted: {entry}" in head for entry in lacking)
     held = replace(robot, placed=tuple(placed for placed in robot.placed if placed.effect.name != "axis-coupling"))
     if make is every_law:
         held = springs_36()

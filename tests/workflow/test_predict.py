@@ -104,7 +104,9 @@ def test_values_of_the_model_file_serve_where_nothing_was_measured(campaign: Pat
     (campaign / "raw" / "states.csv").unlink()
     wish = LoadPathRequest("0,0,0;0,0,-100", POSE, points=1)
     elsewhere = RunContext(store=str(tmp_path / "elsewhere"))
-    with pytest.raises(InputError, match=r"nothing is measured here, and joint-compliance.j1.c has no value"):
+    with pytest.raises(
+        InputError, match=r"the campaign contains no measurements, and joint-compliance.j1.c has no value"
+    ):
         predict_campaign(campaign, elsewhere, load_path=wish)
     values = "\n".join(f'"joint-compliance.j{k + 1}.c" = {{ value = {1 / c} }}' for k, c in enumerate(STIFFNESS))
     model = campaign / "model.toml"
@@ -130,9 +132,9 @@ def test_output_is_a_table_with_units(campaign: Path) -> None:
 @pytest.mark.parametrize(
     ("wish", "message"),
     [
-        (LoadPathRequest("1,2;3,4", POSE), "is no list of loads"),
-        (LoadPathRequest("1,2,3", POSE), "this is no path"),
-        (LoadPathRequest("1,2,3;4,5,x", POSE), "holds something that is no number"),
+        (LoadPathRequest("1,2;3,4", POSE), "is not a list of loads"),
+        (LoadPathRequest("1,2,3", POSE), "not a load path"),
+        (LoadPathRequest("1,2,3;4,5,x", POSE), "contains something that is not a number"),
         (LoadPathRequest("1,2,3;4,5,6"), "no pose given"),
         (LoadPathRequest("1,2,3;4,5,6", "1,2,3"), "3 angles, the robot has 6 joints"),
     ],
@@ -156,7 +158,7 @@ def test_units_in_brackets_and_decimal_commas(tmp_path: Path) -> None:
         ("A1,A2,A3,A4,A5,Fx", "0,0,0,0,0,0", "line 1: no column A6"),
         ("A1,A2,A3,A4,A5,A6 [gon],Fx", "0,0,0,0,0,0,0", "column A6"),
         ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0", "line 2: 6 cells, the header has 7"),
-        ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0,nan", "line 2, column Fx: 'nan' is no number"),
+        ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0,nan", "line 2, column Fx: 'nan' is not a number"),
         ("A1,A2,A3,A4,A5,A6,FX", "0,0,0,0,0,0,100", "did you mean Fx"),
     ],
 )

@@ -88,7 +88,7 @@ def test_the_section_says_what_is_gone_and_is_drawn(pairs: WithAndWithout, tmp_p
     made = section(content(pairs))
     assert isinstance(made, ReportSection)
     answer = next(block.text for block in made.blocks if isinstance(block, Paragraph))
-    assert "of the deflection is gone" in answer
+    assert "of the deflection is compensated" in answer
     table = next(block for block in made.blocks if isinstance(block, TableBlock))
     assert [row[0] for row in table.rows] == ["a", "b"]
     pictures = [block for block in made.blocks if isinstance(block, PictureBlock)]
@@ -97,11 +97,11 @@ def test_the_section_says_what_is_gone_and_is_drawn(pairs: WithAndWithout, tmp_p
         file = tmp_path / f"{number}.svg"
         save_figure(picture.draw(), file)
         assert file.stat().st_size > 5000
-    assert "ms after it came" in pictures[-1].caption
+    assert "ms after load application" in pictures[-1].caption
     played = next(block.text for block in made.blocks[::-1] if isinstance(block, Paragraph))
     assert played == pairs.played
-    assert "correction out 60 ms after the reading" in played
-    assert "reads every 4 ms" in played
+    assert "correction 60 ms after the reading" in played
+    assert "a cycle of 4 ms" in played
 
 
 def test_nothing_is_said_where_no_run_was_compensated() -> None:

@@ -25,8 +25,8 @@ def test_a_campaign_without_a_diagnosis_lays_out(name: str, tmp_path: Path) -> N
     history = read_history(folder, context)
     content = report_content(data, identified, up_to_date_validation(data, identified, context), history)
     titles = [section.title for section in lay_out(content)]
-    assert titles[:2] == ["In short", "From no model to the noise: the ladder of fits"]
-    assert titles[2:4] == ["The campaign at a glance", "Stiffness"]
+    assert titles[:2] == ["Summary", "Sequence of fits: from no model to the noise"]
+    assert titles[2:4] == ["The campaign", "Stiffness"]
     (left_out,) = [block for block in lay_out(content)[-1].blocks if isinstance(block, Items)]
     # a model that has not changed, the pages of a diagnosis that was not made, a path of loads that nobody asked for
     of_diagnosis = [text for text in left_out.texts if "stiffcal diagnose" in text]

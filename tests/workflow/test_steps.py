@@ -1,4 +1,4 @@
-"""What is missing or stale is run first and said; what is current is not run again."""
+"""A step that is missing or stale is run first and said; what is current is not run again."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def test_the_table_key_follows_the_values_not_their_chunks(validated_folder: Pat
 
 def test_another_campaigns_model_is_judged_here(campaign: Path, tmp_path: Path) -> None:
     other = write_small_campaign(tmp_path / "other", seed=7, poses=3)
-    with pytest.raises(InputError, match="no model is fitted there"):
+    with pytest.raises(InputError, match="that campaign has no fitted model"):
         validate_campaign(campaign, model=other)
     identify_campaign(other)
     document = validate_campaign(campaign, model=other)
@@ -135,7 +135,7 @@ def test_another_campaigns_model_is_judged_here(campaign: Path, tmp_path: Path) 
 
 
 def test_unknown_loss_is_refused(campaign: Path) -> None:
-    with pytest.raises(InputError, match="no loss is called cubic"):
+    with pytest.raises(InputError, match="unknown loss cubic"):
         identify_campaign(campaign, loss="cubic")
 
 

@@ -80,24 +80,24 @@ def not_checked(code: NotCheckedReason, *numbers: int) -> RunsNotChecked:
     """Return what was not looked at, in a sentence with its numbers."""
     sentences = {
         NotCheckedReason.FEW_RUNS: (
-            "runs were not compared with each other: there are {0} load runs, and among fewer than {least} a "
-            "faulty one cannot be distinguished from the sound ones"
+            "runs were not compared: there are {0} load runs, and with fewer than {least} a faulty run cannot be "
+            "distinguished from correct ones"
         ),
         NotCheckedReason.UNIT_AND_SIGN_ONLY: (
-            "with {0} load runs only a wrong unit or sign in one of them was looked for: an exchange or a bump can be "
-            "distinguished from the sound runs among {all_kinds} or more"
+            "with {0} load runs only a wrong unit or sign in one of them was checked: exchanged logs or an outlier "
+            "can be found with {all_kinds} runs or more"
         ),
         NotCheckedReason.SOME_STATES: (
-            "runs were compared with each other in {0} of {1} states, evenly spaced in each run: a single bad reading "
-            "among the rest was not looked for"
+            "runs were compared with each other in {0} of {1} states, evenly spaced in each run: single outliers "
+            "among the other states were not checked"
         ),
         NotCheckedReason.ABSOLUTE_ROWS: (
-            "rows of absolute runs are not compared one by one: gross mistakes are refused when a table is read, and a "
-            "move of the base between two rows is looked for"
+            "rows of absolute runs are not compared one by one: gross mistakes are refused when a table is read, and "
+            "a move of the base between two rows is checked"
         ),
         NotCheckedReason.CLAMPED_RUNS: "clamped runs are not compared with each other in this version",
-        NotCheckedReason.NO_EFFECT: "runs were not compared with each other: the model holds no effect",
-        NotCheckedReason.NO_FIT: "runs were not compared with each other: the model cannot be fitted to them",
+        NotCheckedReason.NO_EFFECT: "runs were not compared: the model contains no effect",
+        NotCheckedReason.NO_FIT: "runs were not compared: the model cannot be fitted to them",
     }
     return RunsNotChecked(
         code=code, sentence=sentences[code].format(*numbers, least=LEAST_RUNS, all_kinds=RUNS_FOR_ALL_KINDS)

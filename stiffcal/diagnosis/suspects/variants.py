@@ -180,8 +180,8 @@ def _signs(own: LoadStates, chain: Chain) -> Iterator[Variant]:
     forces = own.wrench * np.repeat([-1.0, 1.0], 3)
     if own.setup.moments_measured:
         yield Variant(
-            SuspectKind.SIGN, "force and moment have the wrong sign, as what the robot does to its surroundings: "
-            "multiply them by −1", -1.0, wrench=-own.wrench,
+            SuspectKind.SIGN, "force and moment have the wrong sign, as of the force of the robot on its "
+        "surroundings: multiply them by −1", -1.0, wrench=-own.wrench,
         )  # fmt: skip
     yield Variant(SuspectKind.SIGN, "the force has the wrong sign: multiply it by −1", -1.0, wrench=forces)
     if own.deflection_given:
@@ -239,7 +239,7 @@ def _of_others(states: LoadStates, members: Sequence[Integers], run: int, left_o
         position, rotation, deflection = _places(states, other_states)
         yield Variant(
             SuspectKind.EXCHANGED, f'the places or displacements that belong here are those of run "{name}": the '
-            "tracker logs are exchanged; exchange them back", position=position, rotation=rotation,
+            "tracker logs are interchanged; correct the file names", position=position, rotation=rotation,
             deflection=deflection, other=other_run, penalty=penalty,
         )  # fmt: skip
 

@@ -78,9 +78,9 @@ def _time_words(states: LoadStates, neighbours: tuple[int | None, int | None]) -
     """Return that a run was measured elsewhere in time than it stands, where it was."""
     before, after = ("" if run is None else states.runs[run].name for run in neighbours)
     if before and after:
-        return [f'its time stamps lie between those of runs "{before}" and "{after}", out of the order of the runs']
+        return [f'its time stamps lie between those of runs "{before}" and "{after}", not in the order of the runs']
     if before or after:
-        return [f'its time stamps lie next to those of run "{before or after}", out of the order of the runs']
+        return [f'its time stamps lie next to those of run "{before or after}", not in the order of the runs']
     return []
 
 
@@ -89,16 +89,16 @@ def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> list[str]:
     if suspect.score > suspect.next_score:
         size = f"{1e3 * suspect.miss_m:.3g} mm, " if math.isfinite(suspect.miss_m) else ""
         reasons.append(
-            f"its displacements miss what the {n_others} other runs predict by {size}{suspect.score:.3g} standard "
-            f"errors of that comparison (scatter of the others, and how well they predict this run); the next run is "
-            f"off by {suspect.next_score:.2g} of its own"
+            f"its displacements differ from the prediction of the {n_others} other runs by {size}{suspect.score:.3g} "
+            f"standard errors of that comparison (scatter of the others, and uncertainty of their prediction); the "
+            f"next run differs by {suspect.next_score:.2g} of its own"
         )
     if suspect.place_m > 0.0:
         reasons.append(f"the target is {1e3 * suspect.place_m:.3g} mm from where the joint angles put it")
     if backwards:
-        reasons.append("force and displacement run against each other in it")
+        reasons.append("force and displacement have opposite directions in it")
     if suspect.variant is not None:
-        reasons.append("with the cure it agrees with the others")
+        reasons.append("corrected, it agrees with the others")
     return reasons
 
 
@@ -108,21 +108,21 @@ def _likely(suspect: FoundSuspect, states: LoadStates) -> str:
         return "; or: ".join([suspect.variant.likely, *alternatives])
     if suspect.copied is not None:
         name = states.runs[suspect.copied].name
-        return f'its joint angles are those of run "{name}": write its own angles, or leave it out'
+        return f'its joint angles are those of run "{name}": give its own angles, or exclude it'
     if suspect.kind is SuspectKind.BUMP and suspect.offset is not None:
         size = f" by {1e3 * suspect.offset.size_m:.3g} mm" if math.isfinite(suspect.offset.size_m) else ""
         if suspect.offset.step:
             return (
-                f"a lasting move of the target, the tracker or the base{size} before this state would explain it: "
-                "add seat-shift to the model, or leave the run out"
+                f"a lasting displacement of the target, the tracker or the base{size} before this state would explain "
+                "it: add seat-shift to the model, or exclude the run"
             )
         return (
-            f"a reading of the target that is off{size} would explain it (a bump, a mistyped number), and so would an "
-            "effect that shows in this pose alone: compare it with the log, measure it again, or leave it out"
+            f"an outlier of the target reading{size} would explain it (a disturbance, a typing error), and so would an "
+            "effect that acts in this pose only: compare it with the log, repeat it, or exclude it"
         )
     return (
-        "no single mistake of units, signs, labels or order explains it; an effect that shows in this pose alone "
-        "would: measure it again, or leave it out"
+        "no single mistake of units, signs, labels or order explains it; an effect that acts in this pose only "
+        "would: repeat it, or exclude it"
     )
 
 
@@ -136,12 +136,12 @@ def suspect_of_move(moved: MovedBase, states: LoadStates) -> Suspect:
         row=row,
         kind=SuspectKind.BUMP,
         why=(
-            f"from row {row} on all places are off by one motion: {1e3 * size:.3g} mm and {1e3 * turn:.2g} mrad, "
+            f"from row {row} on all positions are displaced: {1e3 * size:.3g} mm and {1e3 * turn:.2g} mrad, "
             f"{moved.standard_errors:.2g} standard errors"
         ),
         likely=(
-            f"the base or the tracker was moved before row {row}: what stands on one side of it only may be fitted; "
-            "leave the other side out or measure it again"
+            f"the base or the tracker was moved before row {row}: fit only the rows on one side of it; exclude the "
+            "other rows or repeat them"
         ),
         factor=None,
         without=None,

@@ -17,7 +17,7 @@ class AbsolutePoses(TomlTable):
         60.0, description="joint angles are drawn evenly this far to either side of joints_deg, within limits_deg"
     )
     payloads_kg: Annotated[list[NotNegative], Field(min_length=1)] = Field(
-        [0.0], description="masses hung on; each pose has one of them, drawn with equal probability"
+        [0.0], description="payloads; each pose has one of them, drawn with equal probability"
     )
-    point: str = Field("flange", description="the frame in which the payload hangs")
+    point: str = Field("flange", description="the frame of the payload")
     interval_s: Positive = Field(20.0, description="from one pose to the next")

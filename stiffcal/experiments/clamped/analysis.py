@@ -127,8 +127,9 @@ def analyse_runs(
             return runs
     raise InputError.at(
         FaultCode.NO_CONVERGENCE,
-        "campaign.toml", "runs", f"clamped joints that look alike do not settle in {MOST_PASSES} passes",
-        "clamp the robot in a pose in which no other joint turns the flange like the moved one",
+        "campaign.toml", "runs", "the iteration over clamped joints that move the flange alike does not converge in "
+        f"{MOST_PASSES} passes",
+        "clamp the robot in a pose in which no other joint moves the flange like the driven one",
     )  # fmt: skip
 
 
@@ -202,7 +203,7 @@ def _unusable_run(readings: ClampedReadings, chain: ClampedChain) -> ClampedRun:
         name, chain.joint, False, chain, Sweeps(none, none > 0, 0), nothing,
         SeriesFit(law, np.zeros((9, 9)), 0.0, 0, play_found=False), None, float("nan"),
         float(np.ptp(chain.motion[:, chain.joint - 1])), 0.0, float("nan"), None, None, 0.0,
-        "in this pose the joint does not load the clamped flange: other joints can turn it in the same way",
+        "in this pose the joint does not load the clamped flange: other joints can yield in the same way",
     )  # fmt: skip
 
 
@@ -236,7 +237,7 @@ def _between_cycles(angle: Floats, torque: Floats, used: NDArray[np.int64], swee
 
 
 def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
-    """Name and leave out the poses in which the motion hardly exceeds the play, or that went one way only."""
+    """Name and leave out the poses in which the motion barely exceeds the play, or that went one way only."""
     judged_runs = []
     for run in runs:
         peers = [peer for peer in runs if peer.joint == run.joint and peer.branches.angle.size and peer.both_ways]
@@ -245,10 +246,13 @@ def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
         if not why and not run.both_ways:
             why = ONE_WAY
         if not why and run.play > 0.0 and (side := run.fit.law.flank_not_reached):
-            why = f"its motion ends within the play, the {side} flank is never reached: drive it to and fro beyond both"
+            why = (
+                f"its motion ends within the play, the {side} flank is not reached: drive it back and forth beyond "
+                "both flanks"
+            )
         if not why and reference > 0.0 and run.motion < LEAST_MOTION * reference:
             why = (
-                f"the motion, {run.motion:.3g} rad, hardly exceeds the play, {reference:.3g} rad: "
+                f"the motion, {1e3 * run.motion:.3g} mrad, barely exceeds the play, {1e3 * reference:.3g} mrad: "
                 "the flanks are not reached"
             )
         judged_runs.append(replace(run, left_out=why))

@@ -36,14 +36,14 @@ if TYPE_CHECKING:
 
 DEFINITION = Definition(
     play=(
-        f"length of the segment about the crossing whose slope stays below {SLOPE_SHARE:g} of the outer slope (from "
-        "the flanks to the ends that were reached), common to both branches; its torque band is given with it"
+        f"length of the segment around zero torque in which the slope is below {SLOPE_SHARE:g} of the outer slope "
+        "(from the flanks to the ends of the measured range), common to both branches; its torque band is given too"
     ),
     friction="half the torque between the branches at all angles",
-    reversal_error="raw width between the branches at zero torque, which friction alone can cause",
-    angle="angle φ = φ_a − φ_m: what the arm turns against the motor, at the joint's side; torque: that on the arm",
-    curve="τ = p1 φ + p2 φ² + p3 φ³, φ counted from the flank, rising everywhere in what was reached",
-    left_out=f"poses whose whole motion is below {LEAST_MOTION:g} times the play",
+    reversal_error="width between the branches at zero torque, which friction alone can also cause",
+    angle="angle φ = φ_a − φ_m: rotation of the arm relative to the motor, at the joint side; torque: that on the arm",
+    curve="τ = p1 φ + p2 φ² + p3 φ³, φ counted from the flank, monotonic over the measured range",
+    left_out=f"poses with a total motion below {LEAST_MOTION:g} times the play",
     slope_share=SLOPE_SHARE,
 )
 
@@ -230,15 +230,15 @@ def parameters_of(
 
 def _why_unidentified(placed_effect: PlacedEffect, joint: ClampedJoint | None, other_effects: list[str]) -> str:
     if placed_effect.place.kind != "joints":
-        return "clamped runs turn one joint at a time: what gives elsewhere needs load states"
+        return "clamped runs drive one joint at a time: compliance elsewhere needs load states"
     if joint is None:
-        return f"joint {placed_effect.place.joints[0]} was driven in no clamped run that can be used"
+        return f"joint {placed_effect.place.joints[0]} has no usable clamped run"
     if other_effects and not placed_effect.effect.from_torque_angle(torque_angle(joint), other_effects):
         if placed_effect.effect.from_torque_angle(torque_angle(joint), ()):
-            return "another law of the joint holds it too: " + ", ".join(other_effects)
+            return "it is also part of another law of the joint: " + ", ".join(other_effects)
     elif not joint.play_found:
-        return "there is no play, and so no band in which it is crossed"
-    return "torque over angle alone does not determine it: measure load states too"
+        return "there is no play, and therefore no band in which it is crossed"
+    return "torque over angle alone does not determine it: also measure load states"
 
 
 def torque_angle(joint: ClampedJoint) -> TorqueAngle:
@@ -266,23 +266,23 @@ def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: t
     names = data.joint_names
     for run in runs:
         if run.left_out and not run.holdout:
-            texts.append(f"run {run.name} is left out for joint {names[run.joint - 1]}: {run.left_out}")
+            texts.append(f"run {run.name} is not used for joint {names[run.joint - 1]}: {run.left_out}")
         if run.saturation is not None and run.branches.angle.size:
             texts.append(f"run {run.name}: {run.saturation.sentence}")
         elif contradiction := loaded_words(run.name, run.chain, names):
             texts.append(contradiction)
         if run.others_share > 0.05:
             texts.append(
-                f"run {run.name}: other joints take up {100.0 * run.others_share:.0f} % of joint "
-                f"{names[run.joint - 1]}'s motion in this pose; it is subtracted by their own curves"
+                f"run {run.name}: other joints take up {100.0 * run.others_share:.0f} % of the motion of joint "
+                f"{names[run.joint - 1]} in this pose; it is subtracted with their own curves"
             )
     if any(run.chain.source == "motor torque" for run in runs):
         texts.append(
-            "torque is measured by the motors alone: friction is in it, and half the torque between the branches is "
-            "named friction"
+            "the torque is measured by the motors only: it includes friction; half the torque between the branches "
+            "is reported as friction"
         )
     if any(not run.chain.moments_measured for run in runs):
-        texts.append("no moments are measured: a joint's torque is that of the force's lever about its axis alone")
+        texts.append("no moments are measured: the joint torque is the force times its lever arm about the axis")
     with_result = {joint.joint for joint in joints}
     for number in sorted({run.joint for run in runs} - with_result):
         texts.append(f"joint {names[number - 1]} cannot be identified: none of its clamped runs can be used")

@@ -21,7 +21,9 @@ LOADED_TOO = 0.5
 FOLLOWS = 0.5
 
 
-ONE_WAY = "driven one way only: friction and play cannot be distinguished from the spring; drive it to and fro"
+ONE_WAY = (
+    "driven in one direction only: friction and play cannot be distinguished from the spring; drive it back and forth"
+)
 """Why a run without a reversal is not used."""
 
 
@@ -82,9 +84,10 @@ def loaded_words(run: str, chain: ClampedChain, names: Sequence[str]) -> str:
     driven, with_it = names[chain.joint - 1], names[other_joint - 1]
     size = f"{100.0 * share:.0f} % of that on {driven}" if share < 10.0 else f"{share:.0f} times that on {driven}"
     return (
-        f"run {run}: as {driven} turns, a torque on {with_it} follows, {size}; a held flange loads the moved "
-        "joint alone: check the pose (joints_deg, units of the angles), the sensor's frame and the units of force and "
-        "moment, and that these files belong together"
+        f"run {run}: the motion of {driven} produces a torque on {with_it}, {size}; a clamped flange loads the "
+        "driven joint only: check the pose (joints_deg, units of the angles), the sensor's frame and the units of "
+        "force and "
+        "moment, and whether these files belong together"
     )
 
 
@@ -97,11 +100,11 @@ def why_no_sweep(angle: Floats, torque: Floats, saturation: Saturation | None) -
     """
     if saturation is not None:
         limit = f"{saturation.limit:.4g} {saturation.unit}"
-        return f"{saturation.what} stays at its limit of {limit}, and no whole sweep is left"
+        return f"{saturation.what} stays at its limit of {limit}, and no complete sweep remains"
     together = float(np.corrcoef(angle, torque)[0, 1]) if varies(angle) and varies(torque) else 0.0
     if together < -FOLLOWS:
         return (
-            "the torque runs against the angle, as if the spring pushed the joint away: check acts_on, the sensor's "
+            "torque and angle have opposite signs, as of a negative stiffness: check acts_on, the sensor's "
             "axes, units of force and moment, the sign of the current or of gear_ratio, and clock_ahead_s"
         )
-    return "no whole sweep: the joint was not driven from end to end"
+    return "no complete sweep: the joint was not driven from end to end"

@@ -68,9 +68,9 @@ def _overview_columns(identified: IdentifiedModel, with_interval: str) -> tuple[
     """Return the columns of the leading table; `with_interval` stands in the titles of values that have one."""
     has_states = identified.has_states
     return (
-        Column("clamped, no model assumed" if has_states else "clamped", numbers=_TEXT),
+        Column("clamped, without a model" if has_states else "clamped", numbers=_TEXT),
         Column(("chord stiffness" if has_states else "stiffness") + with_interval, "N·m/rad"),
-        Column(("play by definition" if has_states else "play") + with_interval, "rad"),
+        Column(("play, by definition" if has_states else "play") + with_interval, "rad"),
         Column("friction", "N·m"),
     )
 
@@ -87,15 +87,15 @@ def _joint_sentence(joint: JointResult) -> Sentence:
     words: list[str | Digits] = [f"joint {joint.joint}: stiffness from ", Digits(low), " to ", Digits(high), " N·m"]
     tangents = [tangent.stiffness for tangent in joint.tangent_stiffness]
     if tangents:
-        words += [", where its tangent lies between ", Digits(min(tangents)), " and ", Digits(max(tangents))]
+        words += [", with a tangent stiffness between ", Digits(min(tangents)), " and ", Digits(max(tangents))]
         words += [" N·m/rad"]
     if joint.play_found:
         words += ["; its play is the segment of low slope of the law b·tanh(torque/w) with b = "]
-        words += [Digits(joint.play_width), " rad"]
+        words += [Digits(1e3 * joint.play_width), " mrad"]
     return Sentence(tuple(words), "joint")
 
 
-CHORD = "chord of torque over angle from end to end of what was reached, play left out"
+CHORD = "chord of torque over angle over the measured range, play excluded"
 
 
 def shown_parameters(section: ClampedSection, identified: IdentifiedModel) -> frozenset[str]:
@@ -136,14 +136,14 @@ def _runs_table(section: ClampedSection) -> Table:
             (Digits(run.torque_range[0]), " … ", Digits(run.torque_range[1])),
             (Digits(run.reversal_error),),
             (Digits(run.play),) if run.play else ("none found",),
-            ("" if run.used else "left out",),
+            ("" if run.used else "excluded",),
         )
         for run in section.runs
     ]
     return Table(columns, tuple(rows))
 
 
-_RUNS = "Play and reversal error of each run, over the torque that was measured in it."
+_RUNS = "Play and reversal error of each run, with its range of torque."
 
 
 def clamped_page(data: MeasuredRuns, section: ClampedSection, identified: IdentifiedModel) -> Page | None:
@@ -156,7 +156,7 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection, identified: Identi
     if with_result:
         blocks += [_play_table(with_result), replace(_runs_table(section), caption=_RUNS), _curve_table(with_result)]
     remarks = [
-        Sentence((f"{curve.joint}, run {pose.run}: left out, {pose.left_out}",), "run-left-out", "warning")
+        Sentence((f"{curve.joint}, run {pose.run}: excluded, {pose.left_out}",), "run-left-out", "warning")
         for curve in curves
         for pose in curve.poses
         if pose.left_out
@@ -168,7 +168,7 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection, identified: Identi
         if pose.remark
     ]
     if remarks:
-        blocks += [Subheading("Left out, and limits"), Listing(tuple(remarks))]
+        blocks += [Subheading("Excluded runs, and limits"), Listing(tuple(remarks))]
     for start in range(0, len(curves), _PER_PICTURE):
         drawn = tuple(curve for curve in curves[start : start + _PER_PICTURE] if curve.widest_pose.angle.size)
         if drawn:
@@ -196,7 +196,7 @@ def clamped_plot(data: MeasuredRuns, section: ClampedSection | None, run: str | 
         curves = tuple(curve.of_run(run) for curve in curves if any(pose.run == run for pose in curve.poses))
     drawn = tuple(curve for curve in curves if curve.widest_pose.angle.size)
     if not drawn:
-        reason = "no whole sweep is left to draw" if run is None else f"no whole sweep is left of run {run}"
+        reason = "no complete sweep remains to draw" if run is None else f"no complete sweep remains of run {run}"
         raise InputError.at(
             FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "stiffcal identify gives the reason"
         )
@@ -208,7 +208,7 @@ def _definitions(definition: Definition) -> str:
     return (
         f"Stiffness: {CHORD}. Play: {definition.play}. Friction: {definition.friction}. "
         f"Reversal error: {definition.reversal_error}. "
-        f"{definition.angle[0].upper()}{definition.angle[1:]}. Left out are {definition.left_out}."
+        f"{definition.angle[0].upper()}{definition.angle[1:]}. Excluded: {definition.left_out}."
     )
 
 
@@ -216,7 +216,7 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     columns = (
         Column("joint", numbers=_TEXT),
         Column("play", "rad"),
-        Column("law's width b", "rad"),
+        Column("width b of the law", "rad"),
         Column("crossed within", "± N·m"),
         Column("between poses", "rad"),
         Column("resolution", "rad"),
@@ -241,7 +241,7 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
                 (str(joint.torque_from),),
             )
         )
-    return Table(columns, tuple(rows), "Play and friction of each joint, ± 95 %, from all poses that are used.")
+    return Table(columns, tuple(rows), "Play and friction of each joint, ± 95 %, from all used poses.")
 
 
 def _play(joint: JointResult) -> Words:
@@ -271,7 +271,7 @@ def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
         torque: Words = (Digits(shape.torque[0]), " … ", Digits(shape.torque[1]))
         rows.append(((curve.joint,), *cells, reach, torque))
     caption = (
-        "Torque over angle, τ = p1 φ + p2 φ² + p3 φ³, φ from the flank: rising in all that was reached, and not to be "
-        "used beyond. p1 is the tangent stiffness at the flank. Uncertainties 95 %."
+        "Torque over angle, τ = p1 φ + p2 φ² + p3 φ³, φ from the flank: monotonic over the measured range, not valid "
+        "beyond it. p1 is the tangent stiffness at the flank. Uncertainties: 95 %."
     )
     return Table(columns, tuple(rows), caption)

@@ -64,7 +64,7 @@ class ClampedResult:
 
 
 def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
-    """Fit every joint that was driven against the fixture; None where the campaign holds no clamped run.
+    """Fit every joint that was driven against the fixture; None where the campaign contains no clamped run.
 
     Where the campaign holds load states too, these are fitted together with the clamped runs, and the parameters come
     from there; this part then adds play, friction and curve.
@@ -143,7 +143,7 @@ def starting_values(data: MeasuredRuns, robot: CompliantRobot) -> dict[str, floa
 def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
     """Judge each joint in a pose that its law was not fitted to.
 
-    None where the campaign holds no clamped run, and where their states are judged like those of other runs.
+    None where the campaign contains no clamped run, and where their states are judged like those of other runs.
     """
     from stiffcal.experiments.clamped.heldout import heldout_clamped
 
@@ -158,7 +158,7 @@ def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
         joint.joint for joint in result.joints if joint.joint not in {heldout_run.joint for heldout_run in heldout}
     ]
     warnings = [
-        f"joint {names[joint - 1]} was driven in one usable pose alone: how it holds in others is not judged"
+        f"joint {names[joint - 1]} was driven in only one usable pose: validation in other poses is not possible"
         for joint in single
     ]
     torque = np.concatenate([heldout_run.torque for heldout_run in heldout]) if heldout else np.zeros(0)
@@ -216,7 +216,7 @@ def _expected(result: ClampedResult) -> str:
     if not result.joints:
         return "no joint can be identified from the clamped runs"
     worst = max(result.joints, key=lambda joint: joint.play_std)
-    return f"play is known to {NORMAL_95 * worst.play_std:.2g} rad or better (95 %)"
+    return f"uncertainty of play: {1e3 * NORMAL_95 * worst.play_std:.2g} mrad or better (95 %)"
 
 
 def readings_of(data: MeasuredRuns) -> ClampedReadings | None:
@@ -301,8 +301,8 @@ def chain_of_run(campaign: Campaign, readings: ClampedReadings, run: Run | None)
             k = int(beyond[0])
             raise InputError.at(
                 FaultCode.POSE_UNREACHABLE, "campaign.toml", f"run {info.name}: joints_deg",
-                f"the log puts {chain.joint_names[k]} at {np.rad2deg(pose[k]):.0f}°, out of its reach: the motors' "
-                "angles do not determine where the robot stood",
+                f"the log puts {chain.joint_names[k]} at {np.rad2deg(pose[k]):.0f}°, outside its limits: the motor "
+        "angles do not determine the pose of the robot",
                 "write the pose into the run: joints_deg = […]",
             )  # fmt: skip
     fixture = None if run is None or run.fixture_compliance is None else np.array(run.fixture_compliance)

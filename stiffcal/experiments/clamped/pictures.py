@@ -18,8 +18,8 @@ def branches_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
     """Return torque over angle of every joint in the pose that moved it furthest: both branches, the law, the play."""
     caption = (
         "Torque over angle of ", Names(tuple(curve.joint for curve in curves)),
-        (", averaged over cycles, in the pose that moved the joint furthest: both directions, the fitted law, and the "
-        "play in grey."),
+        (", averaged over cycles, in the pose with the largest motion: both directions, the fitted law, and the play "
+        "(grey)."),
     )  # fmt: skip
     panels = tuple(_branches(curve.joint, curve.widest_pose) for curve in curves)
     return _in_rows(panels, caption)
@@ -35,22 +35,22 @@ def _branches(joint: str, pose: ClampedPose) -> Panel:
     series: list[Series] = []
     if pose.low is not None and pose.high is not None:
         series.append(Span(_MRAD * float(pose.low), _MRAD * float(pose.high), label="play"))
-    for is_rising, marker, colour, label in ((True, "^", 0, "angle growing"), (False, "v", 1, "angle falling")):
+    for is_rising, marker, colour, label in ((True, "^", 0, "increasing angle"), (False, "v", 1, "decreasing angle")):
         of_branch = np.flatnonzero(pose.up == is_rising)
         order = of_branch[np.argsort(pose.angle[of_branch])]
         angle = _MRAD * pose.angle[order]
         series.append(Marks(angle, pose.torque[order], marker, colour, size=2.4, edge=0.6, label=label, run=pose.run))
         series.append(Line(angle, pose.fitted[order], width=0.9, label="fit"))
     title = f"{joint}, run {pose.run}" + (" (left out)" if pose.left_out else "")
-    return Panel(title, "angle, arm against motor [mrad]", "torque on the joint [N·m]", tuple(series))
+    return Panel(title, "angle, arm relative to motor [mrad]", "torque on the joint [N·m]", tuple(series))
 
 
 def curves_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
     """Return the torque-angle curve of every joint, counted from the flank, with the readings of all poses used."""
     caption: Words = (
         "Torque over the spring's angle of ", Names(tuple(curve.joint for curve in curves)),
-        (", counted from the flank, play, friction and the sensor's zero taken off: readings of all poses that are "
-        "used, the third-order polynomial (dashed) and its 95 % interval."), *_departures_in_words(curves),
+        (", counted from the flank, with play, friction and zero offset of the sensor removed: readings of all used "
+        "poses, the third-order polynomial (dashed) and its 95 % interval."), *_departures_in_words(curves),
     )  # fmt: skip
     return _in_rows(tuple(_curve(curve) for curve in curves), caption)
 
@@ -75,12 +75,12 @@ def _departures_in_words(curves: tuple[ClampedCurve, ...]) -> Words:
         for departure in departures(curve):
             side = "above" if departure.mean > 0.0 else "below"
             words += [
-                "; " if words else " On average the readings leave the band (grey bars): ",
+                "; " if words else " On average the readings are outside the band (grey bars): ",
                 f"{curve.joint} from ",
             ]
             words += [Digits(_MRAD * departure.low), " to ", Digits(_MRAD * departure.high), " mrad, "]
             words += [Digits(abs(departure.mean), 2), f" N·m {side} the curve"]
-    return (*words, ".") if words else (" The readings stay within the band.",)
+    return (*words, ".") if words else (" The readings are within the band.",)
 
 
 def _curve(curve: ClampedCurve) -> Panel:
@@ -152,7 +152,7 @@ def play_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
     caption = (
         (
             "Play of each joint by pose, with its resolution (encoder step and noise) and the scatter between cycles. "
-            "Crosses: poses left out, because the motion hardly exceeds the play. The line is the joint's play."
+            "Crosses: poses excluded, because the motion barely exceeds the play. Line: play of the joint."
         ),
     )
     return Picture((panel,), columns=1, height=56.0, caption=caption)

@@ -42,8 +42,8 @@ class Saturation:
         """What was measured, in words."""
         share = 100.0 * float(self.beyond.mean())
         return (
-            f"{self.what} stays at its limit of {self.limit:.4g} {self.unit} in {share:.0f} % of the readings: "
-            f"they are left out, and nothing is known of the joint beyond {self.torque:.4g} N·m"
+            f"{self.what} stays at its limit of {self.limit:.4g} {self.unit} in {share:.0f} % of the readings: these "
+            f"are excluded, and the joint is not identified beyond {self.torque:.4g} N·m"
         )
 
 

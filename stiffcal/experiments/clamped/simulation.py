@@ -232,7 +232,7 @@ class _ClampedRobot:
             angle = angle - np.linalg.solve(slopes, residual[:, :, None])[:, :, 0]
         raise InputError.at(
             FaultCode.NO_CONVERGENCE,
-            FILE_NAME, f'runs "{name}"', "no wrench is found that holds the flange while the motor turns",
+            FILE_NAME, f'runs "{name}"', "no wrench was found that keeps the flange in place while the motor moves",
             "lower clamped.amplitude_deg, or use more points",
         )  # fmt: skip
 
@@ -245,8 +245,8 @@ class _ClampedRobot:
         if np.linalg.matrix_rank(scaled, tol=1e-4) < jacobian.shape[1]:
             raise InputError.at(
                 FaultCode.SIMULATION_UNSUPPORTED,
-                FILE_NAME, f'runs "{name}": joints_deg', "in this pose joints turn the held flange alike",
-                "choose another pose: what each of them takes up is not determined here",
+                FILE_NAME, f'runs "{name}": joints_deg', "in this pose several joints move the clamped flange alike",
+                "choose another pose: the share of each joint is not determined here",
             )  # fmt: skip
         return np.asarray(np.linalg.pinv(scaled) * scale)
 

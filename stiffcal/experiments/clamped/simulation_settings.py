@@ -8,12 +8,12 @@ from stiffcal.campaign.typed import NotNegative, Positive, TomlTable
 
 
 class Clamping(TomlTable):
-    """One clamped run: a motor driven to and fro while the flange is held."""
+    """One clamped run: a motor driven back and forth while the flange is held."""
 
-    point: str = Field("flange", description="the frame that the fixture holds")
+    point: str = Field("flange", description="the clamped frame")
     amplitude_deg: Positive = Field(0.15, description="of the motion to either side, joint angle")
     middle_deg: float = Field(0.0, description="middle of the motion, from where the robot was clamped")
-    cycles: int = Field(4, ge=1, description="to and fro")
+    cycles: int = Field(4, ge=1, description="back and forth")
     both_ways: bool = Field(True, description="false: to one side only, and no way back")
     period_s: Positive = Field(20.0, description="of one cycle")
     rest_s: NotNegative = Field(2.0, description="before and after")

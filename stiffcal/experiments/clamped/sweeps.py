@@ -60,7 +60,7 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
             FaultCode.SIGNAL_MISSING,
             f"run {run.id}",
             "",
-            "a clamped run needs the motors' angles",
+            "a clamped run needs the motor angles",
             "add a source with joints = { position = … }",
         )
     angles = logs[sources["joints"][0]]
@@ -99,7 +99,7 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
             FaultCode.CLOCK_UNKNOWN,
             f"run {run.id}",
             "",
-            "force and motor angles were not logged at the same time",
+            "force and motor angles do not overlap in time",
             "check which files belong together",
         )
     return readings, clocks
@@ -124,7 +124,7 @@ def _clock(run: Run, name: str, angles: Blocks, wrench_log: Blocks) -> SourceClo
     if offset is None:
         raise InputError.at(
             FaultCode.CLOCK_UNKNOWN,
-            f"run {run.id}", f"clock of {name}", "the force does not follow the motor's motion",
+            f"run {run.id}", f"clock of {name}", "the force does not follow the motor motion",
             f"give clock_ahead_s = {{ {name} = … }} for this run, or check that the joint was driven",
         )  # fmt: skip
     return offset
@@ -259,8 +259,8 @@ def moved_joint(run: str, joints: Floats, given: int | None, names: tuple[str, .
     if span[largest] <= floor[largest]:
         raise InputError.at(
             FaultCode.MOTION_WRONG,
-            f"run {run}", "", f"no joint moved: the motors' angles stay within {np.rad2deg(span[largest]):.2g}°",
-            "check the columns and the unit of the motors' angles, or take this run out",
+            f"run {run}", "", f"no joint moved: the motor angles stay within {np.rad2deg(span[largest]):.2g}°",
+            "check the columns and the unit of the motor angles, or remove this run",
         )  # fmt: skip
     joint = largest if given is None else given - 1
     if span[joint] <= floor[joint]:
@@ -274,9 +274,9 @@ def moved_joint(run: str, joints: Floats, given: int | None, names: tuple[str, .
     if moving:
         raise InputError.at(
             FaultCode.MOTION_WRONG, f"run {run}", "moved_joint",
-            f"joint {moving[0] + 1} ({names[moving[0]]}) moved too, by {np.rad2deg(span[moving[0]]):.3g}° against "
+            f"joint {moving[0] + 1} ({names[moving[0]]}) also moved, by {np.rad2deg(span[moving[0]]):.3g}° against "
             f"{np.rad2deg(span[joint]):.3g}° of joint {joint + 1}",
-            "drive one joint at a time, each in a run of its own, and name it with moved_joint",
+            "drive one joint at a time, each in a separate run, and state it in moved_joint",
         )  # fmt: skip
     return joint + 1
 

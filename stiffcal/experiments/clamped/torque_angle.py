@@ -223,8 +223,8 @@ def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
     if not chosen.settled:
         raise InputError.at(
             FaultCode.NO_CONVERGENCE,
-            "campaign.toml", "runs", "the curve of torque over angle of a clamped run does not settle",
-            "look at its angle and torque for jumps, or leave the run out",
+            "campaign.toml", "runs", "the fit of torque over angle of a clamped run does not converge",
+            "check its angle and torque for jumps, or exclude the run",
         )  # fmt: skip
     return chosen
 

@@ -48,7 +48,7 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
     needed = np.stack([np.interp(away, other_time, column) for column in torque.T], axis=1)
     coarse = _coarse(direction, needed, step)
     if coarse is None:
-        return SourceClockOffset(None, None, "the torques fit the motion at more than one time: the strokes repeat")
+        return SourceClockOffset(None, None, "the torques match the motion at more than one offset: the strokes repeat")
     lag = coarse + float(away[0] - even[0])
     designs = [
         np.stack([direction[:, k], velocity[:, k], acceleration[:, k], np.cos(place[:, k]), np.sin(place[:, k]),

@@ -123,7 +123,7 @@ def _why_not_fitted(steady: SteadyReadings, joint: int) -> str:
     """Return why the readings of a joint gave no fit."""
     of_joint = steady.joint == joint
     if steady.used[of_joint].any():
-        return "its friction runs are held out"
+        return "its friction runs are held-out runs"
     _, first = np.unique(steady.set_aside_code[of_joint], return_index=True)
     return "; ".join(str(steady.set_aside[of_joint][k]) for k in sorted(first.tolist()))
 
@@ -223,8 +223,8 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
             level, noise = abs(shared.mean), rms_of(fit.residual[of_joint])
             if level > 4.0 * noise / math.sqrt(of_joint.sum()) and level > 0.02 * rms_of(fit.friction[of_joint]):
                 texts.append(
-                    f"joint {name} carries no weight, yet its drive needs {2.0 * level:.3g} N·m more in one direction "
-                    "than in the other: friction differs by direction, or the torque's zero is off"
+                    f"joint {name} carries no weight, but its drive needs {2.0 * level:.3g} N·m more in one "
+                    "direction than in the other: friction depends on the direction, or the torque has a zero offset"
                 )
         for parameter in joint_fit.parameters:
             if parameter.fixed and parameter.why:
@@ -232,14 +232,14 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
             elif parameter.at_bound:
                 texts.append(f"{parameter.name} is at the limit of its range")
         if any(p.value is not None and p.value <= 0.0 for p in joint_fit.parameters if p.spec.symbol == "coulomb"):
-            texts.append(f"joint {name}: the drive pushes against its motion; check the sign of torque or gear_ratio")
+            texts.append(f"joint {name}: the torque opposes the motion; check the sign of torque or gear_ratio")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
         texts.append(
-            f"friction: residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise of neighbouring samples: "
-            "the model lacks something, and uncertainties cover the noise only; stiffcal diagnose looks for it"
+            f"friction: residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise of neighbouring samples: the "
+            "model lacks an effect (stiffcal diagnose), and the uncertainties cover the noise only"
         )
     if fit.scaled:
-        texts.append("friction: the noise is not known; standard uncertainties come from the fit's residuals")
+        texts.append("friction: the noise is unknown; standard uncertainties are those of the residuals")
     return texts
 
 
@@ -247,7 +247,7 @@ def expected_words(fit: FrictionFit) -> str:
     """Return one sentence on how well friction is determined."""
     relative = rms_of(fit.residual) / max(rms_of(fit.friction), 1e-300)
     return (
-        f"friction of a drive is known to {rms_of(fit.residual):.3g} N·m rms over the measured speeds, "
+        f"residual of the friction of a drive: {rms_of(fit.residual):.3g} N·m rms over the measured speeds, "
         f"{100.0 * relative:.3g} % of it"
     )
 

@@ -76,7 +76,7 @@ def _variables(data: MeasuredRuns, rows: FrictionRows) -> list[DrawnVariable]:
     numbers = [
         DrawnVariable("velocity", "velocity of the drive, at the joint's side", "rad/s", rows.velocity),
         DrawnVariable("speed", "speed, logarithm to base 10 of 1 rad/s", "", np.log10(np.abs(rows.velocity) + 1e-12)),
-        DrawnVariable("torque", "torque as read", "N·m", rows.torque),
+        DrawnVariable("torque", "measured torque", "N·m", rows.torque),
         DrawnVariable("angle", "angle of the joint", "°", DEGREES * rows.means(motion.angle)),
         DrawnVariable("load", "torque of the weight", "N·m", rows.means(motion.load)),
         DrawnVariable("temperature", "temperature above the first one", "K", rows.means(motion.temperature)),

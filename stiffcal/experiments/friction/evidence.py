@@ -63,8 +63,8 @@ def _evidence_picture(
     )
     before, after = (float(np.sqrt(np.mean(values**2))) for values in left)
     caption: Words = (
-        (f"Evidence for {effect.effect.name} of joint {joint} ({status}): what a fit with all other effects that are "
-        "missing or in the model leaves without it and with it, against what drives it: "),
+        (f"Evidence for {effect.effect.name} of joint {joint} ({status}): residual of a fit with all other effects "
+        "of the model and all missing ones, without it and with it, over its driving variable: "),
         Digits(before), " and ", Digits(after), " N·m rms.",
     )  # fmt: skip
     return Picture(panels, columns=2, height=HEIGHT_MM, caption=caption)
@@ -83,4 +83,6 @@ def _panel(title: str, label: str, x: Floats, y: Floats, velocity: Floats, reach
     for direction, marker, colour, name in ((1.0, "^", 0, "forward"), (-1.0, "v", 1, "backward")):
         chosen = np.sign(velocity) == direction
         series.append(Marks(x[chosen], y[chosen], marker, colour, size=2.4, edge=0.5, label=name))
-    return Panel(title, label, "left [N·m]", tuple(series), y_limits=(-reach, reach), x_ticks=5, has_zero_lines=True)
+    return Panel(
+        title, label, "residual [N·m]", tuple(series), y_limits=(-reach, reach), x_ticks=5, has_zero_lines=True
+    )

@@ -20,7 +20,7 @@ from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole, ParameterSpec
 from stiffcal.uncertainty import NORMAL_95
 
-NOT_IDENTIFIED = "these data do not identify it; the usual value is taken"
+NOT_IDENTIFIED = "not identifiable from these data; the usual value is used"
 
 
 @dataclass(frozen=True)

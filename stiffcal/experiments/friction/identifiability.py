@@ -37,13 +37,14 @@ class MotionLack(StrEnum):
 
 _SENTENCES = {
     MotionLack.ONE_DIRECTION: (
-        "moved in one direction only: friction, weight and the torque's zero cannot be distinguished; move it both ways"
+        "moved in one direction only: friction, weight and the zero offset of the torque cannot be distinguished; "
+        "move it in both directions"
     ),
     MotionLack.ONE_SPEED: (
         "moved at one speed only: Coulomb and viscous friction cannot be distinguished; add runs at other speeds"
     ),
     MotionLack.COLLINEAR: (
-        "these motions do not distinguish it from the other terms of the model; add other speeds or angles"
+        "in these motions it cannot be distinguished from the other terms of the model; add other speeds or angles"
     ),
 }
 

@@ -86,7 +86,7 @@ _OVERVIEW_COLUMNS = (
     Column("coulomb", "N·m"),
     Column("viscous", "N·m·s/rad"),
     Column("speeds", "rad/s"),
-    Column("left, rms", "N·m"),
+    Column("residual, rms", "N·m"),
 )
 _STRIBECK_COLUMNS = (
     Column("crawling", numbers=False),
@@ -106,7 +106,7 @@ def reference_sentences(section: FrictionSection, parameters: Sequence[Identifie
             text: Words = (
                 f"joint {joint.joint}: temperatures count from ",
                 Digits(celsius),
-                " °C, the first logged one",
+                " °C, the first logged value",
             )
             texts.append(Sentence(text, "reference-temperature"))
     return texts
@@ -147,7 +147,7 @@ def _bearing_sentence(bearing: BearingFriction) -> Sentence:
         half = NORMAL_95 * std
         terms.append(Interval(value, value - half, value + half))
     text: Words = (
-        f"joint {bearing.joint}: its drive's shaft turns with other joints too; the joint's own bearing adds ",
+        f"joint {bearing.joint}: the shaft of its drive also rotates with other joints; the bearing of the joint adds ",
         terms[0], " N·m and ", terms[1], " N·m·s/rad",
     )  # fmt: skip
     return Sentence(text, "bearing-friction")
@@ -164,13 +164,13 @@ def friction_page(data: MeasuredRuns, section: FrictionSection, identified: Iden
     curves = friction_curves(data, section, identified)
     unused = unused_passes(friction_readings(data)[0])
     if not curves:
-        why = "no reading of the friction runs can be used"
+        why = "the friction runs contain no usable reading"
         return Page(_TITLE, (), subject=_SUBJECT, why_empty=why, unused=unused)
     blocks: list[Block] = [Sentence((_law_words(curves),), "law"), _table(curves)]
     blocks += reference_sentences(section, identified.parameters)
     remarks = [Sentence((f"{curve.joint}: {text}",), "not-identified") for curve in curves for text in curve.remarks]
     if remarks:
-        blocks += [Sentence(("What these runs do not show:",), "not-identified"), Listing(tuple(remarks))]
+        blocks += [Sentence(("Not identifiable from these runs:",), "not-identified"), Listing(tuple(remarks))]
     blocks += [friction_picture(curves[start : start + _PER_PICTURE]) for start in range(0, len(curves), _PER_PICTURE)]
     blocks += friction_evidence(data)
     return Page(
@@ -199,9 +199,9 @@ def friction_plot(
     """
     curves = () if section is None else friction_curves(data, section, identified)
     if not curves:
-        mend = "measure friction runs, or draw something else"
+        mend = "measure friction runs, or plot another quantity"
         raise InputError.at(
-            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", "no friction was measured in this campaign", mend
+            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", "this campaign contains no friction runs", mend
         )
     drawn = tuple(curve for curve in curves if joint in (None, curve.joint))
     if not drawn:
@@ -227,15 +227,18 @@ def _parameters(section: FrictionSection, identified: IdentifiedModel) -> frozen
 def _law_words(curves: tuple[FrictionCurve, ...]) -> str:
     text = (
         "Friction torque at a velocity ω, at the joint's side of the gear: (coulomb + stribeck · exp(−|ω / velocity|^"
-        "exponent)) · sign ω + viscous · ω (Lehmann et al. 2013, eq. 1), stribeck where the model holds it. "
+        "exponent)) · sign ω + viscous · ω (Lehmann et al. 2013, eq. 1), stribeck if the model contains it. "
     )
     if any(curve.steady for curve in curves):
         text += (
-            "Velocities are as logged, both ways; half the difference of the two directions over the same stretch of "
-            "angle is free of weight. "
+            "Velocities as logged, in both directions; half the difference of the two directions over the same range "
+            "of angle is free of weight. "
         )
     if not all(curve.steady for curve in curves):
-        text += "Where no velocity was held, weight and inertia of the moving links were fitted with the friction. "
+        text += (
+            "Without phases of constant velocity, weight and inertia of the moving links were fitted together "
+            "with the friction. "
+        )
     return text.strip()
 
 
@@ -247,7 +250,7 @@ def _table(curves: tuple[FrictionCurve, ...]) -> Table:
         Column("stribeck", "N·m"),
         Column("velocity", "rad/s"),
         Column("exponent"),
-        Column("left, rms", "N·m"),
+        Column("residual, rms", "N·m"),
         Column("noise", "N·m"),
     )
     rows: list[tuple[Words, ...]] = []

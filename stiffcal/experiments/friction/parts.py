@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
     """Fit the friction of every drive that the model gives friction and that friction runs have moved.
 
-    Returns None where the campaign holds no friction run.
+    Returns None where the campaign contains no friction run.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def friction_rows(data: MeasuredRuns) -> FrictionRows | None:
 
 
 def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
-    """Judge friction at speeds that the fit has not used; None where the campaign holds no friction.
+    """Judge friction at speeds that the fit has not used; None where the campaign contains no friction.
 
     What the model says nothing of counts with all of its torque: an effect that is taken out raises the error.
     """
@@ -151,7 +151,7 @@ def _judged_friction(data: MeasuredRuns, rows: FrictionRows, placed: tuple[Place
     heldout = heldout_friction(rows, chain, placed, fit, fixed, held_out)
     residual, warnings = heldout.residual, []
     if heldout.scheme == "none":
-        warnings.append("friction: fewer than three speeds, this is the error of the fit")
+        warnings.append("friction: fewer than three speeds; this is the error of the fit")
         residual = np.full(len(rows), np.nan)
         residual[~held_out] = fit.residual
     size = np.full(len(rows), np.nan)
@@ -218,13 +218,13 @@ def _without_effect(data: MeasuredRuns) -> ExperimentFit | None:
             FaultCode.MODEL_UNSUITABLE,
             "model.toml",
             "effects",
-            "the campaign holds friction runs, and the model no friction",
+            "the campaign contains friction runs, but the model no friction",
             mend,
         )
     return ExperimentFit(
         name="friction",
         section=FrictionSection(joints=[]),
-        warnings=[f"friction runs are not used: the model holds no friction ({mend})"],
+        warnings=[f"friction runs are not used: the model contains no friction ({mend})"],
     )
 
 
@@ -235,7 +235,7 @@ def _nothing_identified(data: MeasuredRuns, placed: tuple[PlacedEffect, ...]) ->
         parameters=[parameter for effect in placed for parameter in unknown_parameters(effect)],
         not_identifiable=gaps(data, friction_readings(data)[0], placed, set()),
         effects=effects_in_model(placed),
-        expected="no friction can be identified from these runs",
+        expected="no friction is identifiable from these runs",
     )
 
 

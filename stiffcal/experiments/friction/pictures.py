@@ -47,8 +47,8 @@ def friction_picture(curves: tuple[FrictionCurve, ...]) -> Picture:
     fastest = max(float(abs(curve.velocity).max()) for curve in curves)
     caption: Words = (
         "Friction torque over speed of ", Names(tuple(curve.joint for curve in curves)), ", up to ", Digits(fastest),
-        (" rad/s: as measured both ways (folded onto positive speeds), the fitted law, and the 95 % interval of its "
-        "curve. Left the slow range on a scale of its own."), *_departures_in_words(curves),
+        (" rad/s: measured in both directions (mirrored to positive speeds), fitted law, and its 95 % interval. "
+        "Left: slow range on a separate scale."), *_departures_in_words(curves),
     )  # fmt: skip
     height = _ROW_MM * len(curves) + 8
     return Picture(tuple(panels), columns=2, height=height, caption=caption, widths=(1.0, 1.6))
@@ -68,12 +68,12 @@ def _departures_in_words(curves: tuple[FrictionCurve, ...]) -> Words:
         for departure in departures(curve):
             side = "above" if departure.mean > 0.0 else "below"
             words += [
-                "; " if words else " On average the readings leave the band (grey bars): ",
+                "; " if words else " On average the readings are outside the band (grey bars): ",
                 f"{curve.joint} from ",
             ]
             words += [Digits(departure.low), " to ", Digits(departure.high), " rad/s, ", Digits(abs(departure.mean), 2)]
             words += [f" N·m {side} the curve"]
-    return (*words, ".") if words else (" The readings stay within the band.",)
+    return (*words, ".") if words else (" The readings are within the band.",)
 
 
 def _panel(curve: FrictionCurve, limit: float | None, title: str) -> Panel:

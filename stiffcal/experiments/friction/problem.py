@@ -141,7 +141,7 @@ class FrictionProblem(RowProblem):
             for k, unknown in enumerate(self._rows.unknown)
         )
         if effect.constant_torque and absorbed:
-            return "an axis about which no weight acts: next to weight, free constants absorb a constant torque"
+            return "an axis without torque of weight: with weight, free constants absorb a constant torque"
         return effect.lacking_motion(self._chain, self._rows.motion_of(joint, with_travel=True))
 
     def covariates(self) -> list[RowCovariate]:
@@ -153,14 +153,18 @@ class FrictionProblem(RowProblem):
             in_run[rows.run == name] -= float(time[rows.run == name].min())
         several = np.unique(rows.run).size > 1
         found = [
-            RowCovariate("temperature", rows.means(motion.temperature), "the residual follows the logged temperature"),
-            RowCovariate("time", time, "the residual drifts with the time since the first sample"),
             RowCovariate(
-                "time in the run", in_run if several else np.zeros(len(rows)), "in each run the residual drifts alike"
+                "temperature", rows.means(motion.temperature), "the residual depends on the logged temperature"
             ),
-            RowCovariate("position", rows.means(motion.angle), "the residual follows the joint's angle"),
-            RowCovariate("speed", np.log(np.abs(rows.velocity) + 1e-12), "the residual follows the speed"),
-            RowCovariate("load", np.abs(rows.means(motion.load)), "the residual follows the torque of the weight"),
+            RowCovariate("time", time, "the residual drifts with time since the first sample"),
+            RowCovariate(
+                "time in the run",
+                in_run if several else np.zeros(len(rows)),
+                "in each run the residual drifts in the same way",
+            ),
+            RowCovariate("position", rows.means(motion.angle), "the residual depends on the joint angle"),
+            RowCovariate("speed", np.log(np.abs(rows.velocity) + 1e-12), "the residual depends on the speed"),
+            RowCovariate("load", np.abs(rows.means(motion.load)), "the residual depends on the torque of the weight"),
         ]
         return [
             covariate for covariate in found if np.isfinite(covariate.value).all() and np.ptp(covariate.value) > 0.0

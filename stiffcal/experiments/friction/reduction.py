@@ -74,7 +74,7 @@ class FrictionRunsReduction(RunsReduction):
         missing = []
         for joint in dict.fromkeys(requested):
             if joint not in measured:
-                missing.append(f"joint {names[joint - 1]}: no run measures its friction: move it both ways")
+                missing.append(f"joint {names[joint - 1]}: no run measures its friction: move it in both directions")
             elif (lack := motion_lack(_velocities(self._friction, joint))) is not None:
                 missing.append(f"joint {names[joint - 1]}: {lack.sentence}")
         return missing, []

@@ -118,7 +118,7 @@ def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
     even = np.arange(first, last, float(np.median(np.diff(time)))) if time.size > 2 else time
     if even.size < LEAST_READINGS:
         raise InputError.at(
-            FaultCode.CLOCK_UNKNOWN, "campaign.toml", place, "angles and torques were logged at different times",
+            FaultCode.CLOCK_UNKNOWN, "campaign.toml", place, "angles and torques do not overlap in time",
             "check which files belong together, and clock_ahead_s",
         )  # fmt: skip
     angle, needed = _evenly(even, time, angle), _evenly(even, time, needed)
@@ -272,8 +272,14 @@ def reduce_friction(runs: Sequence[FrictionRun], chain: Chain) -> FrictionReduct
             continue
         motions.append(free_motion(run.info, chain, run.time, run.angle, run.torque))
         names = ", ".join(chain.joint_names[j - 1] for j in moved_of_run[k])
-        why = "several joints move at once" if len(moved_of_run[k]) > 1 else "no velocity is ever held"
-        warnings.append(f"run {run.info.name} ({names}): {why}, so weight and inertia are modelled, not averaged out")
+        why = (
+            "several joints move at the same time"
+            if len(moved_of_run[k]) > 1
+            else ("there is no phase of constant velocity")
+        )
+        warnings.append(
+            f"run {run.info.name} ({names}): {why}, so weight and inertia are modelled and not averaged out"
+        )
     steady = _steady(tuple(run.info for run in runs), passes)
     if steady is not None:
         warnings += _one_way_words(steady, chain)
@@ -301,7 +307,7 @@ def _joints_in_motion(run: FrictionRun, chain: Chain) -> list[int]:
             "campaign.toml",
             place,
             "no joint moved in this run",
-            "check the log, or leave the run out",
+            "check the log, or exclude the run",
         )
     return [run.moved_joint] if run.moved_joint is not None and len(moving) == 1 else moving
 

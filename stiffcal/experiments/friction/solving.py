@@ -143,8 +143,8 @@ class PartFit:
         joints = ", ".join(str(joint) for joint in self.joints)
         raise InputError.at(
             FaultCode.NO_CONVERGENCE,
-            "campaign.toml", "runs", f"the noise of the friction runs of joint {joints} does not settle",
-            "measure each steady velocity more than once, or leave out runs whose torque follows nothing",
+            "campaign.toml", "runs", f"the noise estimate of the friction runs of joint {joints} does not converge",
+            "measure each constant velocity more than once, or exclude runs whose torque is unrelated to the motion",
         )  # fmt: skip
 
     def _unknowns(self, chosen: Booleans) -> float:
@@ -289,7 +289,7 @@ class PartFit:
         if solution.status <= 0:
             names = ", ".join(law.placed.parameter_name(symbol) for law, symbol in where)
             raise InputError.at(
-                FaultCode.NO_CONVERGENCE, "campaign.toml", "runs", f"the fit of {names} does not settle",
+                FaultCode.NO_CONVERGENCE, "campaign.toml", "runs", f"the fit of {names} does not converge",
                 "measure more velocities, or fix them in model.toml",
             )  # fmt: skip
         at(solution.x)

@@ -44,7 +44,7 @@ ONE_WAY = SetAside(
     SetAsideCode.ONE_DIRECTION,
     "moved in one direction only at this speed: weight and friction cannot be distinguished",
 )
-SHORT = SetAside(SetAsideCode.ANOTHER_STRETCH, "covers another stretch of angle than the other passes at this speed")
+SHORT = SetAside(SetAsideCode.ANOTHER_STRETCH, "covers a different range of angle than the other passes at this speed")
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ class CsvReader(Reader):
             except pa.ArrowInvalid as error:
                 raise _located_fault(path, layout, wanted, row, display_name, str(error)) from None
             if row != text.n_lines:
-                raise _located_fault(path, layout, wanted, 0, display_name, "a quotation mark runs over several lines")
+                raise _located_fault(path, layout, wanted, 0, display_name, "a quoted cell extends over several lines")
             if row == 0:
                 place = f"line {layout.first_data_line}"
                 raise InputError.at(

@@ -63,7 +63,7 @@ def _line_fault(
     place = f"line {text.line_number}"
     cut_off = text.unfinished
     if b"\0" in line:
-        reason = "the line holds NUL bytes: writing the log was interrupted"
+        reason = "the line contains NUL bytes: writing the log was interrupted"
         return InputError.at(
             FaultCode.FILE_INCOMPLETE,
             display_name,
@@ -74,7 +74,7 @@ def _line_fault(
     try:
         cells = layout.split(line.decode("utf-8", "replace"), strict=True)
     except csv.Error:
-        reason = "a quotation mark is opened and not closed, or followed by more than the cell's end"
+        reason = "a quotation mark is not closed, or not followed by the end of the cell"
         return InputError.at(
             FaultCode.SYNTAX_INVALID, display_name, place, reason, "correct the line in a copy of the file"
         )
@@ -110,7 +110,7 @@ def _count_fault(
         return InputError.at(FaultCode.FILE_INCOMPLETE, display_name, place, reason, CUT_OFF)
     reason = f"{n_cells} cell{'s' * (n_cells != 1)}, the header has {expected}"
     if not line.strip():
-        reason = "the line holds nothing but blanks"
+        reason = "the line contains only blanks"
     mend = "log again, or delete the line in a copy of the file"
     if line.strip(b" \t\r") == b"EOF":
         reason, mend = (
@@ -134,11 +134,11 @@ def _number_fault(cell: str, name: str, layout: LogLayout) -> tuple[str, str] | 
         return "the cell is empty", "give the reading, or leave the row out with [[exclude]]"
     other_mark = "," if layout.decimal == "." else "."
     if re.fullmatch(r"[+-]?\d*" + re.escape(other_mark) + r"\d+([eE][+-]?\d+)?", cell):
-        return f"{cell!r} has another decimal mark than {layout.decimal!r}", f'set csv.decimal = "{other_mark}"'
+        return f"{cell!r} has a decimal mark other than {layout.decimal!r}", f'set csv.decimal = "{other_mark}"'
     if re.fullmatch(r"[+-]?\d{1,3}([., '\u00a0]\d{3})+([.,]\d+)?", cell):
-        return f"{cell!r} has marks between thousands", "write numbers without them"
+        return f"{cell!r} has thousands separators", "write numbers without separators"
     if cell == name:
-        return f"the header stands here again ({cell!r})", "the log was started twice: make it two files"
+        return f"the header is repeated here ({cell!r})", "the log was started twice: split it into two files"
     if cell.lower().lstrip("+-") in ("nan", "inf", "infinity") or cell in GAP_WORDS:
         return f"{cell!r} is not a finite number", "give the reading, or leave the row out with [[exclude]]"
     return f"{cell!r} is not a number", "correct the cell in a copy of the file, or name another column"

@@ -139,7 +139,11 @@ def _read_layout(text: LogText, path: Path, options: Options, display_name: str,
     decimal = _single(options, "decimal", display_name) or "."
     if decimal not in ".,":
         raise InputError.at(
-            FaultCode.OPTION_INVALID, display_name, "csv.decimal", f"{decimal!r} is no decimal mark", 'give "." or ","'
+            FaultCode.OPTION_INVALID,
+            display_name,
+            "csv.decimal",
+            f"{decimal!r} is not a decimal mark",
+            'give "." or ","',
         )
     for _ in range(skip):
         if text.next_line() is None:
@@ -158,7 +162,7 @@ def _read_layout(text: LogText, path: Path, options: Options, display_name: str,
             "log again" if empty else "correct csv.skip_rows or log again",
         )
     if len(line) > LONGEST_HEADER:
-        reason = f"a line of {len(line)} characters where the columns' names should stand"
+        reason = f"a line of {len(line)} characters in place of the column names"
         raise InputError.at(
             FaultCode.HEADER_MISSING,
             display_name,
@@ -229,7 +233,7 @@ def decode_line(text: LogText, line: bytes, display_name: str) -> str:
     if line.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in line:
         mend = 'set csv.encoding = "utf-16" if it is, else copy the file again from its origin'
         raise InputError.at(
-            FaultCode.ENCODING_WRONG, display_name, place, "the line holds bytes that are no text (NUL)", mend
+            FaultCode.ENCODING_WRONG, display_name, place, "the line contains bytes that are not text (NUL)", mend
         )
     try:
         return line.decode(encoding)
@@ -250,7 +254,7 @@ def _single(options: Options, key: str, display_name: str) -> str | None:
             FaultCode.OPTION_INVALID,
             display_name,
             f"csv.{key}",
-            f"{value!r} is not one character that can stand there",
+            f"{value!r} is not a valid single character",
             "correct it",
         )
     return text
@@ -294,7 +298,7 @@ def _header_hint(
                 if candidate != delimiter and delimiter_given:
                     settings.append(f"csv.delimiter = {candidate!r}".replace("'", '"'))
                 if settings:
-                    return f"the names stand in line {search.line_number}: set " + " and ".join(settings)
+                    return f"the names are in line {search.line_number}: set " + " and ".join(settings)
     return ""
 
 

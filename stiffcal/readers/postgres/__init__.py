@@ -163,7 +163,7 @@ class _What:
                 FaultCode.KEY_MISSING,
                 "campaign.toml",
                 "file",
-                "no table or query is named",
+                "no table or query is given",
                 'add file = "schema.table"',
             )
         self.table = table_of(text)
@@ -176,8 +176,8 @@ class _What:
         """Raise an `InputError` where this is a query that the user has not allowed."""
         digest = query_digest(self.inner)
         if self.table is None and not open_record().text_allowed(digest):
-            reason = f"a query runs on your database with your rights, and you have not allowed this one ({digest})"
-            mend = "read it and allow it: stiffcal trust DIR; or name a table alone: schema.table"
+            reason = f"a query runs on your database with your rights, and this one is not allowed ({digest})"
+            mend = "read it and allow it: stiffcal trust DIR; or give a table only: schema.table"
             raise InputError.at(FaultCode.QUERY_UNTRUSTED, self.display_name, "", reason, mend)
 
     def statement(self, names: tuple[str, ...], columns: tuple[str, ...]) -> str:
@@ -197,7 +197,9 @@ class _What:
         if self.table is None and re.search(r"\border\s+by\b", self.inner, re.IGNORECASE):
             return self.inner
         mend = 'add postgres.order_by = "…", the column of the time' + (", or order by …" if self.table is None else "")
-        raise InputError.at(FaultCode.OPTION_MISSING, self.display_name, "", "its rows have no order", mend)
+        raise InputError.at(
+            FaultCode.OPTION_MISSING, self.display_name, "", "the order of its rows is not defined", mend
+        )
 
 
 def _quoted(name: str) -> str:
@@ -232,7 +234,7 @@ def _connected(options: Options) -> Iterator[tuple[Any, _What]]:
             state = getattr(error, "sqlstate", None)  # what fails half-way through the rows carries none
             mend = "correct the table's name or the query"
             if state == _CANCELLED or (state is None and time.monotonic() - began >= most_s):
-                mend = f"ask for fewer rows, or raise {STATEMENT_S}, which is {most_s} s now"
+                mend = f"select fewer rows, or raise {STATEMENT_S}, which is {most_s} s now"
             elif state == _NO_TABLE:
                 with suppress(dbapi.Error, pa.ArrowException, OSError):
                     mend = _near_table(connection, str(error), source) or mend
@@ -249,7 +251,7 @@ def _longest_statement_s() -> int:
     text = os.environ.get(STATEMENT_S, "").strip() or str(LONGEST_S)
     if not re.fullmatch(r"[1-9]\d{0,5}", text):
         mend = f"write a whole number of seconds, as in {STATEMENT_S}={LONGEST_S}"
-        raise InputError.at(FaultCode.OPTION_INVALID, "", STATEMENT_S, f"{text!r} is no time in seconds", mend)
+        raise InputError.at(FaultCode.OPTION_INVALID, "", STATEMENT_S, f"{text!r} is not a time in seconds", mend)
     return int(text)
 
 
@@ -292,7 +294,7 @@ def _array(column: pa.Array, name: str, wanted: WantedColumns, first: int, displ
         column = column.storage
     if column.null_count and name not in wanted.gaps:
         row = first + 1 + next(index for index, value in enumerate(column) if not value.is_valid)
-        mend = "give the value, or leave the row out: where … is not null"
+        mend = "give the value, or exclude the row: where … is not null"
         raise InputError.at(
             FaultCode.CELL_EMPTY, display_name, f"row {row}, column {name}", "the cell is empty (NULL)", mend
         )
@@ -302,9 +304,9 @@ def _array(column: pa.Array, name: str, wanted: WantedColumns, first: int, displ
         try:
             column = column.cast(pa.float64())
         except pa.ArrowInvalid:
-            reason = "it holds words, not numbers"
+            reason = "it contains words, not numbers"
             raise InputError.at(
-                FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "name a column of numbers"
+                FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "use a column of numbers"
             ) from None
     elif pa.types.is_date(kind):
         column = column.cast(pa.timestamp("s"))
@@ -315,8 +317,8 @@ def _array(column: pa.Array, name: str, wanted: WantedColumns, first: int, displ
     if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
         return np.array([value.as_py() for value in column], dtype=object)
     if not (pa.types.is_floating(column.type) or pa.types.is_integer(column.type) or pa.types.is_boolean(column.type)):
-        reason = f"it holds {kind}, neither numbers nor words nor times"
-        mend = "name another column, or turn it into one of these in a query, e.g. extract(epoch from …)"
+        reason = f"it contains {kind}, neither numbers nor words nor times"
+        mend = "use another column, or convert it in a query, e.g. extract(epoch from …)"
         raise InputError.at(FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, mend)
     if column.null_count:  # of a column that may have gaps
         column = column.cast(pa.float64()).fill_null(float("nan"))

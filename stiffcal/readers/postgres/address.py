@@ -86,15 +86,15 @@ def _of_variable(variable: str, display_name: str) -> dict[str, str]:
             FaultCode.VALUE_INVALID,
             display_name,
             place,
-            f"{variable!r} is no name of a variable",
+            f"{variable!r} is not a name of a variable",
             'write uri_env = "LAB_DB", say',
         )
     if variable not in allowed:
-        reason = f"you do not allow a campaign to take {variable} for a database's address"
+        reason = f"a campaign is not allowed to use {variable} as address of a database"
         line = _line(VARIABLES, allowed, variable)
         mend = f"if it holds the address of your database: {line}"
         if is_secret_name(variable):  # no advice that opens the way to a password or key
-            mend = "name a variable that holds the address of your database, and allow that one"
+            mend = "use a variable that contains the address of your database, and allow that one"
         raise InputError.at(FaultCode.DATABASE_ADDRESS, display_name, place, reason, mend)
     address = os.environ.get(variable, "").strip()
     if not address:
@@ -104,7 +104,7 @@ def _of_variable(variable: str, display_name: str) -> dict[str, str]:
         )
     parameters = read_conninfo(address)
     if parameters is None:
-        reason = f"what stands in {variable} is no address of a PostgreSQL database"
+        reason = f"the value of {variable} is not the address of a PostgreSQL database"
         mend = f"export {variable}=postgresql://USER@HOST/DATABASE, special characters of a password percent-encoded"
         raise InputError.at(FaultCode.DATABASE_ADDRESS, display_name, place, reason, mend)
     return parameters
@@ -118,14 +118,14 @@ def _of_manifest(named: Mapping[str, str], display_name: str) -> dict[str, str]:
     user = named.get("user", "")
     if "host" in named and _HOST.fullmatch(host) is None:
         mend = "write one name or address, as in db.my-lab.example"
-        raise InputError.at(FaultCode.DATABASE_ADDRESS, display_name, "postgres.host", f"{host!r} is no host", mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, display_name, "postgres.host", f"{host!r} is not a host", mend)
     if not database:
         mend = 'add postgres.database = "…", or uri_env'
-        raise InputError.at(FaultCode.DATABASE_ADDRESS, display_name, "postgres", "no database is named", mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, display_name, "postgres", "no database is given", mend)
     if not any(_allows(entry, host, port, database, user) for entry in _listed(DATABASES)):
         kind = "a socket" if host.startswith(("/", "@")) else "a database"
         place = _entry(host, port, database, user)
-        reason = f"you do not allow a campaign to reach {kind} at {place}"
+        reason = f"a campaign is not allowed to connect to {kind} at {place}"
         mend = f"if it is yours: {_line(DATABASES, _listed(DATABASES), place)}"
         raise InputError.at(FaultCode.DATABASE_UNTRUSTED, display_name, "postgres", reason, mend)
     parameters = {"host": named.get("host"), "port": named.get("port"), "dbname": named.get("database"), "user": user}
@@ -136,7 +136,7 @@ def _allows(entry: str, host: str, port: str, database: str, user: str) -> bool:
     match = _ENTRY.fullmatch(entry)
     if match is None:
         mend = f"write [user@]host[:port]/database, as in {DATABASES}=db.my-lab.example/ft"
-        raise InputError.at(FaultCode.DATABASE_ADDRESS, "", DATABASES, f"{mask(entry)!r} is no database", mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, "", DATABASES, f"{mask(entry)!r} is not a database", mend)
     own_port = match["port"] or os.environ.get("PGPORT", _STANDARD_PORT)
     return (
         unquote(match["host"].strip("[]")).lower() == host.lower()

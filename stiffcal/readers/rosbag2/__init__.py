@@ -49,7 +49,7 @@ RECORDED = "time"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 # Arrays of a joint state, whose elements go by the names in `name`.
 NAMED = ("position", "velocity", "effort")
-MEND = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may mend what a recorder left"
+MEND = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may repair an incomplete recording"
 UNKNOWN_AT_END = "ros2_humble"
 
 
@@ -113,7 +113,7 @@ class RosReader(Reader):
                         values[name].append(take(recorded, message))
                     except (ValueError, IndexError, AttributeError, TypeError):
                         place = f"topic {topic.name}, message {start + n_held + 1}"
-                        mend = "leave the file out, or write a copy without such messages"
+                        mend = "exclude the file, or write a copy without such messages"
                         raise InputError.at(
                             FaultCode.LOG_PART_MISSING, display_name, place, f"it has no {name!r}", mend
                         ) from None
@@ -225,7 +225,7 @@ class _Topic:
             self.display_name,
             f"topic {self.name}",
             "it has no messages",
-            "log again, or leave the file out",
+            "log again, or exclude the file",
         )
 
 
@@ -234,9 +234,9 @@ def _topic(bag: Any, option: str, options: Options, display_name: str) -> _Topic
     requested = options.get("topic")
     if requested is None and len(topics) != 1:
         listed = ", ".join(f"{name} ({bag.topics[name].msgtype})" for name in topics[:12]) or "none"
-        reason = f"the bag holds {len(topics)} topics"
+        reason = f"the bag contains {len(topics)} topics"
         raise InputError.at(
-            FaultCode.LOG_PART_AMBIGUOUS, display_name, f"{option}.topic", reason, f"say which: {listed}"
+            FaultCode.LOG_PART_AMBIGUOUS, display_name, f"{option}.topic", reason, f"state which: {listed}"
         )
     name = str(requested) if requested is not None else topics[0]
     connections = [connection for connection in bag.connections if connection.topic == name]
@@ -256,7 +256,7 @@ def _topic(bag: Any, option: str, options: Options, display_name: str) -> _Topic
             FaultCode.LOG_PART_AMBIGUOUS,
             display_name,
             f"topic {name}",
-            "its messages hold transforms of several frames",
+            "its messages contain transforms of several frames",
             mend,
         )
     types = _type_store(bag, connections, str(options["types"]), display_name)

@@ -26,7 +26,7 @@ MOST_ELEMENTS = 1 << 30
 NUMBERS = frozenset(
     {"bool", "byte", "char", "float32", "float64"} | {f"{u}int{n}" for u in ("", "u") for n in (8, 16, 32, 64)}
 )
-MEND = "write the topic anew with a plain definition, or export it to CSV"
+MEND = "record the topic again with a plain definition, or export it to CSV"
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _TYPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*){1,8}", re.ASCII)
 # What may stand in an IDL definition without being one: texts, letters, remarks.
@@ -90,9 +90,9 @@ def checked_types(types: Types, wanted: str, display_name: str) -> Types:
     while waiting:
         name, above = waiting.pop()
         if name in above:
-            raise _refused(display_name, name, "the message holds itself")
+            raise _refused(display_name, name, "the message contains itself")
         if len(above) > MOST_LEVELS:
-            raise _refused(display_name, name, f"more than {MOST_LEVELS} messages lie in one another")
+            raise _refused(display_name, name, f"more than {MOST_LEVELS} nested messages")
         if levels.get(name, -1) >= len(above):
             continue
         levels[name] = len(above)
@@ -161,7 +161,7 @@ def _inner_types(fields: Sequence[tuple[str, Any]]) -> list[str]:
 
 def _check_type_name(name: object, display_name: str) -> None:
     if not isinstance(name, str) or not _TYPE.fullmatch(name) or len(name) > MOST_NAME:
-        raise _refused(display_name, str(name), "this is no name of a message type")
+        raise _refused(display_name, str(name), "not a name of a message type")
 
 
 def _idl_parts(text: str) -> list[str]:
@@ -183,7 +183,7 @@ def _check_idl(text: str, type_name: str, display_name: str) -> None:
         level += 1 if mark == "{" else -1
         deepest = max(deepest, level)
     if level != 0 or deepest > _MOST_MODULES:
-        raise _refused(display_name, type_name, "brackets lie in one another too deeply, or are not closed")
+        raise _refused(display_name, type_name, "brackets are nested too deeply, or not closed")
     if re.search(r"<<|[*]", code):
         raise _refused(display_name, type_name, "the definition computes its sizes (* or <<)")
 

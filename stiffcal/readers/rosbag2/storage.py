@@ -86,7 +86,7 @@ def _check_metadata(path: Path, display_name: str) -> None:
     if len(content) > MOST_METADATA:
         raise InputError.at(FaultCode.SIZE_EXCEEDED, display_name, "", f"more than {MOST_METADATA >> 20} MiB", COPY)
     if _too_deeply_nested(content.decode("utf-8", "replace")):
-        raise InputError.at(FaultCode.SIZE_EXCEEDED, display_name, "", "lists lie in one another too deeply", COPY)
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, display_name, "", "lists are nested too deeply", COPY)
 
 
 def _too_deeply_nested(text: str) -> bool:
@@ -111,12 +111,12 @@ def _check_packed(path: Path, display_name: str) -> None:
             unpacked += len(piece)
             check_unpacked(unpacked, packed, display_name)
             if unpacked > room:
-                mend = "free some space, name another folder in TMPDIR, or unpack the bag yourself"
+                mend = "free some space, set another folder in TMPDIR, or unpack the bag yourself"
                 raise InputError.at(
                     FaultCode.SIZE_EXCEEDED,
                     display_name,
                     "",
-                    "it unpacks to more than fits where temporary files lie",
+                    "unpacked, it exceeds the space for temporary files",
                     mend,
                 )
 
@@ -129,7 +129,7 @@ def _check_database(path: Path, display_name: str) -> None:
     for ending in ("-wal", "-journal"):
         journal = path.with_name(path.name + ending)
         if journal.exists() and journal.stat().st_size > 0:
-            reason = f"the recorder was interrupted: part of the messages lies in {journal.name}"
+            reason = f"the recorder was interrupted: part of the messages is in {journal.name}"
             mend = f"""put both into one file in a copy: sqlite3 {path.name} "PRAGMA wal_checkpoint(TRUNCATE)\""""
             raise InputError.at(FaultCode.FILE_INCOMPLETE, display_name, "", reason, mend)
     with closing(sqlite3.connect(f"file:{QuotedPath(path)}?mode=ro&immutable=1", uri=True)) as database:
@@ -140,7 +140,7 @@ def _check_database(path: Path, display_name: str) -> None:
                     FaultCode.CONTENT_UNSUPPORTED,
                     display_name,
                     str(name),
-                    f"the bag holds a {kind} that computes its rows",
+                    f"the bag contains a {kind} that computes its rows",
                     COPY,
                 )
             if kind == "index":
@@ -154,7 +154,7 @@ def _check_database(path: Path, display_name: str) -> None:
                     FaultCode.CONTENT_UNSUPPORTED,
                     display_name,
                     str(name),
-                    "the bag holds columns that are computed",
+                    "the bag contains computed columns",
                     COPY,
                 )
 
@@ -173,7 +173,7 @@ def fence_rosbags() -> None:
 
     def parse_qos(settings: Any) -> Any:
         if isinstance(settings, str) and (len(settings) > MOST_SETTINGS or _too_deeply_nested(settings)):
-            raise ValueError("a topic's settings are no plain list")
+            raise ValueError("the settings of a topic are not a plain list")
         return parse(settings)
 
     for module in (reader, storage_mcap, storage_sqlite3):

@@ -43,9 +43,9 @@ def draw_along_lines(states: ReportStates, runs: list[int], names: list[str]) ->
         below.set_ylim(-1.1 * largest, 1.1 * largest)
         if place % PER_ROW == 0:
             above.set_ylabel("displacement [mm]")
-            below.set_ylabel("left [mm]")
+            below.set_ylabel("residual [mm]")
         if place + PER_ROW >= len(runs):
-            below.set_xlabel("force along the line [N]")
+            below.set_xlabel("force along the line of action [N]")
     canvas.share_legend(figure, list(panels[0, 0].get_legend_handles_labels()[0]))
     return figure
 

@@ -49,7 +49,7 @@ def draw_on(axes: Axes, picture: EffectPicture) -> None:
     blank = np.full_like(picture.with_effect, np.nan)
     axes.plot(
         picture.x, np.where(loading, picture.with_effect, blank), color=canvas.COLOURS[0], linewidth=1.3,
-        label="with it", zorder=3,
+        label="with the effect", zorder=3,
     )  # fmt: skip
     if picture.unloading.any():
         axes.plot(

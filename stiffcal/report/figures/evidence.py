@@ -36,12 +36,15 @@ def draw_evidence(drawn: EvidenceFigure) -> Figure:
         with_it.sharey(without)
         with_it.sharex(without)
         draw_on(example, drawn.picture)
-        example.set_title("what it does (example)")
+        example.set_title("effect (example)")
     value, covariate = covariate_axis(drawn)
     factor, unit = 1e3, residual_unit(drawn)
     finite = np.flatnonzero(np.isfinite(drawn.before) & np.isfinite(drawn.after) & np.isfinite(value))
     finite = finite[canvas.thinned(np.abs(drawn.before[finite]), MOST_POINTS)]
-    for panel, residual, title in ((without, drawn.before, "without it"), (with_it, drawn.after, "with it")):
+    for panel, residual, title in (
+        (without, drawn.before, "without the effect"),
+        (with_it, drawn.after, "with the effect"),
+    ):
         _draw_points(panel, value, residual * factor, drawn, finite)
         panel.set_title(f"{drawn.evidence.effect}: {title}" if len(drawn.evidence.effect) < 14 else title)
         panel.set_xlabel(covariate)
@@ -125,7 +128,7 @@ def draw_errors_by_run(drawn: EvidenceFigure, noise: float | None) -> Figure:
         at, before, linestyle="none", marker="s", markerfacecolor="white", color=canvas.ACCENT, markersize=4.5,
         label=f"without {drawn.evidence.effect}",
     )  # fmt: skip
-    axes.plot(at, after, linestyle="none", marker="o", color=canvas.COLOURS[0], markersize=4.0, label="with it")
+    axes.plot(at, after, linestyle="none", marker="o", color=canvas.COLOURS[0], markersize=4.0, label="with the effect")
     if noise is not None:
         axes.axhline(noise * factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)")
     axes.set_ylim(0.0, float(max(before.max(), after.max())) * 1.12)

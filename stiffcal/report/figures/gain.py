@@ -28,7 +28,7 @@ def draw_gain(gain: list[GainPoint]) -> Figure:
     axes.plot(*zip(*known, strict=True), marker="o", color=canvas.COLOURS[0])
     axes.set_yscale("log")
     axes.set_xlim(0, len(gain) + 1)
-    axes.set_xlabel("runs, those of highest rank first")
+    axes.set_xlabel("runs, highest rank first")
     axes.set_ylabel("largest half width [%]")
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter("{x:g}")

@@ -85,7 +85,7 @@ def _label(panel: Axes, curve: JointCurve) -> None:
     axis = curve.line.component[1]
     turns = curve.line.component[0] == "r"
     panel.set_xlabel(f"moment about {axis} [N·m]" if turns else f"force along {axis} [kN]")
-    panel.set_ylabel(f"turn about {axis} [mrad]" if turns else f"shift along {axis} [mm]")
+    panel.set_ylabel(f"rotation {axis} [mrad]" if turns else f"translation {axis} [mm]")
     panel.set_title(_words(curve))
 
 
@@ -93,8 +93,8 @@ def _words(curve: JointCurve) -> str:
     if curve.line.compliance is None:
         return "not loaded"
     if not curve.line.above_noise:
-        return "within the noise"
-    return "above the noise, curved" if curve.line.curved else "above the noise"
+        return "not significant"
+    return "significant, nonlinear" if curve.line.curved else "significant"
 
 
 def _scales(curve: JointCurve) -> tuple[float, float]:
@@ -128,9 +128,9 @@ def _handles(runs: tuple[str, ...]) -> list[object]:
     ]
     return [
         *marks,
-        Line2D([], [], color=canvas.MODEL, linewidth=1.2, label="by itself, above the noise"),
+        Line2D([], [], color=canvas.MODEL, linewidth=1.2, label="separately, significant"),
         Line2D(
-            [], [], color=canvas.MODEL, linewidth=1.2, linestyle=(0, (2.0, 1.6)), label="by itself, within the noise"
+            [], [], color=canvas.MODEL, linewidth=1.2, linestyle=(0, (2.0, 1.6)), label="separately, not significant"
         ),
-        Line2D([], [], color=canvas.ACCENT, linewidth=0.9, label="all together"),
+        Line2D([], [], color=canvas.ACCENT, linewidth=0.9, label="all joints together"),
     ]

@@ -84,7 +84,7 @@ def _draw_tool_run(above: Axes, below: Axes, run: LinkRun) -> None:
     _marks(above, run, 1e3 * run.tool, canvas.COLOURS[0], "o", "measured")
     _line(above, run.force, 1e3 * run.with_link, canvas.MODEL, "-", "model with the link")
     if run.without_link is not None:
-        _line(above, run.force, 1e3 * run.without_link, canvas.COLOURS[1], (0, (4, 2)), "the same, link rigid")
+        _line(above, run.force, 1e3 * run.without_link, canvas.COLOURS[1], (0, (4, 2)), "same model, link rigid")
     above.set_title(f"{run.name}, along {run.along}")
     above.set_ylabel("tool [mm]")
     above.tick_params(labelbottom=False)
@@ -92,7 +92,7 @@ def _draw_tool_run(above: Axes, below: Axes, run: LinkRun) -> None:
     _marks(below, run, 1e3 * (run.tool - run.with_link), canvas.COLOURS[0], "o", None)
     if run.without_link is not None:
         _line(below, run.force, 1e3 * (run.with_link - run.without_link), canvas.COLOURS[1], (0, (4, 2)), None)
-    below.set_ylabel("left [mm]")
+    below.set_ylabel("residual [mm]")
     below.set_xlabel(f"force along {run.along} [N]")
 
 
@@ -117,12 +117,16 @@ def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: flo
     panel.plot(bent.x1, np.zeros_like(bent.x1), color=canvas.QUIET, linewidth=0.8, label="axis at rest")
     drawn_displacement = bent.x1 + factor * bent.displacement[:, 0]
     panel.plot(
-        drawn_displacement, factor * bent.displacement[:, across], color=canvas.MODEL, linewidth=1.6, label="axis, bent"
+        drawn_displacement,
+        factor * bent.displacement[:, across],
+        color=canvas.MODEL,
+        linewidth=1.6,
+        label="axis, deflected",
     )
     scale = float(np.abs(bent.change).max()) or 1.0
     for rod, name in enumerate(picture.rods):
         colour = canvas.COLOURS[1] if bent.change[rod] > 0.0 else canvas.COLOURS[5]
-        word = "rod that got longer" if bent.change[rod] > 0.0 else "rod that got shorter"
+        word = "rod under extension" if bent.change[rod] > 0.0 else "rod under compression"
         x, y = (bent.start[rod, 0], bent.end[rod, 0]), (bent.start[rod, across], bent.end[rod, across])
         width = 0.6 + 2.4 * abs(float(bent.change[rod])) / scale
         panel.plot(x, y, color=colour, linewidth=width, label=word, solid_capstyle="butt", zorder=2)

@@ -106,7 +106,7 @@ def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> Non
             fontsize=6, zorder=5,
         )  # fmt: skip
     written = [place for place in shares if place.share >= _LEAST_WRITTEN][:_MOST_WRITTEN]
-    text = "\n".join(f"{place.label}  {100.0 * place.share:.0f} %" for place in written)
+    text = "\n".join(["share of the deflection", *(f"{place.label}  {100.0 * place.share:.0f} %" for place in written)])
     right, up = _free_corner(line)
     axes.annotate(
         text, (float(right), float(up)), xycoords="axes fraction", ha="right" if right else "left",
@@ -115,4 +115,3 @@ def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> Non
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.22)
     axes.set_axis_off()
-    axes.set_title("share of the deflection", loc="center")

@@ -67,12 +67,12 @@ def draw_path_error(path: PathError) -> Figure:
             color=canvas.COLOURS[0],
             alpha=0.25,
             linewidth=0,
-            label="left by the model's 95 %",
+            label="model uncertainty (95 %)",
         )
         handles.append(band)
-    along.set_xlabel("way along the path [mm]")
+    along.set_xlabel("distance along the path [mm]")
     along.set_ylabel(f"{path.along} [mm]")
-    along.set_title(f"error, by {path.judge}")
+    along.set_title(f"error, predicted by {path.judge}")
     canvas.share_legend(figure, handles)
     return figure
 

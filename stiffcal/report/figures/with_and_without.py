@@ -109,7 +109,7 @@ def draw_step(pair: TimePair) -> Figure:
     displacement_panel.set_xlim(max(float(pair.on.time[0]), -0.3), min(float(pair.on.time[-1]), max(stop, 1.0)))
     force.set_ylabel("force [N]")
     displacement_panel.set_ylabel("displacement [mm]")
-    displacement_panel.set_xlabel("time since the load came [s]")
+    displacement_panel.set_xlabel("time since load application [s]")
     canvas.share_legend(figure, displacement_panel.get_legend_handles_labels()[0])
     return figure
 

@@ -21,15 +21,18 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
     by = "by fits without that pose" if states.predicted_heldout is not None else "by the fit itself (not validated)"
-    caption = f"Measured against predicted {by}, base axes: displacement D, rotation R. On the diagonal both agree."
+    caption = (
+        f"Measured against predicted {by}, base axes: displacement D, rotation R. Points on the diagonal: "
+        "measured and predicted values are equal."
+    )
     validation = content.validate
     if validation is not None:
         left = validation.relative.translation
-        caption += f" Off the diagonal by {wording.measure_text(validation.rms)} rms"
+        caption += f" Distance from the diagonal {wording.measure_text(validation.rms)} rms"
         caption += f", {wording.percent(left)} of the deflection" if left is not None else ""
         caption += f"; at most {wording.measure_text(validation.max)}."
     n_used = int(states.used.sum())
     if n_used > MOST_POINTS:
         drawn = f"{wording.digits(MOST_POINTS)} of {wording.count(n_used, 'state')}"
-        caption += f" About {drawn} are drawn, the farthest among them."
+        caption += f" About {drawn} are drawn, including those farthest from it."
     return ReportSection(_TITLE, (PictureBlock(partial(draw_measured_against_predicted, states), caption),))

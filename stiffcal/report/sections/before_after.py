@@ -8,8 +8,9 @@ from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
-from stiffcal.report.estimates import estimate_text, printed_unit
+from stiffcal.report.estimates import estimate_text
 from stiffcal.report.sections.stiffness import where_words
+from stiffcal.wording import printed_unit
 
 ORDER = 35
 _TITLE = "Stiffness before and after"
@@ -28,14 +29,14 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.append(SubheadingBlock(f"What adding {names} would change"))
         blocks += _values(diagnosis.before_after, content)
     if not blocks:
-        return LeftOut(_TITLE, "the model of these load states has not changed, and nothing is to be added")
+        return LeftOut(_TITLE, "the model has not changed, and no effect is to be added")
     return ReportSection(_TITLE, (Paragraph(_lead()), *blocks))
 
 
 def _lead() -> str:
     return (
-        "What each change of the model did to the identified values. As far as the later model is right, a value that "
-        "moves by more than its 95 % interval was further off before than its uncertainty stated."
+        "Change of the identified values by each change of the model. If the later model is correct, a value that "
+        "changes by more than its 95 % interval had an error larger than its stated uncertainty."
     )
 
 
@@ -46,7 +47,7 @@ def _values(values: Sequence[BeforeAfter], content: ReportContent) -> list[Block
     n_within = sum(not value.outside_interval for value in values if value.before and value.after)
     within = f"{wording.count(n_within, 'other value')} stay{'s' * (n_within == 1)} within the 95 % interval."
     if not listed:
-        return [Paragraph(f"No value moved by more than its 95 % interval ({n_within} compared).")]
+        return [Paragraph(f"No value changed by more than its 95 % interval ({n_within} compared).")]
     columns = (
         TableColumn("place", align="left"), TableColumn("effect", align="left", width=1.0),
         TableColumn("before"), TableColumn("after"), TableColumn("unit", align="left"),
@@ -54,7 +55,8 @@ def _values(values: Sequence[BeforeAfter], content: ReportContent) -> list[Block
     )  # fmt: skip
     rows = tuple(_row(value, content) for value in listed)
     caption = (
-        "Values, ± 95 %, that moved by more than their 95 % interval, and values that one of the two models lacks."
+        "Values, ± 95 %, that changed by more than their 95 % interval, and values that only one of the two models "
+        "contains."
     )
     return [TableBlock(columns, rows, f"{caption} {within}" if n_within else caption)]
 

@@ -1,4 +1,4 @@
-"""The robot's own geometry from absolute places: distances before and after, regions, targets, axes and zeros."""
+"""Robot geometry from absolute places: distances before and after, regions, targets, axes and zeros."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stiffcal.results.geometry_words import HEADER, convention_in_words, sentenc
 from stiffcal.validation.distances import Distances, LadderStep
 
 ORDER = 17
-_TITLE = "The robot's own geometry"
+_TITLE = "Robot geometry"
 
 
 def section(content: ReportContent) -> ReportSection | None:
@@ -51,7 +51,7 @@ def _over_the_workspace(content: ReportContent) -> Iterator[Block]:
     if not known.any():
         return
     place = np.array([target for target, drawn in zip(places, known, strict=True) if drawn])
-    caption = "Distance between predicted and measured place, before and after, each on a scale of its own."
+    caption = "Distance between predicted and measured positions, before and after, on separate scales."
     yield PictureBlock(partial(draw_calibration, place, before[known], after[known]), caption)
 
 
@@ -62,14 +62,17 @@ def _distances(distance: Distances) -> TableBlock:
     rows = [(name, *_cells(of), str(of.n)) for name, of in summaries if of is not None]
     judged = distance.heldout_region or distance.fit
     if len(judged.by_target) > 1:
-        rows += [(f"of which {target.target}", *_cells(target), str(target.n)) for target in judged.by_target]
-    caption = "Distances between predicted and measured places; regions left out are the honest figure."
+        rows += [(f"of these, {target.target}", *_cells(target), str(target.n)) for target in judged.by_target]
+    caption = (
+        "Distances between predicted and measured positions. The value for regions left out applies to new "
+        "regions of the workspace."
+    )
     return TableBlock(_columns("data", "places"), tuple(rows), caption)
 
 
 def _regions(distance: Distances) -> TableBlock:
     rows = tuple((str(region.region), *_cells(region), str(region.n)) for region in distance.by_region)
-    return TableBlock(_columns("region", "places"), rows, "Distances in each region, by a fit without it.")
+    return TableBlock(_columns("region", "places"), rows, "Distances in each region, by a fit without that region.")
 
 
 def _columns(first: str, last: str) -> tuple[TableColumn, ...]:
@@ -95,7 +98,7 @@ def _ladder(ladder: list[LadderStep]) -> TableBlock:
         )
         for step in ladder
     )
-    return TableBlock(columns, rows, "The ladder from the nominal robot: each line adds parameters to the one above.")
+    return TableBlock(columns, rows, "From the nominal robot to the model: each row adds parameters to the row above.")
 
 
 def _errors(step: LadderStep) -> tuple[float | None, ...]:

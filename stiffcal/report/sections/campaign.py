@@ -1,4 +1,4 @@
-"""The campaign at a glance: poses, loads, sensors, and what was set aside and why."""
+"""The campaign: poses, loads, sensors, and what was set aside and why."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOST_WARNINGS = 4
 MOST_RUNS_HERE = 24
 """More runs are listed in an appendix."""
 _MOST_ANGLE_COLUMNS = 8
-_TITLE = "The campaign at a glance"
+_TITLE = "The campaign"
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
@@ -42,11 +42,11 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.append(Paragraph(f"The {len(content.runs)} runs with their joint angles are listed in an appendix."))
     if len(warnings := warnings_of(content)) > MOST_WARNINGS:
         blocks += [SubheadingBlock("Warnings"), Items(tuple(warnings))]
-    blocks.append(SubheadingBlock("What was set aside"))
+    blocks.append(SubheadingBlock("Readings set aside"))
     if content.set_aside:
         blocks.append(_set_aside(content))
     else:
-        blocks.append(Paragraph("Nothing: all that was read was used."))
+        blocks.append(Paragraph("Nothing: all readings were used."))
     return ReportSection(_TITLE, tuple(blocks))
 
 
@@ -70,7 +70,7 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
     load, deflection = states.load[states.used], np.linalg.norm(states.measured[states.used, :3], axis=1)
     directions = [label for label in dict.fromkeys(states.direction[states.used].tolist()) if label]
     n_references = 0 if states.reference is None else int(states.reference.sum())
-    besides = f", and {wording.count(n_references, 'reference')} that they count from" if n_references else ""
+    besides = f", and {wording.count(n_references, 'reference')}" if n_references else ""
     rows.append(("load states used", wording.count(int(states.used.sum()), "state") + besides))
     if directions:
         rows.append(("directions of force", wording.listing(directions, 12)))
@@ -97,7 +97,7 @@ def _instruments(content: ReportContent) -> TableBlock:
         )
         for instrument in content.instruments
     )
-    return TableBlock(columns, rows, "Instruments. “Averaged”: the table came with one row per load state.")
+    return TableBlock(columns, rows, "Instruments. “Averaged”: the table contains one row per load state.")
 
 
 def runs_table(content: ReportContent) -> TableBlock:
@@ -119,11 +119,11 @@ def runs_table(content: ReportContent) -> TableBlock:
         if states is not None:
             cells += _run_cells(states, number)
         rows.append(tuple(cells[: len(columns)]))
-    caption = "Runs: joint angles as logged (mean over the run), loads and deflections."
+    caption = "Runs: logged joint angles (mean over the run), loads and deflections."
     if not finite:
         columns += [TableColumn("experiment", align="left"), TableColumn("tags", align="left", width=1.0)]
         rows = [(*row, run.kind, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]
-        caption = "Runs; joints move in them, and no load state is taken."
+        caption = "Runs with moving joints, without load states."
     return TableBlock(tuple(columns), tuple(rows), caption)
 
 
@@ -155,6 +155,7 @@ def _set_aside(content: ReportContent) -> TableBlock:
         for rows_set_aside in content.set_aside
     )
     caption = (
-        "Readings that were not used. They were set aside before any model was fitted, never by the model’s own error."
+        "Readings that were not used. They were set aside before any model was fitted, independent of the error of "
+        "the model."
     )
     return TableBlock(columns, rows, caption)

@@ -22,9 +22,9 @@ def section(content: ReportContent) -> ReportSection | None:
     if not content.stiffness_poses:
         return None
     text = (
-        "Predicted by the fitted model at the loaded frame, base axes. Load alone: the load acts along the axis, all "
-        "other directions are free, which is what a gauge along the load reads. Others held: the diagonal of the "
-        "inverse, the other directions held in place."
+        "Predicted by the fitted model at the loaded frame, base axes. Load alone: the load acts along the axis and "
+        "all other directions are free, as a gauge along the load measures it. Others fixed: diagonal of the "
+        "stiffness matrix, all other directions fixed."
     )
     tables = [_table(number, pose, content.joint_names) for number, pose in enumerate(content.stiffness_poses, 1)]
     return ReportSection(_TITLE, (Paragraph(text), *tables))
@@ -32,7 +32,7 @@ def section(content: ReportContent) -> ReportSection | None:
 
 def _table(number: int, pose: PoseStiffness, names: tuple[str, ...]) -> TableBlock:
     columns = (
-        TableColumn("direction", align="left"), TableColumn("load alone, ± 95 %"), TableColumn("others held"),
+        TableColumn("direction", align="left"), TableColumn("load alone, ± 95 %"), TableColumn("others fixed"),
         TableColumn("unit", align="left"),
     )  # fmt: skip
     rows = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Paragraph, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
 from stiffcal.results.agreement_words import KINDS, rows, verdict
@@ -24,5 +25,8 @@ def section(content: ReportContent) -> ReportSection | None:
             TableColumn("difference", "standard errors"),
         )  # fmt: skip
         caption = f"The same model fitted to {first} alone and to {second} alone, ± 95 %."
-        blocks += [Paragraph(f"{verdict(agreement)}."), TableBlock(columns, tuple(rows(agreement)), caption)]
+        blocks += [
+            Paragraph(f"{wording.capital(verdict(agreement))}."),
+            TableBlock(columns, tuple(rows(agreement)), caption),
+        ]
     return ReportSection(_TITLE, tuple(blocks))

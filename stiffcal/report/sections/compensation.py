@@ -47,9 +47,7 @@ def section(content: ReportContent) -> ReportSection | None:
     for number, pair in enumerate(pairs.over_time):
         draw = drawing.draw_step if pair.kind == "step" else drawing.draw_process
         if number == 0 or pair.kind != pairs.over_time[number - 1].kind:
-            blocks.append(
-                SubheadingBlock("A load that comes at once" if pair.kind == "step" else "Forces of the process")
-            )
+            blocks.append(SubheadingBlock("Step load" if pair.kind == "step" else "Process forces"))
         blocks.append(PictureBlock(partial(draw, pair), _caption_over_time(pair)))
     if pairs.over_time and pairs.played:
         blocks.append(Paragraph(pairs.played))
@@ -57,8 +55,8 @@ def section(content: ReportContent) -> ReportSection | None:
 
 
 _CAPTION_BARS = (
-    "Error of the target under load in each pose: bars rms over the loaded states, dashes the largest; the runs with "
-    "the controller correcting next to those without."
+    "Error of the target under load in each pose, with and without compensation. Bars: rms over the loaded states; "
+    "dashes: largest error."
 )
 
 
@@ -66,14 +64,14 @@ def _answer(poses: list[ComparedPose]) -> str:
     before = float(np.sqrt(np.mean([pose.error_off[0] ** 2 for pose in poses])))
     after = float(np.sqrt(np.mean([pose.error_on[0] ** 2 for pose in poses])))
     text = (
-        f"With the controller correcting, the error under load falls from {wording.length(before)} to "
-        f"{wording.length(after)} (rms over {wording.count(len(poses), 'pose')} measured both ways): "
-        f"{100.0 * (1.0 - after / before):.0f} % of the deflection is gone."
+        f"With compensation, the error under load decreases from {wording.length(before)} to "
+        f"{wording.length(after)} (rms over {wording.count(len(poses), 'pose')} measured with and without): "
+        f"{100.0 * (1.0 - after / before):.0f} % of the deflection is compensated."
     )
     over = [pose for pose in poses if _reverses_motion(pose)]
     if over:
         names = wording.listing([pose.on.name for pose in over])
-        text += f" In {names} the target moves against the load: more is taken back than the load has moved."
+        text += f" In {names} the target moves against the load: overcompensation."
     return text
 
 
@@ -107,14 +105,15 @@ def _table(poses: list[ComparedPose]) -> TableBlock:
         for pose in poses
     )
     return TableBlock(
-        columns, rows, "Displacement of the target under load, in the same poses without and with compensation."
+        columns, rows, "Displacement of the target under load, in the same poses, without and with compensation."
     )
 
 
 def _caption(pose: ComparedPose) -> str:
     return (
-        f"{pose.off.name} and {pose.on.name}, {pose.pose}: deflection as measured, the controller’s own motion in it. "
-        f"The largest falls from {wording.length(pose.largest_off[0])} to {wording.length(pose.largest_on[0])}."
+        f"{pose.off.name} and {pose.on.name}, {pose.pose}: measured deflection, including the motion of the "
+        f"controller. The largest decreases from {wording.length(pose.largest_off[0])} to "
+        f"{wording.length(pose.largest_on[0])}."
     )
 
 
@@ -123,15 +122,16 @@ def _caption_over_time(pair: TimePair) -> str:
     if pair.kind == "process":
         side_off, side_on = (_side_force(trace.wrench) for trace in (pair.off, pair.on))
         return (
-            f"{names}: forces and moments as the sensor read them, its axes. Across the axis of the largest "
-            f"force it is up to {wording.digits(side_off)} N without and {wording.digits(side_on)} N with compensation."
+            f"{names}: measured forces and moments, sensor axes. Perpendicular to the largest force: up to "
+            f"{wording.digits(side_off)} N without and {wording.digits(side_on)} N with compensation."
         )
     if not np.isfinite(pair.delay):
-        return f"{names}: the displacement of {wording.length(pair.uncorrected)} is never taken back by half."
+        return f"{names}: the displacement of {wording.length(pair.uncorrected)} is never compensated by half."
     return (
-        f"{names}: half of what the load moves is taken back {1e3 * pair.delay:.0f} ms after it came (grey), filter "
-        f"and delay of the controller included; {wording.length(pair.remaining)} of {wording.length(pair.uncorrected)} "
-        "remain. When the load goes, the correction stays as long, and the target swings to the other side."
+        f"{names}: half of the deflection is compensated {1e3 * pair.delay:.0f} ms after load application (grey), "
+        f"including filter and delay of the controller; {wording.length(pair.remaining)} of "
+        f"{wording.length(pair.uncorrected)} remain. After unloading the correction persists for the same time, and "
+        f"the target moves to the other side."
     )
 
 

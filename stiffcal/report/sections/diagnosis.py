@@ -24,7 +24,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.pattern import draw_pattern
 
 ORDER = 72
-_TITLE = "What is missing"
+_TITLE = "Missing effects"
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
@@ -54,39 +54,42 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 def _meaning(diagnosis: DiagnoseResult) -> str:
     """Describe the consequences of the result for the next step."""
     n = diagnosis.n_candidates
-    tried = f"{wording.count(n, 'effect')} at their places were tried on top of the present model, " if n else ""
-    tried += "everything else fitted again with each, judged in held-out poses."
+    tried = f"{wording.count(n, 'effect')} at their places were added to the present model one by one, " if n else ""
+    tried += "with all other parameters refitted, and validated in held-out poses."
     text = f"{tried[:1].upper()}{tried[1:]} "
     if diagnosis.adequate is None and diagnosis.unexplained:
         return text + (
-            "How much of what is left is noise is not known: no load was repeated, and no uncertainty stated. That "
-            "something is missing shows in what the remainder depends on."
+            "The share of noise in the remaining error is unknown: no load was repeated, and no uncertainty stated. It "
+            "depends on the variables below, so an effect is missing."
         )
     if diagnosis.adequate is None:
-        return text + "Whether what is left is noise cannot be judged: no load was repeated, and no uncertainty stated."
+        return text + (
+            "It cannot be judged whether the remaining error is noise: no load was repeated, and no "
+            "uncertainty is stated."
+        )
     if diagnosis.adequate:
         return text + (
-            "No effect lowers the error by more than chance would. What is left scatters like the instruments and the "
-            "setting of loads; a better model needs better instruments first."
+            "No effect lowers the error significantly. The remaining error is the repeatability of the instruments "
+            "and of the load application; a better model requires better instruments."
         )
     if diagnosis.could_be:
         names = wording.listing(map(wording.effect_at, diagnosis.could_be), 40)
         return text + (
-            "The error is larger than the noise. In these poses and loads the following look alike, each of them able "
-            f"to make all of it: {names}. More poses, or loads along other axes in these, distinguish them."
+            "The error is larger than the noise. In these poses and loads the following cannot be distinguished; each "
+            f"of them alone explains it: {names}. More poses, or loads along other axes, would distinguish them."
         )
     if diagnosis.unexplained:
-        words = "beyond what is named here " if diagnosis.missing else ""
+        words = "apart from the effects named here " if diagnosis.missing else ""
         return text + (
-            f"The error is larger than the noise, and {words}no effect of the catalogue, nor several together, brings "
-            "it down to it. No effect is named; what the remainder depends on is listed below."
+            f"The error is larger than the noise, and {words}no effect of the catalogue, alone or combined, reduces "
+            f"it to the noise. No effect is named; the variables on which the remaining error depends are listed below."
         )
-    return text + "With what is named here the error falls to the noise:"
+    return text + "With the effects named here the error decreases to the noise:"
 
 
 def _missing_words(effect: ProposedEffect) -> str:
     names = [_look_alike_words(alternative) for alternative in effect.alternatives]
-    alike = f"; in these poses and loads {wording.listing(names, 6)} would look the same" if names else ""
+    alike = f"; in these poses and loads {wording.listing(names, 6)} cannot be distinguished" if names else ""
     return f"{wording.effect_at(effect)}{alike}"
 
 
@@ -99,7 +102,7 @@ def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
     facts = [("present model", f"{wording.measure_text(diagnosis.rms)} rms in held-out poses")]
     if diagnosis.missing:
         after = diagnosis.heldout_rms_with_missing
-        facts.append(("with what is missing", f"{wording.measure_text(after)} rms in held-out poses"))
+        facts.append(("with the missing effects", f"{wording.measure_text(after)} rms in held-out poses"))
     noise = wording.measure_text(diagnosis.noise) + " rms" if diagnosis.noise else "not known"
     facts.append(("noise", noise))
     lack = diagnosis.lack_of_fit
@@ -121,37 +124,37 @@ def _lack_of_fit_words(lack: VarianceRatio) -> str:
 
 def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
     columns = (
-        TableColumn("follows", align="left"), TableColumn("share", "of what is left"),
+        TableColumn("variable", align="left"), TableColumn("share", "of the remaining error"),
         TableColumn("observation", align="left", width=1.0),
     )  # fmt: skip
     rows = tuple(
         (dependence.follows, wording.percent(dependence.share), dependence.seen) for dependence in diagnosis.structure
     )
     caption = (
-        "What the remainder follows: the share of its squares beyond noise that smooth curves over each of these take "
-        "away. Shares overlap; start with the largest."
+        "Variables on which the remaining error depends: share of its squares above the noise that a smooth curve over "
+        "each variable explains. Shares overlap; start with the largest."
     )
-    return [SubheadingBlock("What the remainder follows"), TableBlock(columns, rows, caption)]
+    return [SubheadingBlock("Dependence of the remaining error"), TableBlock(columns, rows, caption)]
 
 
 def _pattern(pattern: CompliancePattern) -> list[Block]:
     """Lay out whose compliance varies with what, run by run."""
-    text = f"Where to look: {pattern_in_words(pattern)}."
+    text = f"Probable location: {pattern_in_words(pattern)}."
     if pattern.alternatives:
         others = wording.listing(map(pattern_in_words, pattern.alternatives))
-        text += f" These runs do not distinguish it from: {others}."
+        text += f" In these runs it cannot be distinguished from: {others}."
     text += " “stiffcal effects new NAME --from DIR” writes an effect that tests it."
     before, after = (
         wording.measure_text(pattern.heldout_rms_before),
         wording.measure_text(pattern.heldout_rms_after),
     )
     caption = (
-        f"Each run’s apparent change of the compliance of joint {pattern.joint} against the "
-        f"{what_is_followed(pattern)}, with 95 % bars, and the fitted law (line). In held-out poses the law takes the "
-        f"error from {before} to {after} rms."
+        f"Apparent change of the compliance of joint {pattern.joint} against the "
+        f"{what_is_followed(pattern)}, with 95 % bars, and the fitted law (line). In held-out poses the law reduces "
+        f"the error from {before} to {after} rms."
     )
     return [
-        SubheadingBlock("A compliance that varies"),
+        SubheadingBlock("Varying compliance"),
         Paragraph(text),
         PictureBlock(partial(draw_pattern, pattern), caption),
     ]
@@ -162,4 +165,4 @@ def _way_here(content: ReportContent) -> list[Block]:
     if not content.earlier_diagnoses:
         return []
     points = tuple(f"Fit {earlier.fit_id}: {earlier.summary}" for earlier in content.earlier_diagnoses)
-    return [SubheadingBlock("How the model came to this"), Items(points)]
+    return [SubheadingBlock("Earlier diagnoses"), Items(points)]

@@ -14,11 +14,12 @@ from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, PictureBlock, ReportSection, SubheadingBlock
 from stiffcal.report.content import EvidenceFigure, ReportContent
-from stiffcal.report.estimates import parameter_text, printed_unit
+from stiffcal.report.estimates import parameter_text
 from stiffcal.report.figures.evidence import MOST_POINTS, draw_errors_by_run, draw_evidence
+from stiffcal.wording import printed_unit
 
 ORDER = 74
-_TITLE = "The evidence for what is missing"
+_TITLE = "Evidence for the missing effects"
 # A chart with more runs than this has marks too close to distinguish.
 _MOST_RUNS = 60
 
@@ -37,20 +38,20 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 
 HOW_JUDGED = (
-    "Every effect is judged alone: the model without it is fitted again, everything else free, and both models "
-    "predict each pose from the others only. The residual is read along the direction in which the effect "
-    "moves the target. An effect that is real leaves its trace in the left picture and none in the middle one."
+    "Each effect is judged alone: the model is refitted without it, all other parameters free, and both models "
+    "predict each pose from the other poses only. The residual is projected on the direction in which the effect "
+    "moves the target. A real effect shows a pattern in the left figure and none in the middle one."
 )
 
 
 def _why_none(diagnosis: DiagnoseResult) -> str:
     """Return why there is no evidence to show."""
     if diagnosis.missing:
-        return "of effects of moving joints it stands where their friction is drawn"
+        return "for effects of moving joints see the figures of friction"
     if diagnosis.unexplained:
-        return "no effect of the catalogue accounts for what is left"
+        return "no effect of the catalogue explains the remaining error"
     if not diagnosis.has_searched:
-        return "no load states, in which effects could be judged"
+        return "no load states to judge effects by"
     return "no effect is missing"
 
 
@@ -68,7 +69,7 @@ def evidence_of(
     blocks: list[Block] = [SubheadingBlock(f"{wording.effect_at(evidence)}: {evidence.status}")]
     text = figure.seen or f"{wording.capital(figure.fingerprint or figure.summary)}."
     blocks.append(Paragraph(f"{text} {_rms_reduction_words(evidence)}"))
-    facts = [("what it is", wording.capital(figure.summary) + ".")]
+    facts = [("description", wording.capital(figure.summary) + ".")]
     if figure.parameters:
         facts.append(
             (
@@ -78,16 +79,16 @@ def evidence_of(
         )
     if figure.seen:
         names = [wording.effect_at(alternative) for alternative in figure.alternatives]
-        facts.append(("looks the same", wording.listing(names, 6) if names else "nothing else in the catalogue"))
+        facts.append(("look-alikes", wording.listing(names, 6) if names else "nothing else in the catalogue"))
     if figure.check:
-        facts.append(("to check", figure.check))
+        facts.append(("check", figure.check))
     blocks.append(Facts(tuple(facts)))
     blocks.append(PictureBlock(partial(draw_evidence, figure), _caption(figure)))
     if by_run and 1 < len(evidence.by_run) <= _MOST_RUNS:
         noise = wording.part(diagnosis.noise, evidence.component)
         better = sum(run.after < run.before for run in evidence.by_run)
         caption = (
-            f"Error run by run without and with {evidence.effect}: it falls in {better} of {len(evidence.by_run)} runs."
+            f"Error by run without and with {evidence.effect}: it decreases in {better} of {len(evidence.by_run)} runs."
         )
         blocks.append(PictureBlock(partial(draw_errors_by_run, figure, noise), caption))
     return blocks
@@ -99,30 +100,30 @@ def _rms_reduction_words(evidence: EffectEvidenceSummary) -> str:
         wording.measure_text(evidence.heldout_rms_after),
     )
     if evidence.status == "missing":
-        return f"In held-out poses {before} rms is left without it, {after} with it."
-    return f"The present model leaves {after} rms in held-out poses; without {evidence.effect} it would leave {before}."
+        return f"Error in held-out poses: {before} rms without it, {after} with it."
+    return f"Error of the present model in held-out poses: {after} rms; without {evidence.effect}: {before}."
 
 
 def _caption(figure: EvidenceFigure) -> str:
     evidence = figure.evidence
     text = (
-        f"Residual in held-out poses against {evidence.driver}, without {evidence.effect} (left) and with it (middle), "
-        "one scale."
+        f"Residual in held-out poses against {evidence.driver}, without {evidence.effect} (left) and with it "
+        f"(middle), same scale."
     )
     if evidence.lever is not None:
         where = wording.place(evidence.where)
         text += (
-            f" Each state’s residual is turned into the motion at {where} that it amounts to, times the mean lever "
+            f" The residual of each state is converted to the equivalent motion at {where}, times the mean lever arm "
             f"of {wording.digits(evidence.lever)} m."
         )
     n_known, n_all = int(np.isfinite(figure.before).sum()), len(figure.before)
     if n_known < n_all:
-        why = "next to nothing of it shows there" if evidence.lever is None else "no lever"
+        why = "its influence there is negligible" if evidence.lever is None else "no lever arm"
         text += f" {n_all - n_known} of {n_all} states are not drawn: {why}."
     if n_known > MOST_POINTS:
-        text += f" About {MOST_POINTS} states are drawn, the largest residuals among them."
+        text += f" About {MOST_POINTS} states are drawn, including the largest residuals."
     if figure.path_run:
-        text += f" The line follows run {figure.path_run} from state to state; the other runs are grey."
+        text += f" The line connects the states of run {figure.path_run} in order; the other runs are grey."
     if figure.picture is not None:
         text += f" Right: {figure.picture.caption[0].lower()}{figure.picture.caption[1:]}"
     return text

@@ -9,7 +9,7 @@ from stiffcal.report.content import EvidenceFigure, ReportContent
 from stiffcal.report.sections.evidence import HOW_JUDGED, evidence_of
 
 ORDER = 900
-_TITLE = "Appendix: the evidence for effects in the model"
+_TITLE = "Appendix: evidence for effects in the model"
 
 
 def section(content: ReportContent) -> ReportSection | None:
@@ -39,7 +39,7 @@ def _not_needed(figures: list[EvidenceFigure]) -> TableBlock:
         TableColumn("place", align="left", width=1.0),
         TableColumn("error with it, rms"),
         TableColumn("error without it, rms"),
-        TableColumn("runs in which it falls"),
+        TableColumn("runs in which it decreases"),
     )
     rows = []
     for figure in figures:

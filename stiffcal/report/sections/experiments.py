@@ -22,10 +22,9 @@ from stiffcal.report.blocks import TableColumn as Column
 from stiffcal.report.content import ReportContent
 from stiffcal.report.estimates import estimate_text
 from stiffcal.report.figures.panels import draw_panels
+from stiffcal.wording import printed_unit
 
 ORDER = 44
-_MRAD = 1e3
-"""From rad; the report has no other unit for small angles."""
 
 
 def section(content: ReportContent) -> tuple[ReportSection | LeftOut, ...]:
@@ -56,15 +55,15 @@ def _block(block: presentation.Block) -> Block:
 
 
 def table_of(table: presentation.Table, caption: str) -> TableBlock:
-    """Return a table of a kind of experiment as the report sets it: angles in mrad."""
-    scales = [_MRAD if column.unit == "rad" else 1.0 for column in table.columns]
+    """Return a table of a kind of experiment as the report sets it, in the units that people read."""
+    units = [printed_unit(column.unit) for column in table.columns]
     columns = tuple(
-        Column(
-            column.title, "mrad" if column.unit == "rad" else column.unit, align="right" if column.numbers else "left"
-        )
-        for column in table.columns
+        Column(column.title, unit, align="right" if column.numbers else "left")
+        for column, (unit, _) in zip(table.columns, units, strict=True)
     )
-    rows = tuple(tuple(text_of(cell, scale) for cell, scale in zip(row, scales, strict=True)) for row in table.rows)
+    rows = tuple(
+        tuple(text_of(cell, factor) for cell, (_, factor) in zip(row, units, strict=True)) for row in table.rows
+    )
     return TableBlock(columns, rows, caption)
 
 

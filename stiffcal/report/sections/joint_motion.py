@@ -23,10 +23,10 @@ from stiffcal.report.joint_curves import JointCurve, JointPicture
 from stiffcal.uncertainty import NORMAL_95
 
 ORDER = 47
-_TITLE = "Each joint by itself"
+_TITLE = "Each joint separately"
 _NAMES = {
-    "tx": "shift along x", "ty": "shift along y", "tz": "shift along z",
-    "rx": "turn about x", "ry": "turn about y", "rz": "turn about its axis",
+    "tx": "translation x", "ty": "translation y", "tz": "translation z",
+    "rx": "rotation x", "ry": "rotation y", "rz": "rotation about the axis",
 }  # fmt: skip
 
 
@@ -62,10 +62,10 @@ def _lead(joints: tuple[JointPicture, ...]) -> str:
     turns, all_turns = _n_identified(joints, "r")
     shifts, all_shifts = _n_identified(joints, "t")
     return (
-        "Links on either side of a joint are tracked, so that the joint’s own displacement is measured and not "
-        "inferred: how one link moves against the other, about the joint’s origin in the joint’s axes, over the load’s "
-        "wrench moved there (Schneider et al. 2014, eq. 4). No model takes part. A compliance of more than three "
-        f"standard uncertainties is significant: {turns} of {all_turns} turns and {shifts} of {all_shifts} shifts are."
+        "The links on both sides of a joint are tracked, so the displacement of the joint itself is measured: "
+        "relative motion of the two links at the origin of the joint, in joint axes, over the wrench of the load at "
+        "that point (Schneider et al. 2014, eq. 4). No model is involved. A compliance above three standard "
+        f"uncertainties is significant: {turns} of {all_turns} rotations and {shifts} of {all_shifts} translations are."
     )
 
 
@@ -73,10 +73,10 @@ def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
     columns = (
         TableColumn("joint", align="left"),
         TableColumn("displacement", align="left"),
-        TableColumn("stiffness by itself"),
-        TableColumn("stiffness, all together"),
+        TableColumn("stiffness, separately"),
+        TableColumn("stiffness, all joints together"),
         TableColumn("unit", align="left"),
-        TableColumn("above the noise", align="left", width=1.0),
+        TableColumn("significant", align="left", width=1.0),
     )
     rows: list[tuple[str, ...]] = []
     for joint in joints:
@@ -87,9 +87,9 @@ def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
             together = wording.DASH if whole is None else _stiffness(*whole, scale)
             rows.append((joint.name, _NAMES[curve.line.component], measured, together, unit, _verdict(curve, whole)))
     caption = (
-        "All displacements, turns first; ± 95 %. By itself: a straight line through the joint’s own displacements. All "
-        "together: the fit of this report, from all bodies at once; a dash where its model holds no such spring. Where "
-        "a compliance is not significant the stiffness is at least the value that is given."
+        "All displacements, rotations first; ± 95 %. Separately: a straight line through the displacements of that "
+        "joint. All joints together: the fit of this report to all bodies; a dash where its model has no such spring. "
+        "If a compliance is not significant, the value is a lower limit of the stiffness."
     )
     return TableBlock(columns, tuple(rows), caption)
 
@@ -98,20 +98,20 @@ def _couplings(joints: tuple[JointPicture, ...]) -> str:
     """Describe the entries off the diagonal of each joint's whole 6×6."""
     full = [joint for joint in joints if joint.couplings is not None]
     if not full:
-        return "The loads do not turn all six directions of any joint: its whole 6×6 compliance cannot be identified."
-    text = f"The whole 6×6 compliance can be identified of {wording.listing(joint.name for joint in full)}. "
+        return "The loads do not excite all six directions of any joint: no full 6×6 compliance can be identified."
+    text = f"The full 6×6 compliance is identifiable for {wording.listing(joint.name for joint in full)}. "
     coupled = [joint for joint in full if joint.couplings]
     if not coupled:
-        return text + "No coupling off the diagonal is significant."
+        return text + "No off-diagonal element is significant."
     descriptions = "; ".join(
         f"{joint.name}: "
         + ", ".join(f"{_NAMES[displacement]} with the {_LOADS[load]}" for displacement, load in joint.couplings or ())
         for joint in coupled
     )
-    text += f"Significant couplings off the diagonal (a false one in a hundred campaigns): {descriptions}."
+    text += f"Significant off-diagonal elements (one false one expected in a hundred campaigns): {descriptions}."
     curved = [joint.name for joint in coupled if any(curve.line.curved for curve in joint.curves)]
     if curved:
-        text += f" A line that is not straight ({wording.listing(curved)}) leaves remainders that look like couplings."
+        text += f" A nonlinear characteristic ({wording.listing(curved)}) leaves residuals that resemble couplings."
     return text
 
 
@@ -126,22 +126,23 @@ def _stiffness(compliance: Number, std: Number, above: bool, scale: float) -> st
 
 
 def _verdict(curve: JointCurve, whole: tuple[float, float, bool] | None) -> str:
-    text = ("yes, curved" if curve.line.curved else "yes") if curve.line.above_noise else "no"
+    text = ("yes, nonlinear" if curve.line.curved else "yes") if curve.line.above_noise else "no"
     if whole is not None and whole[2] != curve.line.above_noise:
-        text += "; all together " + ("yes" if whole[2] else "no")
+        text += "; all joints together " + ("yes" if whole[2] else "no")
     return text
 
 
 def _caption_about_axes(joints: tuple[JointPicture, ...]) -> str:
     curved = [joint.name for joint in joints if joint.curves[5].line.curved]
     text = (
-        "The dominant compliances: each joint’s turn about its axis over the torque (Schneider et al. 2014, Fig. 2b)."
+        "The dominant compliances: each joint’s rotation about the axis over the torque (Schneider et al. 2014, Fig. "
+        "2b)."
     )
     if curved:
         names = wording.listing(curved)
-        text += f" A straight line does not fit {names}: play, or a spring that stiffens or softens."
+        text += f" A straight line does not fit {names}: backlash, or a stiffening or softening spring."
     if any(joint.laws for joint in joints):
-        text += " “All together”: this report’s model, fitted to all bodies at once, for the joint."
+        text += " “All joints together”: this report’s model, fitted to all bodies at once, for the joint."
     return text
 
 
@@ -149,8 +150,8 @@ def _caption(joint: JointPicture) -> str:
     inboard, outboard = joint.between
     n_loads = sum(curve.displacement.size for curve in joint.curves[:1])
     return (
-        f"{joint.name}, {outboard} against {inboard}: six displacements of the joint’s origin over the same components "
-        f"of its wrench, {n_loads} loads; each row to one scale, each run’s offset taken off."
+        f"{joint.name}, {outboard} against {inboard}: six displacements of the origin of the joint over the same "
+        f"components of its wrench, {n_loads} loads; one scale per row, offset of each run removed."
     )
 
 
@@ -175,10 +176,10 @@ def _cartesian(poses: list[CartesianStiffnessResult]) -> list[Block]:
             rows.append((pose.run, words, *(wording.digits(value) for value in diagonal)))
     shares = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)
     text = (
-        "Where loads at one pose fill all six directions, the Cartesian stiffness at the target follows from wrenches "
-        "and displacements alone. Eq. 15 of Schneider et al. (2014) takes the displacements for exact; what they err "
-        f"by draws the stiffness down, in the weakest direction to {shares}. The compliance, fitted the other "
-        "way round and inverted, does not suffer from it."
+        "If the loads at one pose cover all six directions, the Cartesian stiffness at the target follows from "
+        "wrenches and displacements alone. Eq. 15 of Schneider et al. (2014) takes the displacements as exact; their "
+        f"errors bias the stiffness low, in the weakest direction to {shares}. The compliance, fitted in the opposite "
+        "direction and inverted, is free of this bias."
     )
-    caption = f"Diagonal of the Cartesian stiffness at {poses[0].target}, base axes, the other directions held."
+    caption = f"Diagonal of the Cartesian stiffness at {poses[0].target}, base axes, the other directions fixed."
     return [SubheadingBlock("Cartesian stiffness"), Paragraph(text), TableBlock(columns, tuple(rows), caption)]

@@ -15,14 +15,14 @@ from stiffcal.report.figures.overview import MOST_RUNGS
 from stiffcal.results.history_results import HistoryEntry
 
 ORDER = 15
-_TITLE = "From no model to the noise: the ladder of fits"
+_TITLE = "Sequence of fits: from no model to the noise"
 _MOST_STEPS = 9
 # Captions of the measures' ladders; the first one drawn has its numbers in words.
 _ALSO = {
-    "translation": "The ladder for the target's position.",
-    "rotation": "The ladder for the measured rotations.",
-    "motor_angle": "The ladder for the angles of clamped motors.",
-    "torque": "The ladder for the torques of drives in motion.",
+    "translation": "Sequence of fits: position of the target.",
+    "rotation": "Sequence of fits: measured rotations.",
+    "motor_angle": "Sequence of fits: angles of clamped motors.",
+    "torque": "Sequence of fits: torques of drives in motion.",
 }
 _TITLES = {
     "translation": "position",
@@ -37,7 +37,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out every fit with its error in held-out poses, next to the noise."""
     fits = [] if content.history is None else content.history.fits
     if not fits:
-        return LeftOut(_TITLE, "the history holds no fit yet")
+        return LeftOut(_TITLE, "the history contains no fit yet")
     zero = None if content.validate is None else content.validate.zero_model
     noise = content.known_noise or next((fit.noise for fit in reversed(fits) if fit.noise is not None), None)
     # The present fit is the last rung, also where an earlier model has been restored.
@@ -59,7 +59,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 
 def _caption(fits: Sequence[HistoryEntry], zero: Rms | None, noise: Rms | None, component: str) -> str:
-    text = "Error in held-out poses, fit by fit, with what the model gained"
+    text = "Error in held-out poses for each fit, with the effects added to the model"
     last = next((fit for fit in reversed(fits) if wording.part(fit.heldout_rms, component) is not None), None)
     floor, start = wording.part(noise, component), wording.part(zero, component)
     if last is not None:
@@ -68,7 +68,7 @@ def _caption(fits: Sequence[HistoryEntry], zero: Rms | None, noise: Rms | None, 
         text += f": {origin}down to {_amount(component, reached)} with fit {last.id}"
         if floor and reached:
             text += f", {wording.digits(reached / floor)} times the noise of {_amount(component, floor)}"
-    return text + ("." if floor else ". No noise floor is drawn: noise cannot be judged.")
+    return text + ("." if floor else ". No noise floor is drawn: the noise is unknown.")
 
 
 def _amount(component: str, value: float | None) -> str:

@@ -1,4 +1,4 @@
-"""Links measured by rods: what the rods read, how the link's end moved, the tool with and without the link (000)."""
+"""Links measured with rods: what the rods read, how the link's end moved, the tool with and without the link (000)."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from stiffcal.report.link_pictures import LinkPicture
 from stiffcal.uncertainty import NORMAL_95
 
 ORDER = 53
-_TITLE = "Links measured by rods"
+_TITLE = "Links measured with rods"
 # Element of the 6×6, words, factor from SI, unit.
 _ELEMENTS = (
-    (0, 0, "stretch per force along x1", 1e9, "µm/kN"),
-    (1, 1, "u2 per force along x2", 1e9, "µm/kN"),
-    (5, 5, "turn about x3 per moment", 1e9, "µrad/(kN·m)"),
-    (2, 2, "u3 per force along x3", 1e9, "µm/kN"),
-    (4, 4, "turn about x2 per moment", 1e9, "µrad/(kN·m)"),
-    (3, 3, "twist per moment", 1e9, "µrad/(kN·m)"),
+    (0, 0, "stretch per force along x1", 1e6, "µm/N"),
+    (1, 1, "u2 per force along x2", 1e6, "µm/N"),
+    (5, 5, "rotation about x3 per moment", 1e6, "µrad/(N·m)"),
+    (2, 2, "u3 per force along x3", 1e6, "µm/N"),
+    (4, 4, "rotation about x2 per moment", 1e6, "µrad/(N·m)"),
+    (3, 3, "twist per moment", 1e6, "µrad/(N·m)"),
 )
 _HEADS = {
     "links-rigid": "links rigid",
     "tool-alone": "tool alone",
-    "links-taken-out": "links taken out",
+    "links-taken-out": "link deflection subtracted",
     "with-rods": "tool and rods",
 }
 
@@ -61,9 +61,9 @@ def section(content: ReportContent) -> ReportSection | None:
 
 def _of_link(picture: LinkPicture, link_result: LinkResult | None) -> list[Block]:
     text = (
-        f"{wording.count(len(picture.rods), 'rod')} on link {picture.link} measure how the link itself bends and "
-        "stretches, without drives and bearings. Beam axes: x1 along the link from its clamped end, x3 along its "
-        "joint’s axis made perpendicular to it, x2 across both."
+        f"{wording.count(len(picture.rods), 'rod')} on link {picture.link} measure bending and extension of the link "
+        f"itself, without drives and bearings. Beam axes: x1 along the link from its clamped end, x3 along its "
+        "joint’s axis made perpendicular to it, x2 perpendicular to both."
     )
     blocks: list[Block] = [Paragraph(text)]
     if link_result is not None:
@@ -88,17 +88,16 @@ def _coupling(coupling: CouplingResult) -> list[Block]:
         cells = [_estimate(parameter[direction.way], direction.way) for direction in coupling.ways]
         rows.append((parameter["name"], *cells))
     text = (
-        "A test at the tool measures all compliances at once, and can attribute one to another. The same "
-        "load states identified in four ways; the first three against tool and rods together, with their own 95 % "
-        "half-width."
+        "A test at the tool measures all compliances together, and can attribute one to another. The same load states "
+        "identified in four ways; the first three compared with tool and rods together, with their own 95 % half-width."
     )
     return [
-        SubheadingBlock("What the rods change"),
+        SubheadingBlock("Influence of the rods"),
         Paragraph(text),
         TableBlock(
             tuple(columns),
             tuple(rows),
-            "Difference from tool and rods together; a dash: not identifiable, or left out.",
+            "Difference from tool and rods together; a dash: not identifiable, or not in the model.",
         ),
     ]
 
@@ -126,9 +125,11 @@ def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
             continue
         rows.append((text, wording.plus_minus(factor * value, half), unit))
     share = link_result.share_of_tool
-    without_twist = "" if link_result.torsion.identifiable else ", its twist left out"
+    without_twist = "" if link_result.torsion.identifiable else ", its torsion not included"
     of_tool = (
-        "" if share is None else f" {wording.percent(share)} of the tool’s deflection is this link’s{without_twist}."
+        ""
+        if share is None
+        else f" {wording.percent(share)} of the tool deflection comes from this link{without_twist}."
     )
     return TableBlock(
         (
@@ -137,13 +138,13 @@ def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
             TableColumn("unit", align="left"),
         ),
         tuple(rows),
-        f"Compliance of the end of {picture.link}, ± 95 %, from rods and load alone: with it the link’s deflection "
-        f"can be predicted without rods.{of_tool}",
+        f"Compliance of the end of {picture.link}, ± 95 %, from rods and load alone; the deflection of the link can "
+        f"then be predicted without rods.{of_tool}",
     )
 
 
 def _rods_caption(picture: LinkPicture) -> str:
-    text = "Change of the rods’ lengths over the force, filled marks loading, hollow unloading"
+    text = "Change of the rods’ lengths over the force, filled markers: loading, open markers: unloading"
     text += "; lines: the fitted model." if picture.runs[picture.large_runs[0]].modelled is not None else "."
     for first, second in picture.opposite:
         reads = [float(np.abs(picture.runs[number].lengths[:, [first, second]]).max()) for number in picture.large_runs]
@@ -151,7 +152,7 @@ def _rods_caption(picture: LinkPicture) -> str:
         asymmetry = np.abs(run.lengths[:, first] + run.lengths[:, second]).max()
         text += (
             f" {picture.rods[first]} and {picture.rods[second]} are on opposite sides: in run {run.name} they mirror "
-            f"each other within {wording.percent(float(asymmetry / size))} of their reading."
+            f"each other within {wording.percent(float(asymmetry / size))} of their size."
         )
     return text
 
@@ -160,8 +161,8 @@ def _end_caption(picture: LinkPicture, run_index: int) -> str:
     run = picture.runs[run_index]
     unknown = [name for k, name in enumerate(drawing.COMPONENTS) if not np.isfinite(run.end[:, k]).any()]
     text = (
-        f"Displacement of the outboard end of {picture.link} in run {run.name}, from the rods (marks, with the 95 % "
-        "half-width of one state) and by the tabulated compliance times the wrench that the link carries (lines)."
+        f"Displacement of the outboard end of {picture.link} in run {run.name}, from the rods (markers, with the 95 % "
+        f"half-width of one state) and by the tabulated compliance times the wrench on the link (lines)."
     )
     return text + (f" {wording.listing(unknown)}: not identifiable from these rods." if unknown else "")
 
@@ -171,13 +172,13 @@ def _tool_caption(picture: LinkPicture) -> str:
     first = chosen[0]
     text = (
         "Displacement of the tool along the force: measured, by the fitted model, and by the same model with the link "
-        "rigid. Below: what the model leaves (marks), and what the link alone does (dashed)."
+        "rigid. Below: residual (markers), and contribution of the link alone (dashed)."
     )
     if first.without_link is None:
-        return text + " The model holds no effect on this link: its part is in the others."
+        return text + " The model contains no effect on this link: its deflection is attributed to other effects."
     assert first.with_link is not None
     shares = [float(np.abs(run.with_link - run.without_link).max()) for run in chosen if run.without_link is not None]  # type: ignore[operator]
-    return text + f" The link’s part is up to {wording.length(max(shares))} in these runs."
+    return text + f" The contribution of the link is up to {wording.length(max(shares))} in these runs."
 
 
 def _bent_caption(picture: LinkPicture) -> str:
@@ -185,6 +186,6 @@ def _bent_caption(picture: LinkPicture) -> str:
     largest = float(np.sqrt(np.sum(bent.displacement**2, axis=1)).max())
     return (
         f"Link {picture.link} in run {bent.run} under {wording.digits(abs(bent.force))} N, viewed along its two "
-        f"transverse axes; its end moves by {wording.length(largest)}. Rods are drawn where they sit, the thicker the "
-        "more they read."
+        f"transverse axes; displacement of its end: {wording.length(largest)}. Rods are drawn at their positions; the "
+        f"line width shows the size of the reading."
     )

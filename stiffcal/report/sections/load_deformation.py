@@ -43,8 +43,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 def _line_displacement_blocks(content: ReportContent, states: ReportStates) -> list[Block]:
     """Lay out runs in which displacement was read along the load alone: a panel each."""
     text = (
-        "Displacement of the target along the line in which each run’s force acts: nothing else was read. Filled "
-        "marks: the force grows; hollow: it goes back; lines: the fitted model. Below, what the model leaves."
+        "Displacement of the target along the line of action of the force, the only measured direction. Filled "
+        "markers: loading; open markers: unloading; lines: fitted model. Below: residual."
     )
     blocks: list[Block] = [Paragraph(text)]
     runs = [number for number in range(len(content.runs)) if (states.used & (states.run == number)).any()]
@@ -52,8 +52,8 @@ def _line_displacement_blocks(content: ReportContent, states: ReportStates) -> l
         names = [content.runs[number].name for number in sheet]
         off = np.linalg.norm((states.measured - states.predicted)[np.isin(states.run, sheet) & states.used, :3], axis=1)
         caption = (
-            f"Displacement along the force in {wording.listing(names)}; the fitted model is nowhere more than "
-            f"{wording.length(float(np.nanmax(off)))} off."
+            f"Displacement along the force in {wording.listing(names)}; the largest residual is "
+            f"{wording.length(float(np.nanmax(off)))}."
         )
         blocks.append(PictureBlock(partial(lines.draw_along_lines, states, sheet, names), caption))
     return blocks
@@ -82,9 +82,7 @@ def most_loaded_runs(content: ReportContent, states: ReportStates, candidates: l
     largest = max(candidates, key=lambda number: float(np.max(size[states.used & (states.run == number)])))
     chosen.setdefault(largest, "the largest deflection")
     if known:
-        chosen.setdefault(
-            by_error[len(by_error) // 2], "an ordinary run: half of the runs show smaller errors, half larger"
-        )
+        chosen.setdefault(by_error[len(by_error) // 2], "run with the median error")
     return chosen
 
 
@@ -92,9 +90,9 @@ def _curves(content: ReportContent, states: ReportStates, curves: list[int]) -> 
     chosen = most_loaded_runs(content, states, curves) if len(curves) > 3 else dict.fromkeys(curves, "")
     text = (
         "Deflection of the target along each base axis against the force along the same axis, both counted from the "
-        "run’s unloaded reference. Filled marks: loading; hollow: unloading; lines: the fitted model. A gap between "
-        "loading and unloading would be friction or play; a bend in the marks that the line lacks, a stiffness that "
-        "changes with load."
+        "run’s unloaded reference. Filled markers: loading; open markers: unloading; lines: fitted model. A gap "
+        "between loading and unloading indicates friction or backlash; a curvature that the line lacks indicates a "
+        "load-dependent stiffness."
     )
     blocks: list[Block] = [Paragraph(text)]
     for number, why in chosen.items():
@@ -108,7 +106,7 @@ def _curves(content: ReportContent, states: ReportStates, curves: list[int]) -> 
     for sheet in map(list, wording.in_sheets(drawn_runs, drawing.ROWS_PER_SHEET)):
         names = [content.runs[number].name for number in sheet]
         other = "the other runs" if len(chosen) else "the runs"
-        caption = f"Deflection against force in {other}: {wording.listing(names)}; one scale per axis."
+        caption = f"Deflection against force in {other}: {wording.listing(names)}; same scale per axis."
         if len(drawn_runs) < len(rest):
             caption += f" Of {len(rest)} such runs {len(drawn_runs)}, evenly spread, are drawn."
         blocks.append(PictureBlock(partial(drawing.draw_load_deformation_sheet, states, sheet, names), caption))
@@ -122,13 +120,12 @@ def _caption(content: ReportContent, states: ReportStates, number: int, why: str
     off = np.linalg.norm((states.measured - states.predicted)[inside, :3], axis=1)
     text = f"Run {name}" + (f" ({why})" if why else "")
     text += (
-        f": under up to {wording.digits(float(states.load[inside].max()))} N the target gives way by up to "
-        f"{wording.length(float(size.max()))}; the fitted model is nowhere more than "
-        f"{wording.length(float(off.max()))} off."
+        f": under up to {wording.digits(float(states.load[inside].max()))} N the target moves by up to "
+        f"{wording.length(float(size.max()))}; the largest residual is {wording.length(float(off.max()))}."
     )
     heldout = _run_rms(content).get(name)
     if heldout:
-        text += f" Fitted without this pose, it leaves {wording.length(heldout)} rms here."
+        text += f" Error of a fit without this pose: {wording.length(heldout)} rms here."
     against = _against_the_force(states, number)
     if against:
         text += (
@@ -164,8 +161,8 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -
     drawn_runs = _worst_singles(states, singles)
     verb = "holds" if len(singles) == 1 else "hold"
     text = (
-        f"{wording.count(len(singles), 'run')} {verb} {few}, so no curve against force can be drawn for them. Measured "
-        "and predicted deflection are drawn run by run instead; the line between them is the residual."
+        f"{wording.count(len(singles), 'run')} {verb} {few}, so no curve over the force can be drawn for them. "
+        f"Measured and predicted deflection are shown by run instead; the line between them is the residual."
     )
     if len(drawn_runs) < len(singles):
         text += f" The {len(drawn_runs)} runs with the largest residuals are drawn."

@@ -20,7 +20,7 @@ _TITLE = "Deflection along a path of loads"
 def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out each predicted path."""
     if not content.load_paths:
-        return LeftOut(_TITLE, "no path of loads was asked for (“stiffcal predict --load-path”)")
+        return LeftOut(_TITLE, "no load path was predicted (“stiffcal predict --load-path”)")
     pictures = tuple(PictureBlock(partial(draw_load_path, path), _caption(path)) for path in content.load_paths)
     return ReportSection(_TITLE, pictures)
 
@@ -32,12 +32,12 @@ def _caption(path: LoadPath) -> str:
         text += f" Loads {' → '.join(corners)} N, numbered in the picture."
     negative = [letter for axis, letter in enumerate(AXES_NAMES) if apparent_negative(path, axis).any()]
     if not negative:
-        return text + " Force and deflection run the same way along every axis."
+        return text + " Force and deflection have the same direction along every axis."
     axis = AXES_NAMES.index(negative[-1])
     against = apparent_negative(path, axis)
     change = float(np.abs(np.diff(path.deflection[:, axis])[against]).sum())
     return (
-        f"{text} Along {wording.listing(negative)} the target moves against the force on the thick dashed stretch "
-        f"(along {negative[-1]} by {wording.length(change)}): apparent negative stiffness. It comes from the force in "
-        "the other axes, through the coupling of the joints; the robot is not unstable."
+        f"{text} Along {wording.listing(negative)} the target moves against the force on the thick dashed section "
+        f"(along {negative[-1]} by {wording.length(change)}): apparent negative stiffness. It is caused by the force "
+        f"along the other axes through the coupling of the joints; the robot is not unstable."
     )

@@ -30,10 +30,13 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 def _no_measurement_reason(diagnosis: DiagnoseResult) -> str:
     if diagnosis.unexplained:
-        return "no known effects need distinguishing; more poses along what the remainder follows would show its course"
+        return (
+            "no known effects have to be distinguished; more poses over the variables on which the remaining "
+            "error depends would show its shape"
+        )
     if len(diagnosis.missing) == 1 and diagnosis.missing[0].alternatives:
-        return "no single load in reach distinguishes the foremost of the look-alikes by more than the noise"
-    return "no effect has a look-alike that another pose would have to rule out"
+        return "no single feasible load separates the two leading look-alikes by more than the noise"
+    return "no effect has a look-alike that another pose would have to exclude"
 
 
 def _separating(measurement: SeparatingMeasurement, joints: tuple[str, ...], origin: str) -> list[Block]:
@@ -46,8 +49,10 @@ def _separating(measurement: SeparatingMeasurement, joints: tuple[str, ...], ori
     if any(abs(value) > 0.0 for value in measurement.load[3:]):
         moment = ", ".join(wording.digits(value) for value in measurement.load[3:])
         facts.append(("moment", f"({moment}) N·m"))
-    facts.append(("there they differ by", f"{wording.length(measurement.difference_m)} at the tool"))
+    facts.append(("predicted difference", f"{wording.length(measurement.difference_m)} at the tool"))
     if measurement.gain:
         facts.append(("gain", f"{wording.digits(measurement.gain)} times the noise"))
-    text = f"{origin} cannot distinguish {first} from {second} in these poses. One load in this pose would:"
+    text = (
+        f"{origin} cannot distinguish {first} from {second} in these poses. One load in this pose would separate them:"
+    )
     return [Paragraph(text), Facts(tuple(facts))]

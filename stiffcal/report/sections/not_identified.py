@@ -57,7 +57,7 @@ def _hardly(parameters: list[IdentifiedParameter], joint_names: tuple[str, ...])
             in_noise.setdefault(parameter.effect, []).append(parameter.name.partition(".")[2])
     together = {effect for effect, names in in_noise.items() if len(names) >= _MANY}
     lines = [
-        f"{effect} {wording.listing(in_noise[effect], 24)}: within the noise, less than three "
+        f"{effect} {wording.listing(in_noise[effect], 24)}: not significant, less than three "
         "standard uncertainties from zero"
         for effect in sorted(together)
     ]

@@ -17,7 +17,7 @@ from stiffcal.report.blocks import (
 from stiffcal.report.content import ReportContent
 
 ORDER = 910
-_TITLE = "Appendix: every effect that was tried"
+_TITLE = "Appendix: all effects that were tried"
 _MOST_ROWS = 15
 # Where every candidate is rejected, the first few are enough.
 _FEW_ROWS = 8
@@ -31,7 +31,7 @@ _COLUMNS = (
     TableColumn("first in"),
     TableColumn("at the tool"),
     TableColumn("p"),
-    TableColumn("looks the same", align="left", width=1.0),
+    TableColumn("look-alikes", align="left", width=1.0),
 )
 
 
@@ -51,7 +51,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.append(SubheadingBlock(f"On top of fit {earlier.fit_id}, before {_missing_in_words(earlier)} was added"))
         blocks.append(_table(earlier, len(earlier.findings)))
     if diagnosis.not_tried:
-        blocks.append(SubheadingBlock("Not tried, and why"))
+        blocks.append(SubheadingBlock("Not tried"))
         blocks.append(Items(tuple(f"{effect.effect}: needs {effect.needs}" for effect in diagnosis.not_tried)))
     return ReportSection(_TITLE, tuple(blocks))
 
@@ -102,10 +102,11 @@ def _row(finding: Finding) -> tuple[str, ...]:
 def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
     """Return the text that explains the columns of the ranking."""
     text = (
-        "Held-out: error in poses left out, with the effect added. Explains: share of the avoidable error (above the "
-        "noise) that goes. First in: share of resamplings of the poses in which the effect ranks first. At the tool: "
-        "rms of what the effect adds there. p: chance of so large a fall, all candidates counted. Supported: the error "
-        "falls clearly in held-out poses, the choice repeated in every pose left out."
+        "Held-out: error in held-out poses, with the effect added. Explains: share of the avoidable error (above the "
+        "noise) that is removed. First in: share of resamplings of the poses in which the effect ranks first. At the "
+        "tool: rms contribution of the effect there. p: probability of an equal decrease by chance, allowing for the "
+        "number of candidates. Supported: significant decrease of the error in held-out poses, with the selection "
+        "repeated for every held-out pose."
     )
     chosen = next(
         (finding.heldout_rms_after_choosing for finding in diagnosis.findings if finding.heldout_rms_after_choosing),
@@ -113,7 +114,7 @@ def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
     )
     if chosen is not None:
         text += (
-            f" With the choice itself repeated without each pose the error is "
+            f" With the selection repeated without each pose the error is "
             f"{wording.measure_text(chosen)} rms: selection bias is included in this figure."
         )
     return text

@@ -26,7 +26,7 @@ from stiffcal.results.validate_result import ValidateResult
 from stiffcal.validation.results import ErrorSlice
 
 ORDER = 70
-_TITLE = "Where the model fails"
+_TITLE = "Residuals"
 _GROUPS: tuple[tuple[Callable[[ValidateResult], list[ErrorSlice]], str, str], ...] = (
     (lambda validation: validation.by_direction, "direction of force", ""),
     (lambda validation: validation.by_load, "load", " [N]"),
@@ -76,7 +76,7 @@ def _extremes(parts: Sequence[ErrorSlice], kind: str = "") -> str:
     if len(parts) < 2 or least <= 0:
         return f"{high.label} {wording.measure_text(high.rms)} rms."
     if most < 1.15 * least:
-        return f"much the same everywhere, {wording.length(least)} to {wording.length(most)} rms."
+        return f"nearly the same everywhere, {wording.length(least)} to {wording.length(most)} rms."
     return (
         f"largest in {kind}{high.label} ({wording.length(most)} rms), smallest in {kind}{low.label} "
         f"({wording.length(least)}), a factor of {wording.digits(most / least, 2)}."
@@ -111,7 +111,7 @@ def _by_groups(validation: ValidateResult) -> list[Block]:
         text = " ".join(f"By {title}: {_extremes(parts)}" for title, _, parts in several)
         missing = [title for select, title, _ in _GROUPS if len(select(validation)) <= 1]
         if missing:
-            text += f" Not sorted by {wording.listing(missing)}: these data hold only one kind."
+            text += f" Not grouped by {wording.listing(missing)}: only one group in these data."
         names = wording.listing([title for title, _, _ in several])
         caption = f"Residual by {names}. {text}{_noise_words(validation)}"
         groups = [(f"{title}{unit}", _short(parts, "")) for title, unit, parts in several]
@@ -181,23 +181,23 @@ def _worst(validation: ValidateResult) -> list[Block]:
     if len(set(branches)) > 1:
         columns.append(TableColumn("branch", align="left"))
         rows = [(*row, branch) for row, branch in zip(rows, branches, strict=True)]
-    caption = "The states with the largest residuals; look at these readings first."
-    return [SubheadingBlock("The worst states"), TableBlock(tuple(columns), tuple(rows), caption)]
+    caption = "States with the largest residuals; check these readings first."
+    return [SubheadingBlock("States with the largest residuals"), TableBlock(tuple(columns), tuple(rows), caption)]
 
 
 def _covariate_blocks(content: ReportContent, states: ReportStates) -> list[Block]:
     """Return the pictures of the residual against each covariate, several to a sheet."""
     fit_noise = None if content.identify is None else content.identify.noise
     noise = wording.part(fit_noise if content.validate is None else content.validate.noise, "translation")
-    caption = "Residual against {}. A cloud without a trend: the residual does not depend on it."
+    caption = "Residual against {}. Without a trend, the residual does not depend on the variable."
     if noise is not None:
-        caption += " Grey band: two standard deviations of the noise to either side."
+        caption += " Grey band: ± two standard deviations of the noise."
     n_used = int(states.used.sum())
     if n_used > MOST_POINTS:
         caption += (
-            f" About {MOST_POINTS} of {wording.count(n_used, 'state')} are drawn, the largest residuals among them."
+            f" About {MOST_POINTS} of {wording.count(n_used, 'state')} are drawn, including the largest residuals."
         )
-    blocks: list[Block] = [SubheadingBlock("What the residual might follow")]
+    blocks: list[Block] = [SubheadingBlock("Residual against possible causes")]
     for sheet in wording.in_sheets(range(len(content.covariates)), _COVARIATES_PER_PICTURE):
         group = [content.covariates[number] for number in sheet]
         text = caption.format(wording.listing([covariate.name for covariate in group]))

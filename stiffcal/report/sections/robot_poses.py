@@ -12,7 +12,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import robot_poses as drawing
 
 ORDER = 80
-_TITLE = "The robot in its poses"
+_TITLE = "Robot poses"
 _MOST_POSES = 12
 _COLUMNS = 6
 
@@ -21,7 +21,9 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out a few poses, each by itself: those with the largest residuals, and others evenly spread."""
     numbers = _distinct(content)
     if not numbers:
-        return LeftOut(_TITLE, "there are no load states, or the robot has no dimensions (a joint on a bench)")
+        return LeftOut(
+            _TITLE, "there are no load states, or the robot has no dimensions (single joint on a test bench)"
+        )
     has_residuals = content.identify is not None and content.states is not None and bool(content.states.used.any())
     states = content.states if has_residuals else None
     scale = drawing.arrow_scale(content.runs, states) if states is not None else 1.0
@@ -34,9 +36,10 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     caption = _caption(len(chosen), len(numbers), has_residuals)
     if states is not None:
         caption += (
-            " Arrows: residual (measured minus predicted) at the largest load of each direction, drawn "
-            f"{wording.digits(scale)} times their length; the longest is {wording.length(max(longest))}. The bar in "
-            "the last picture gives the scales."
+            " Arrows: residual (measured minus predicted) at the largest load of each direction, "
+            f"enlarged {wording.digits(scale)} times; the longest is {wording.length(max(longest))}. Scale bar in "
+            "the last "
+            "panel."
         )
     columns = min(_COLUMNS, max(len(chosen), 4))
     picture = partial(drawing.draw_pose_sheet, content.runs, chosen, states, scale, columns)
@@ -67,4 +70,4 @@ def _caption(n_chosen: int, n_all: int, has_residuals: bool) -> str:
     if n_chosen < n_all:
         worst = f"the {_MOST_POSES // 2} with the largest residuals and others " if has_residuals else ""
         which = f"{n_chosen} of {n_all} poses, {worst}evenly spread"
-    return f"{which}, viewed from the side and from above; circles: joints, grey: the shadow on the floor."
+    return f"{which}, viewed from the side and from above; circles: joints; grey: projection on the floor."

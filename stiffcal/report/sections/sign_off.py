@@ -22,4 +22,4 @@ def section(content: ReportContent) -> ReportSection | None:
     )
     # An empty line below each role leaves the height for a signature.
     rows = tuple((f"{role}\n\n", "", "", "") for role in roles)
-    return ReportSection(_TITLE, (TableBlock(columns, rows, "Signed for the results of this report."),))
+    return ReportSection(_TITLE, (TableBlock(columns, rows, "Signatures."),))

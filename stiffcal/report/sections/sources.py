@@ -20,8 +20,8 @@ def section(content: ReportContent) -> ReportSection:
         rows.append(("made with", ", ".join(f"{name} {version}" for name, version in origin.versions)))
     if origin.settings:
         rows.append(("settings", ", ".join(f"{name}: {value}" for name, value in origin.settings)))
-    rows.append(("in a browser", "stiffcal view DIR writes these results as a page with robot, residuals and effects"))
-    files = (sources_table(origin.sources),) if origin.sources else (Paragraph("The store names no source files."),)
+    rows.append(("in a browser", "stiffcal view DIR writes these results as an interactive page"))
+    files = (sources_table(origin.sources),) if origin.sources else (Paragraph("The store lists no source files."),)
     return ReportSection(_TITLE, (Facts(tuple(rows)), *files))
 
 
@@ -33,5 +33,7 @@ def sources_table(sources: Sequence[ReportSource]) -> TableBlock:
         TableColumn("SHA-256", align="left", mono=True),
     )
     rows = tuple((source.file, wording.digits(source.n_bytes / 1e3), source.sha256) for source in sources)
-    caption = "Files that the results rest on. A file with another SHA-256 is not the file that was evaluated here."
+    caption = (
+        "Files on which the results are based. A file with another SHA-256 is not the file that was evaluated here."
+    )
     return TableBlock(columns, rows, caption)

@@ -9,8 +9,9 @@ from stiffcal.model.summary import Where
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
-from stiffcal.report.estimates import STIFFNESS_UNITS, parameter_text, printed_unit, stiffness_text
+from stiffcal.report.estimates import STIFFNESS_UNITS, parameter_text, stiffness_text
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.wording import printed_unit
 
 ORDER = 30
 _TITLE = "Stiffness"
@@ -24,10 +25,10 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     parameters = content.identify.parameters
     elsewhere = content.parameters_on_pages
     if parameters and len(elsewhere) == len(parameters):
-        return LeftOut(_TITLE, "these runs measure friction alone")
+        return LeftOut(_TITLE, "these runs measure friction only")
     parameters = [parameter for parameter in parameters if parameter.name not in elsewhere]
     if not parameters:
-        return LeftOut(_TITLE, "the model holds no parameter")
+        return LeftOut(_TITLE, "the model contains no parameter")
     blocks: list[Block] = [Paragraph(_lead(content.identify))]
     springs = [parameter for parameter in parameters if _is_spring(parameter)]
     other_parameters = [parameter for parameter in parameters if not _is_spring(parameter)]
@@ -99,13 +100,11 @@ def _is_spring(parameter: IdentifiedParameter) -> bool:
 
 def _lead(fit: IdentifyResult) -> str:
     chi2, condition = fit.reduced_chi2, fit.condition
-    text = "± is the 95 % interval; both its ends are given where it is not symmetric."
+    text = "±: 95 % interval; both limits are given if it is not symmetric."
     if chi2 is not None:
-        text += (
-            f" The residuals are {wording.digits(chi2**0.5)} times what the stated noise explains (root of reduced χ²)."
-        )
+        text += f" The residuals are {wording.digits(chi2**0.5)} times the stated noise (root of reduced χ²)."
     if fit.std_scaled_by_reduced_chi2:
-        text += " The uncertainties are scaled by the reduced χ² of the fit, the noise not being known."
+        text += " The uncertainties are scaled by the reduced χ² of the fit, because the noise is unknown."
     if condition is not None:
         text += f" Condition number of the fit: {wording.digits(condition)}."
     return text
@@ -137,13 +136,13 @@ def _verdict(parameter: IdentifiedParameter) -> str:
     if _is_poorly_known(parameter):
         return "poorly determined" + (", no upper bound" if _is_open_ended(parameter) else "")
     if parameter.fixed:
-        return "given, not fitted"
+        return "fixed, not fitted"
     if not parameter.identifiable or parameter.value is None:
         return "not identifiable from these data"
     if parameter.at_bound:
         return "at the limit of its range"
     if parameter.above_noise is False:
-        return "within the noise"
+        return "not significant (below 3σ)"
     return ""
 
 
@@ -189,9 +188,11 @@ def _stiffness_table(
     poorly = list(dict.fromkeys(_place(spring, joint_names) for spring in members if _is_poorly_known(spring)))
     caption = f"Stiffness in {unit}."
     if shared:
-        caption += " Share of geometry: that part of the variance that the tolerance of lengths and angles makes."
+        caption += " Share of geometry: part of the variance caused by the tolerances of lengths and angles."
     if poorly:
-        caption += f" Poorly determined: {wording.listing(poorly)}; in these poses the loads hardly turn it."
+        caption += (
+            f" Poorly determined: {wording.listing(poorly)}; the loads produce little torque on it in these poses."
+        )
     return _without_empty_remarks(columns, rows, caption)
 
 
@@ -213,5 +214,5 @@ def _other_table(members: list[IdentifiedParameter], content: ReportContent) -> 
         rows.append((parameter.name, place, parameter_text(parameter, scale), printed, _verdict(parameter)))
     caption = "Other parameters of the model."
     if any(unit in ("µm/h", "mrad/h", "µm/K", "mrad/K") for *_, unit, _ in rows):
-        caption += f" The drift follows the {content.drift_follows}."
+        caption += f" The drift is counted over the {content.drift_follows}."
     return _without_empty_remarks(columns, rows, caption)

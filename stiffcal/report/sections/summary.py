@@ -22,7 +22,7 @@ from stiffcal.results.validate_result import ValidateResult
 
 ORDER = 10
 NOT_YOURS = (
-    "Not computed by you: these results came with the campaign folder, and the logs to compute them again are missing."
+    "Not computed by you: these results came with the campaign folder, and the logs to recompute them are missing."
 )
 
 
@@ -48,11 +48,11 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     points = [f"Warning: {text}" for text in warnings_of(content)]
     if len(points) > MOST_WARNINGS:
         first = points[: MOST_WARNINGS - 1]
-        points = [*first, f"{len(points) - len(first)} more warnings: see “The campaign at a glance”"]
+        points = [*first, f"{len(points) - len(first)} more warnings: see “The campaign”"]
     if points:
         blocks.append(Items(tuple(points)))
     blocks += _overview(content)
-    return ReportSection("In short", tuple(blocks))
+    return ReportSection("Summary", tuple(blocks))
 
 
 def _verdict(content: ReportContent) -> str:
@@ -65,10 +65,10 @@ def _verdict(content: ReportContent) -> str:
         before, after = wording.measure_text(diagnosis.rms), wording.measure_text(diagnosis.heldout_rms_with_missing)
         noise = f"; the noise is {wording.measure_text(diagnosis.noise)}" if diagnosis.noise else ""
         text += _how_sure(diagnosis)
-        text += f" Added to the model, it takes the error in held-out poses from {before} to {after} rms{noise}."
+        text += f" Added to the model, it reduces the error in held-out poses from {before} to {after} rms{noise}."
         text += _changed(diagnosis.before_after, content, "It")
     elif not diagnosis.unexplained and content.fit_changes:
-        text += _changed(content.fit_changes[0].values, content, f"What was added ({content.fit_changes[0].change})")
+        text += _changed(content.fit_changes[0].values, content, f"Effects added ({content.fit_changes[0].change})")
     return text
 
 
@@ -106,12 +106,12 @@ def _next_step(content: ReportContent) -> str:
     if diagnosis.missing or diagnosis.superfluous:
         return "stiffcal improve DIR"
     if diagnosis.undecided:
-        return "measure once more the poses on which the answer depends, then stiffcal diagnose DIR"
+        return "repeat the poses on which the result depends, then stiffcal diagnose DIR"
     if diagnosis.pattern is not None:
-        return "test the pattern under “What is missing”: stiffcal effects new NAME --from DIR"
+        return "test the pattern under “Missing effects”: stiffcal effects new NAME --from DIR"
     if diagnosis.unexplained:
-        return "look at what the remainder follows, under “What is missing”"
-    return "none: use the model (stiffcal predict, map, compensate), or measure with better instruments"
+        return "see “Missing effects”: variables on which the remaining error depends"
+    return "none: use the model (stiffcal predict, map, compensate)"
 
 
 def _overview(content: ReportContent) -> list[Block]:
@@ -123,7 +123,7 @@ def _overview(content: ReportContent) -> list[Block]:
         )
         blocks += [table] if table is not None else []
         if content.readings_alone:
-            blocks += [table_of(table, "What these runs determine, ± 95 %.") for table in content.main_tables]
+            blocks += [table_of(table, "Results of these runs, ± 95 %.") for table in content.main_tables]
     fits = [] if content.history is None else content.history.fits
     zero = None if content.validate is None else content.validate.zero_model
     present = None if content.identify is None else content.identify.fit_id
@@ -131,11 +131,11 @@ def _overview(content: ReportContent) -> list[Block]:
     component = leading_component(drawn_fits)
     if component is not None:
         run = next((run for run in content.runs if run.stick is not None), None) if content.place_shares else None
-        caption = "Error in held-out poses, fit by fit"
+        caption = "Error in held-out poses for each fit"
         if run is not None:
             caption += (
-                f"; the robot in the pose of run {run.name}, and how much of the predicted deflection of all runs each "
-                "place makes"
+                f"; robot in the pose of run {run.name}, with the share of each place in the predicted deflection of "
+                f"all runs"
             )
         blocks.append(
             PictureBlock(
@@ -168,14 +168,14 @@ def _registration_sentence(registration: RegistrationSummary) -> str:
     """Return how well the kinematics meets the places by which frames were estimated."""
     missed = wording.measure_text({"translation": registration.rms_m, "rotation": registration.rms_rad})
     return (
-        f"Registration of {wording.listing(registration.frames)} in {wording.count(registration.n_poses, 'pose')}: the "
-        f"kinematics misses the measured places by {missed} rms."
+        f"Registration of {wording.listing(registration.frames)} in {wording.count(registration.n_poses, 'pose')}: "
+        f"measured and predicted positions differ by {missed} rms."
     )
 
 
 def _fit_sentences(content: ReportContent) -> list[str]:
     if content.identify is None:
-        return ["No model has been fitted yet; this report shows what was measured."]
+        return ["No model has been fitted yet; this report shows the measurements."]
     fit = content.identify
     if content.readings_alone:
         return [_readings_sentence(content, fit)]
@@ -184,7 +184,7 @@ def _fit_sentences(content: ReportContent) -> list[str]:
         f"{wording.count(fit.n_states, 'load state')} in {wording.count(fit.n_runs, 'run')} of "
         f"{the_robot(content.provenance.robot)}"
     )
-    return [f"{text}; on these data it leaves {wording.measure_text(fit.rms)} rms."]
+    return [f"{text}; residual of the fit: {wording.measure_text(fit.rms)} rms."]
 
 
 def the_robot(name: str) -> str:
@@ -205,7 +205,7 @@ def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
     readings = wording.count(fit.n_readings, "reading") if fit.n_readings else wording.count(fit.n_states, "state")
     return (
         f"{fitted_model} of {the_robot(content.provenance.robot)} was fitted to {readings} in "
-        f"{wording.count(fit.n_runs, 'run')}; on these data it leaves {wording.measure_text(fit.rms)} rms."
+        f"{wording.count(fit.n_runs, 'run')}; residual of the fit: {wording.measure_text(fit.rms)} rms."
     )
 
 
@@ -213,9 +213,9 @@ def _heldout_readings(validation: ValidateResult) -> list[str]:
     measured = {"torque": "torque", "motor_angle": "motor's angle"}
     measure = next((name for name in measured if wording.part(validation.rms, name) is not None), None)
     if measure is None:
-        return ["There is nothing held-out to judge it by: each joint was driven in one usable pose alone."]
+        return ["It cannot be validated: each joint was driven in only one usable pose."]
     where = f"data ({validation.scheme})" if measure == "torque" else "positions or cycles of clamped runs"
-    sentences = [f"In held-out {where} it leaves {wording.measure_text(validation.rms)} rms"]
+    sentences = [f"Error in held-out {where}: {wording.measure_text(validation.rms)} rms"]
     sentences[0] += f", without a model {wording.measure_text(validation.zero_model)}"
     left = wording.part(validation.relative, measure)
     predicted = "." if left is None else f": {wording.percent(1.0 - left)} of the {measured[measure]} is predicted."
@@ -223,7 +223,7 @@ def _heldout_readings(validation: ValidateResult) -> list[str]:
     if validation.noise is not None:
         sentences.append(f"The noise is {wording.measure_text(validation.noise)} rms.")
     else:
-        sentences.append("How much of this is noise cannot be judged: too little was repeated.")
+        sentences.append("The noise is unknown: too few repeats.")
     return sentences
 
 
@@ -231,9 +231,9 @@ def _heldout_sentences(content: ReportContent) -> list[str]:
     """Give the error to expect in new poses, with the deflection itself and the noise."""
     validation = content.validate
     if validation is None:
-        return ["What error to expect in new poses has not been tested yet (no validation)."]
+        return ["The error in new poses is not known yet (no validation)."]
     error = (
-        f"In held-out poses it leaves {wording.measure_text(validation.rms)} rms of a deflection of "
+        f"Error in held-out poses: {wording.measure_text(validation.rms)} rms at a deflection of "
         f"{wording.measure_text(validation.zero_model)}"
     )
     left = validation.relative.translation
@@ -243,15 +243,12 @@ def _heldout_sentences(content: ReportContent) -> list[str]:
     if content.known_noise == validation.noise:  # else the answer above states the noise
         sentences.append(noise_sentence(validation))
     if not validation.passed:
-        sentences.append("The campaign's own thresholds are exceeded.")
+        sentences.append("The thresholds of the campaign are exceeded.")
     return sentences
 
 
 def noise_sentence(validation: ValidateResult) -> str:
     """Return what the instruments scatter, or that this cannot be judged."""
     if wording.part(validation.noise, "translation") is not None:
-        return f"The instruments and the setting of loads alone scatter {wording.measure_text(validation.noise)} rms."
-    return (
-        "How much of this is noise cannot be judged: no load was repeated, and the manifest states no uncertainty of "
-        "the instruments."
-    )
+        return f"Noise of instruments and load application: {wording.measure_text(validation.noise)} rms."
+    return "The noise is unknown: no load was repeated, and the manifest states no uncertainty of the instruments."

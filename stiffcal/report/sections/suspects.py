@@ -20,13 +20,13 @@ def section(content: ReportContent) -> ReportSection | None:
     blocks: list[Block] = []
     if suspects:
         runs = wording.listing([_place(suspect) for suspect in suspects], 12)
-        blocks.append(Paragraph(f"Look at these first: {runs}. All numbers of the fit are with them.", "key"))
+        blocks.append(Paragraph(f"Check these first: {runs}. The fit includes them.", "key"))
     for suspect in suspects:
         blocks += [SubheadingBlock(_place(suspect)), Facts(tuple(_facts(suspect)))]
     if suspects:
         lines = tuple((line,) for suspect in suspects for line in suspect.exclude)
-        column = TableColumn("to leave them out, write into campaign.toml", align="left", width=1.0, mono=True)
-        blocks.append(TableBlock((column,), lines, "Lines that leave these runs or rows out of the fit."))
+        column = TableColumn("to exclude them, add to campaign.toml", align="left", width=1.0, mono=True)
+        blocks.append(TableBlock((column,), lines, "Lines that exclude these runs or rows from the fit."))
     if not_checked is not None:
         blocks.append(Paragraph(f"{not_checked.sentence[:1].upper()}{not_checked.sentence[1:]}."))
     return ReportSection(_TITLE, tuple(blocks)) if blocks else None
@@ -37,11 +37,11 @@ def _place(suspect: Suspect) -> str:
 
 
 def _facts(suspect: Suspect) -> list[tuple[str, str]]:
-    facts = [("kind", str(suspect.kind)), ("what was found", suspect.why), ("likely", suspect.likely)]
+    facts = [("kind", str(suspect.kind)), ("finding", suspect.why), ("likely", suspect.likely)]
     if suspect.explained_by:
         effects = wording.listing(map(wording.effect_at, suspect.explained_by))
-        facts.append(("explained as well by", effects))
+        facts.append(("equally well explained by", effects))
     without = suspect.without
     if without is not None:
-        facts.append(("without it", f"the fit leaves {wording.measure_text(without.rms)} rms"))
+        facts.append(("without this run", f"residual of the fit {wording.measure_text(without.rms)} rms"))
     return facts
