@@ -17,9 +17,12 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
-from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
+from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo, members_of
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole
+from stiffcal.reduction.motion import gauge_directions
 
 RunKind: TypeAlias = Literal["load", "absolute", "clamped"]
 # Unloaded readings of a run: before the load steps, and after them.
@@ -103,7 +106,9 @@ def information_of_runs(
     for first in range(0, n_runs, RUNS_AT_ONCE):
         rows = slice(first, min(first + RUNS_AT_ONCE, n_runs))
         driven = None if turn is None else turn[rows]
-        data = observations_of_runs(robot, joints[rows], wrench[rows], setup, with_rotation, kind, driven)
+        data = observations_of_runs(
+            robot, joints[rows], wrench[rows], setup, with_rotation, kind, driven, reads_along_lines(noise, setup)
+        )
         more = further(data) if further is not None else np.zeros((0, *data.measured.shape))
         n_further = len(more)
         parts = []
@@ -137,6 +142,11 @@ def _without_offsets(rows: Floats, count: int) -> Floats:
     return np.asarray(factors - basis @ (np.swapaxes(basis, 1, 2) @ factors))
 
 
+def reads_along_lines(noise: Noise, setup: MeasurementSetup) -> bool:
+    """Return whether displacement is read by devices along their lines alone: no reading in space has a noise."""
+    return bool(setup.gauges) and noise.translation == 0.0 and noise.gauge > 0.0
+
+
 def counts_from_nominal(placed: PlacedEffect) -> bool:
     """Return whether an effect's parameters are small differences from the robot file or the manifest.
 
@@ -153,12 +163,14 @@ def observations_of_runs(
     with_rotation: bool,
     kind: RunKind = "load",
     turn: Floats | None = None,
+    along_lines: bool = False,
 ) -> Observations:
     """Return readings of the runs, all zero: what they would be weighed and compared with, not their values.
 
     Parameters
     ----------
     robot, joints, wrench, setup, with_rotation, kind, turn : as in `information_of_runs`.
+    along_lines : of the set-up's devices the one whose line is nearest to the force's reads, and nothing else.
     """
     n_runs, n_steps = wrench.shape[:2]
     first, last = UNLOADED_READINGS[kind]
@@ -174,7 +186,7 @@ def observations_of_runs(
         position[:] = 0.0
         if with_rotation:
             rotation[:] = np.eye(3)
-    elif kind == "load":
+    elif kind == "load" and not along_lines:
         deflection[:, :, : 6 if with_rotation else 3] = 0.0
     reference = np.zeros((n_runs, per_run), dtype=np.bool_)
     reference[:, 0] = kind != "absolute"
@@ -196,9 +208,20 @@ def observations_of_runs(
         wrench_scatter=np.full((n, 6), np.nan),
         position_scatter=np.full((n, targets, 3), np.nan),
         set_aside=np.full(n, "", dtype=np.str_),
-        setup=replace(setup, rods=(), beams=(), gauges=(), markers=()),
+        setup=replace(setup, rods=(), beams=(), gauges=setup.gauges if along_lines else (), markers=()),
     )
-    return observe(states, robot.chain)
+    return observe(_read_by_nearest_device(states, robot.chain) if along_lines else states, robot.chain)
+
+
+def _read_by_nearest_device(states: LoadStates, chain: Chain) -> LoadStates:
+    """Return the states, each run read by the device whose line is nearest to that of its largest force."""
+    angles = chain.model_angles(states.joints)
+    force = np.einsum("nab,nb->na", attached_poses(chain, angles, states.setup.wrench_axes)[1], states.wrench[:, :3])
+    along = np.abs(np.einsum("nga,na->ng", gauge_directions(states, chain), force))
+    reading = np.full(along.shape, np.nan)
+    for members in members_of(states.run):
+        reading[members, int(np.argmax(along[members].max(axis=0)))] = 0.0
+    return replace(states, displacement=reading)
 
 
 def prediction_rows(

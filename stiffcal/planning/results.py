@@ -81,8 +81,14 @@ class Separation:
     """The effect and its place that is fitted in its stead."""
     chi_square: float
     """By how much the rival's weighted sum of squares would be larger than the noise's, refitted to the same runs."""
+    needed: float
+    """χ² with which `diagnose` calls them alike in five of a hundred campaigns at most."""
     distinguished: bool
-    """Whether a test of the two would decide, at five standard deviations; `diagnose` asks for more."""
+    """Whether ``chi_square`` is as large as that."""
+    times: Number
+    """How often each run of the plan would have to be measured for that, 1 where the plan suffices; null where
+    repeats do not help.
+    """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -40,13 +40,19 @@ class RivalModel:
     """Full names of k of its parameters that data already fix; empty where nothing was measured."""
     information: Floats
     """(k, k) the inverse of their covariance, in the units of what the laws multiply with."""
+    noise: Noise | None = None
+    """Of one load state, as the fit with this model finds it; None: as stated for all. A model without the effect takes
+    part of it for noise of the wrench.
+    """
 
     @classmethod
-    def of_covariance(cls, robot: CompliantRobot, covariance: dict[str, dict[str, float]]) -> RivalModel:
-        """Return a model with the covariance of its fit, by full names; empty where nothing was measured."""
+    def of_covariance(
+        cls, robot: CompliantRobot, covariance: dict[str, dict[str, float]], noise: Noise | None = None
+    ) -> RivalModel:
+        """Return a model with the noise and the covariance of its fit; that, by full names, may be empty."""
         names = tuple(covariance)
         matrix = np.array([[covariance[a][b] for b in names] for a in names]).reshape(len(names), len(names))
-        return cls(robot, names, np.linalg.inv(matrix) if names else matrix)
+        return cls(robot, names, np.linalg.inv(matrix) if names else matrix, noise)
 
     @classmethod
     def of_data(
@@ -99,7 +105,8 @@ def pairs_of_rivals(
     rivals : at least two.
     joints : (N, L) logged joint angles of the runs, rad.
     wrench : (N, K, 6) N and N·m, their load steps.
-    setup, noise, with_rotation, fixed, kind, turn : as in `information_of_runs`.
+    setup, with_rotation, fixed, kind, turn : as in `information_of_runs`.
+    noise : of one load state, for rivals that have none of their own.
 
     Raises
     ------
@@ -110,7 +117,7 @@ def pairs_of_rivals(
         others = [first for first in range(len(rivals)) if first != second]
         differences = partial(_differences, [rivals[first].robot for first in others], rival.robot)
         runs = information_of_runs(
-            rival.robot, joints, wrench, setup, noise, with_rotation, fixed, differences, kind, turn
+            rival.robot, joints, wrench, setup, rival.noise or noise, with_rotation, fixed, differences, kind, turn
         )
         known = _known(rival, runs.names, runs.scale)
         for place, first in enumerate(others):

@@ -97,7 +97,7 @@ def _next_measurement(data: Ingested, search: Search) -> SeparatingMeasurement |
 
     scan, states = search.first, data.states
     fixed = fixed_parameters(data.campaign.model)
-    noise = scan.fit.noise.translation if scan.fit.noise is not None else 0.0
+    noise = (scan.fit.noise.translation or scan.fit.noise.gauge) if scan.fit.noise is not None else 0.0
     for pair in look_alike_pairs(search):
         first, second = (with_values_of(scan, trial) for trial in pair)
         known = None

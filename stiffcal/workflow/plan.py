@@ -138,7 +138,9 @@ def _planned(
     result = answer_of(campaign, plan, model, chosen, purpose, minutes_per_run)
     result = replace(result, candidates=len(candidates.joints))
     if rivals:
-        result = separations_of(result, chosen.pairs, chosen.choice, named)
+        planned = n_runs * (candidates.wrench.shape[1] + unloaded) * model.readings_per_state
+        readings = max(rival.readings for rival in rivals) + planned
+        result = separations_of(result, chosen.pairs, chosen.choice, named, readings)
     if result.not_identified:
         context.progress("how to identify the others", 0.85)
         remedies = remedies_of(campaign, plan, model, result.not_identified, n_runs, two_sided)

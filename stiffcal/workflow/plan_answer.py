@@ -21,7 +21,10 @@ from stiffcal.workflow.plan_model import PlanModel
 from stiffcal.workflow.plan_tracker import tracker_warnings
 
 # χ² by which a model must fit better for a test of two to decide: five standard deviations.
-ENOUGH = 25.0
+# One-sided 95 % of the normal distribution.
+ONE_SIDED = 1.645
+# How often each run is repeated at most where a plan does not separate two models.
+MOST_TIMES = 20
 HOUR = 60.0
 NUMBERED = re.compile(r"run([0-9]{1,6})")
 
@@ -38,6 +41,7 @@ if TYPE_CHECKING:
         PlannedGoal,
         PlanResult,
         RunToMeasure,
+        Separation,
     )
     from stiffcal.planning.rivals import PairInformation
     from stiffcal.workflow.plan_rivals import NamedRival
@@ -299,26 +303,56 @@ def _warnings(campaign: Campaign, model: PlanModel) -> list[str]:
 
 
 def separations_of(
-    result: PlanResult, pairs: list[PairInformation], choice: Choice, named: list[NamedRival]
+    result: PlanResult, pairs: list[PairInformation], choice: Choice, named: list[NamedRival], readings: int
 ) -> PlanResult:
-    """Return the answer with how far the chosen runs separate every ordered pair of rival models."""
+    """Return the answer with how far the chosen runs separate every ordered pair of rival models.
+
+    Parameters
+    ----------
+    result : without it. pairs : of all candidates. choice : among them. named : the rivals.
+    readings : how many numbers are measured, those so far and those of the plan.
+    """
     from stiffcal.planning.results import Separation
 
     separations = []
     for pair in pairs:
-        size = pair.separation(choice.design.chosen)
+        sizes = (pair.separation(np.tile(choice.design.chosen, times)) for times in range(1, MOST_TIMES + 1))
+        size, needed = pair.separation(choice.design.chosen), separation_needed(readings)
+        times = next((times for times, of_times in enumerate(sizes, start=1) if of_times >= needed), None)
         separations.append(
             Separation(
                 truth=named[pair.truth].label,
                 rival=named[pair.rival].label,
                 chi_square=size,
-                distinguished=size >= ENOUGH,
+                needed=needed,
+                distinguished=size >= needed,
+                times=times,
             )
         )
-    alike = [
-        f"{entry.truth} and {entry.rival} cannot be separated: χ² = {entry.chi_square:.2g} where {ENOUGH:.0f} are "
-        f"needed"
-        for entry in separations
-        if not entry.distinguished
-    ]
+    alike = [_stay_alike(entry) for entry in separations if not entry.distinguished]
     return replace(result, separations=separations, warnings=[*result.warnings, *alike])
+
+
+def separation_needed(readings: int) -> float:
+    """Return the χ² between two models with which a diagnosis names the true one alone in 95 campaigns of 100.
+
+    The difference of the two models' squares has the mean χ² and the standard deviation 2 √χ². It has to be
+    `LOOK_ALIKE_ERRORS` such deviations, and `LOOK_ALIKE_SHARE` of the rms of all readings.
+
+    Parameters
+    ----------
+    readings : how many numbers are measured.
+    """
+    from stiffcal.diagnosis.thresholds import LOOK_ALIKE_ERRORS, LOOK_ALIKE_SHARE
+
+    by_errors = 2.0 * (LOOK_ALIKE_ERRORS + ONE_SIDED)
+    by_share = ONE_SIDED + float(np.sqrt(ONE_SIDED**2 + 2.0 * LOOK_ALIKE_SHARE * readings))
+    return max(by_errors, by_share) ** 2
+
+
+def _stay_alike(entry: Separation) -> str:
+    sizes = f"χ² = {entry.chi_square:.2g} where {entry.needed:.0f} are needed"
+    text = f"{entry.truth} and {entry.rival} cannot be separated: {sizes}"
+    if entry.times is None:
+        return f"{text}; repeats of these runs do not help: apply larger forces, or others"
+    return f"{text}; each run {entry.times:.0f} times would do, or {entry.times:.0f} readings averaged in place of one"

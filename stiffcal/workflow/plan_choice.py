@@ -118,7 +118,7 @@ def _pairs(model: PlanModel, candidates: Candidates, purpose: Purpose) -> list[P
 
     if not purpose.rivals:
         return []
-    rivals = [RivalModel.of_covariance(entry.robot, entry.covariance) for entry in purpose.rivals]
+    rivals = [RivalModel.of_covariance(entry.robot, entry.covariance, entry.noise) for entry in purpose.rivals]
     return checked_balance(
         lambda: pairs_of_rivals(
             rivals, candidates.joints, candidates.wrench, model.setup, model.noise, model.with_rotation, model.fixed,

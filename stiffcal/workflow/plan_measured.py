@@ -12,7 +12,7 @@ from stiffcal.workflow.steps import RunContext
 
 if TYPE_CHECKING:
     from stiffcal.identification.fit import Fit
-    from stiffcal.measurements.load_states import MeasurementSetup
+    from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
 
 
@@ -27,9 +27,11 @@ class MeasuredSoFar:
     covariance: dict[str, dict[str, float]]
     """Of the fitted parameters, by full names."""
     noise: tuple[float | None, ...]
-    """(5,) translation m, rotation rad, force N, moment N·m, motor angle rad of a load state; None where not known."""
+    """(6,) translation m, rotation rad, force N, moment N·m, motor angle rad, device m of a state; None: not known."""
     source: str
     """Where the values are from, in words."""
+    readings: int
+    """How many numbers of displacements and places were measured."""
 
 
 def measured_so_far(campaign: Campaign, robot: CompliantRobot, context: RunContext) -> MeasuredSoFar | None:
@@ -71,11 +73,18 @@ def _of_whole_campaign(campaign: Campaign, robot: CompliantRobot, context: RunCo
     covariance = {a: {b: float(matrix[i, j]) for j, b in known} for i, a in known}
     estimated = identified.noise_per_axis
     noise = (
-        (None,) * 5
+        (None,) * 6
         if estimated is None
-        else (estimated.translation, estimated.rotation, estimated.force, estimated.moment, estimated.motor_angle)
+        else (
+            estimated.translation,
+            estimated.rotation,
+            estimated.force,
+            estimated.moment,
+            estimated.motor_angle,
+            estimated.gauge,
+        )
     )
-    return MeasuredSoFar(robot, setup, covariance, noise, fitted.source)
+    return MeasuredSoFar(robot, setup, covariance, noise, fitted.source, _readings(data.states))
 
 
 def _of_first_runs(campaign: Campaign, robot: CompliantRobot, context: RunContext) -> MeasuredSoFar | None:
@@ -106,12 +115,20 @@ def _of_first_runs(campaign: Campaign, robot: CompliantRobot, context: RunContex
     names = fit.free_names
     covariance = {a: {b: float(fit.covariance[i, j]) for j, b in enumerate(names)} for i, a in enumerate(names)}
     source = f"{len(complete)} of {len(campaign.manifest.runs)} runs, those measured so far"
-    return MeasuredSoFar(robot.with_values(values), states.setup, covariance, _noise_of(fit), source)
+    return MeasuredSoFar(robot.with_values(values), states.setup, covariance, _noise_of(fit), source, _readings(states))
 
 
 def _noise_of(fit: Fit) -> tuple[float | None, ...]:
     noise = fit.noise
     if noise is None:
-        return (None,) * 5
-    sizes = (noise.translation, noise.rotation, noise.force, noise.moment, noise.motor_angle)
+        return (None,) * 6
+    sizes = (noise.translation, noise.rotation, noise.force, noise.moment, noise.motor_angle, noise.gauge)
     return tuple(size if size > 0.0 else None for size in sizes)
+
+
+def _readings(states: LoadStates) -> int:
+    """Return how many numbers were read in states that count."""
+    per_state = np.isfinite(states.displacement).sum(axis=1)
+    per_state += np.isfinite(states.deflection).sum(axis=(1, 2)) + np.isfinite(states.position).sum(axis=(1, 2))
+    per_state += 3 * np.isfinite(states.rotation).all(axis=(2, 3)).sum(axis=1)
+    return int(per_state[states.used].sum())

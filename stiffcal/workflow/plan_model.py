@@ -52,6 +52,15 @@ class PlanModel:
     """Full names of parameters that the fit does not free, or that others make up for in every pose."""
     kind: RunKind = "load"
     """What is measured."""
+    readings: int = 0
+    """How many numbers were measured so far."""
+
+    @property
+    def readings_per_state(self) -> int:
+        """How many numbers a state of a planned run gives."""
+        from stiffcal.planning.information import reads_along_lines
+
+        return 1 if reads_along_lines(self.noise, self.setup) else 6 if self.with_rotation else 3
 
     @property
     def absolute(self) -> bool:
@@ -161,7 +170,7 @@ def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> Pl
     chain = campaign.chain
     frames = resolve_frames(campaign.manifest, chain)
     measured = measured_so_far(campaign, robot, context)
-    estimated: tuple[float | None, ...] = (None,) * 5
+    estimated: tuple[float | None, ...] = (None,) * 6
     covariance: dict[str, dict[str, float]] = {}
     if measured is not None:
         robot, setup, covariance = measured.robot, measured.setup, measured.covariance
@@ -187,7 +196,10 @@ def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> Pl
     noise = _noise(campaign, plan, setup, estimated)
     setup = replace(at_load_point(setup), estimated=())
     turned, kind = with_rotation(campaign), kind_of(campaign, plan)
-    model = PlanModel(robot, setup, noise, covariance, source, assumed, turned, fixed_names(campaign), kind)
+    model = PlanModel(
+        robot, setup, noise, covariance, source, assumed, turned, fixed_names(campaign), kind,
+        0 if measured is None else measured.readings,
+    )  # fmt: skip
     return _of_places(model) if model.absolute else model
 
 
@@ -244,6 +256,9 @@ def _noise(campaign: Campaign, plan: PlanFile, setup: MeasurementSetup, found: t
         reason = "neither plan.toml nor a fit has the noise of the driven motors' angles"
         mend = "add [noise] with motor_angle_rad = 5e-6, the standard uncertainty of one load state at the joint's side"
         raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "noise.motor_angle_rad", reason, mend)
+    gauge = first_known(stated.translation_m, found[5], sigma.gauge) if along_lines(campaign, setup) else None
+    if gauge:
+        translation = 0.0
     if translation is None and not clamped:
         reason = "neither plan.toml nor campaign.toml nor a fit has the noise of the measured position"
         mend = "add [noise] with translation_m = 2e-5, the standard uncertainty of one load state"
@@ -252,7 +267,13 @@ def _noise(campaign: Campaign, plan: PlanFile, setup: MeasurementSetup, found: t
         reason = "orientation is measured, and neither plan.toml nor campaign.toml nor a fit has its noise"
         raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "noise.rotation_rad", reason, "add it under [noise]")
     sizes = (translation or 0.0, rotation or 0.0, force or 0.0, moment or 0.0)
-    return Noise(*sizes, "manifest", np.inf, motor_angle=motor_angle or 0.0)
+    return Noise(*sizes, "manifest", np.inf, motor_angle=motor_angle or 0.0, gauge=gauge or 0.0)
+
+
+def along_lines(campaign: Campaign, setup: MeasurementSetup) -> bool:
+    """Return whether displacement is measured by devices along their lines alone."""
+    in_space = (source.body_poses() or source.deflection for source in campaign.manifest.sources.values())
+    return bool(setup.gauges) and not any(in_space)
 
 
 def with_rotation(campaign: Campaign) -> bool:

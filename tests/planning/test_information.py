@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.noise import Noise
-from stiffcal.measurements.load_states import Sigma
+from stiffcal.measurements.load_states import Attachment, Gauge, Sigma
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.planning.design import information
@@ -101,3 +101,18 @@ def test_rows_of_predictions_are_the_change_with_the_parameter() -> None:
         difference = (ends[0] - ends[1]) / 2e-3
         change = rows[:, k].reshape(3, 4).T
         np.testing.assert_allclose(change, difference, atol=1e-5 * np.abs(difference).max() + 1e-12)
+
+
+def test_devices_read_along_their_lines_alone() -> None:
+    """Of a run with one load step the readings are 0, d, 0 along the nearest line: (2/3) d dᵀ/σ² about their mean."""
+    robot, base = joint_springs(six_axes(), SIX_STIFFNESS), Attachment(0, np.eye(4))
+    lines = tuple(Gauge(name, 0, base, line) for name, line in zip("xyz", np.eye(3), strict=True))
+    setup = replace(force_sensor_setup(robot.chain), gauges=lines, wrench_axes=base)
+    noise = Noise(0.0, 0.0, 0.0, 0.0, "manifest", np.inf, gauge=2e-5)
+    joints = six_axis_joints(np.random.default_rng(1), 4)
+    wrench = np.tile([10.0, 300.0, -20.0, 0.0, 0.0, 0.0], (4, 1))
+    runs = information_of_runs(robot, joints, wrench[:, None], setup, noise, False)
+    along_y = prediction_rows(robot, joints, wrench, setup, runs.scale).reshape(3, -1, 6)[1]
+    for factor, moved in zip(runs.factors, along_y, strict=True):
+        expected = 2.0 / 3.0 * np.outer(moved, moved) / noise.gauge**2
+        np.testing.assert_allclose(factor.T @ factor, expected, rtol=1e-4, atol=1e-6 * expected.max())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,22 @@ def test_the_separation_is_what_a_refit_of_the_wrong_model_leaves() -> None:
     left = float(np.sum(refitted(joints, wrench, setup).residual ** 2)) / NOISE.translation**2
     assert left > 10.0
     assert pair.separation(np.arange(8)) == pytest.approx(left, rel=1e-3)
+
+
+def test_a_rival_is_weighed_with_the_noise_of_its_own_fit() -> None:
+    """The model without the effect takes part of it for noise: its noise would promise too little."""
+    joints, wrench, setup = runs(0, 8)
+    other, doubled = refitted(joints, wrench, setup).robot, replace(NOISE, translation=2.0 * NOISE.translation)
+    common, own = (
+        pairs_of_rivals(
+            [RivalModel.of_covariance(TRUTH, {}), RivalModel.of_covariance(other, {}, noise)],
+            joints, wrench, setup, doubled, with_rotation=False,
+        )
+        for noise in (None, NOISE)
+    )  # fmt: skip
+    ratio = {k: own[k].separation(np.arange(8)) / common[k].separation(np.arange(8)) for k in range(2)}
+    assert ratio[[pair.truth for pair in own].index(0)] == pytest.approx(4.0, rel=1e-3)
+    assert ratio[[pair.truth for pair in own].index(1)] == pytest.approx(1.0, rel=1e-9)
 
 
 def test_the_design_separates_both_ways_better_than_random_runs() -> None:

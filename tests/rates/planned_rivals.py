@@ -1,10 +1,10 @@
 """Do the runs of `plan --tell` settle it?
-``python -P -m tests.rates.planned_rivals FOLDER [SEEDS] [RUNS] [FORCE] [FIRST_SEED]``.
+``python -P -m tests.rates.planned_rivals FOLDER [SEEDS] [RUNS] [FORCE] [FIRST_SEED] [EFFECT…]``.
 
-FOLDER is a copy of a campaign whose diagnosis names effects that look alike. Each of them in turn is the truth: with
-its values as fitted to the campaign, the campaign's own loads and the planned runs are played by the exact balance
-with the fitted noise, and diagnosed. Printed: how often the true effect is named, alone; from seed 0 on without the
-planned runs too.
+FOLDER is a copy of a campaign whose diagnosis names effects that look alike (or EFFECTs, as "backlash j4"). Each of
+them in turn is the truth: with its values and noise as fitted to the campaign, the campaign's own loads and the planned
+runs are played by the exact balance, and diagnosed. Printed: how often the true effect is named, alone, and every other
+answer; from seed 0 on without the planned runs too.
 """
 
 from __future__ import annotations
@@ -28,10 +28,11 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
+from stiffcal.planning.information import reads_along_lines
+from stiffcal.reduction.motion import gauge_directions
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.experiments import robot_to_fit
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
-from stiffcal.workflow.plan_model import planned_model
 from stiffcal.workflow.plan_rivals import named_rival, rival_models, rivals_of_diagnosis
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 
@@ -66,13 +67,34 @@ def with_runs(states: LoadStates, joints: Floats, wrench: Floats) -> LoadStates:
     return replace(states, runs=runs, **arrays)
 
 
+def with_devices(states: LoadStates, chain: Chain) -> LoadStates:
+    """Return the states with the runs that no device reads yet read by the one nearest to the line of their forces."""
+    angles = chain.model_angles(states.joints)
+    force = np.einsum("nab,nb->na", attached_poses(chain, angles, states.setup.wrench_axes)[1], states.wrench[:, :3])
+    along = np.abs(np.einsum("nga,na->ng", gauge_directions(states, chain), force))
+    reading = states.displacement.copy()
+    for run in np.unique(states.run):
+        members = states.run == run
+        if not np.isfinite(reading[members]).any():
+            reading[members, int(np.argmax(along[members].max(axis=0)))] = 0.0
+    return replace(states, displacement=reading, position=np.full_like(states.position, np.nan))
+
+
 def read(robot: CompliantRobot, states: LoadStates, noise: Noise, rng: np.random.Generator) -> LoadStates:
     """Return the states as the true robot and its instruments would give them."""
     rest = solve_balance(robot, robot.chain.model_angles(states.joints), states.wrench, states.setup)
     sigma = np.repeat([noise.force, noise.moment], 3)
     place = rest.target_position + noise.translation * rng.normal(size=rest.target_position.shape)
+    reading = states.displacement
+    if reads_along_lines(noise, states.setup):
+        lines = gauge_directions(states, robot.chain)
+        moved = np.stack([rest.displacement[:, gauge.target, :3] for gauge in states.setup.gauges], axis=1)
+        read_now = np.sum(lines * moved, axis=2) + noise.gauge * rng.normal(size=reading.shape)
+        place, reading = states.position, np.where(np.isfinite(reading), read_now, np.nan)
+        sigma = np.where(states.wrench == 0.0, 0.0, noise.force)
     return replace(
-        states, position=place, wrench=states.wrench + sigma * rng.normal(size=states.wrench.shape),
+        states, position=place, displacement=reading,
+        wrench=states.wrench + sigma * rng.normal(size=states.wrench.shape),
         set_aside=np.full(len(states), "", dtype=np.str_), set_aside_code=np.full(len(states), "", dtype=np.str_),
     )  # fmt: skip
 
@@ -87,14 +109,14 @@ def as_read(chain: Chain, setup: MeasurementSetup, point: Attachment, joints: Fl
     return np.concatenate([forces @ axes, moments @ axes], axis=2)
 
 
-def main(folder: Path, n_seeds: int, n_runs: int, force: float, first_seed: int) -> None:
+def main(folder: Path, n_seeds: int, n_runs: int, force: float, first_seed: int, effects: list[str]) -> None:
     """Print how often each look-alike is named where it is the truth."""
     context = RunContext()
     data = up_to_date_states(folder, context)
     campaign, plan_file = data.campaign, load_plan(folder)
-    rivals = rivals_of_diagnosis(diagnose_campaign(folder, context), campaign)
+    rivals = [named_rival(text) for text in effects]
+    rivals = rivals or rivals_of_diagnosis(diagnose_campaign(folder, context), campaign)
     models = rival_models(rivals, campaign, plan_file, context)
-    noise = planned_model(campaign, plan_file, context).noise
     present, catalogue = robot_to_fit(data), find_effects()
     for planned in (False, True) if first_seed == 0 else (True,):
         states = data.states
@@ -102,17 +124,21 @@ def main(folder: Path, n_seeds: int, n_runs: int, force: float, first_seed: int)
             request = PlanRequest(rivals=tuple(rival.label for rival in rivals), runs=n_runs, force=force)
             plan = plan_campaign(folder, context, request)
             for entry in plan.separations or ():
-                print(f"promised: {entry.truth} true, {entry.rival} fitted: {entry.chi_square:.1f}")
+                print(
+                    f"promised: {entry.truth} true, {entry.rival} fitted: {entry.chi_square:.1f} of {entry.needed:.1f}"
+                )
             joints = np.stack([run.joints for run in plan.runs])
             wrench = np.stack([run.wrench for run in plan.runs])
             states = with_runs(
                 states, joints, as_read(campaign.chain, states.setup, models[0].setup.wrench_point, joints, wrench)
             )
+            if reads_along_lines(models[0].noise, states.setup):
+                states = with_devices(states, campaign.chain)
         for rival, model in zip(rivals, models, strict=True):
             started, named, alone = time.process_time(), 0, 0
             for seed in range(first_seed, first_seed + n_seeds):
                 truth = CompliantRobot(present.chain, model.robot.placed, model.robot.deformed)
-                played = read(truth, states, noise, np.random.default_rng(seed))
+                played = read(truth, states, model.noise, np.random.default_rng(seed))
                 search = search_missing(played, present, catalogue, Settings())
                 first = search.found[0] if search.found else None
                 right = first is not None and first.candidate.effect.name == named_rival(rival.label).effect
@@ -122,7 +148,9 @@ def main(folder: Path, n_seeds: int, n_runs: int, force: float, first_seed: int)
                     label = (
                         "nothing" if first is None else f"{first.candidate.effect.name} {first.candidate.place.label}"
                     )
-                    print(f"  seed {seed}: {label}, alternatives or undecided", flush=True)
+                    others = [one.name for one in first.alternatives] if first is not None else []
+                    between = [one.candidate.name for one in search.undecided]
+                    print(f"  seed {seed}: {label}, alternatives {others}, undecided {between}", flush=True)
             spent = (time.process_time() - started) / n_seeds
             kind = f"with {n_runs} planned runs" if planned else "without planned runs"
             counts = f"named {named}, alone {alone} of {n_seeds} from seed {first_seed}"
@@ -131,5 +159,5 @@ def main(folder: Path, n_seeds: int, n_runs: int, force: float, first_seed: int)
 
 if __name__ == "__main__":
     given = sys.argv[1:]
-    seeds, runs, largest, first = (*given[1:], *("10", "8", "350", "0")[len(given) - 1 :])
-    main(Path(given[0]), int(seeds), int(runs), float(largest), int(first))
+    seeds, runs, largest, first = (*given[1:5], *("10", "8", "350", "0")[len(given) - 1 :])
+    main(Path(given[0]), int(seeds), int(runs), float(largest), int(first), given[5:])

@@ -57,7 +57,7 @@ def test_more_runs_separate_more(irb4400: Path, monkeypatch: pytest.MonkeyPatch)
     )
     assert min(entry.chi_square for entry in many) > 2.0 * min(entry.chi_square for entry in few) > 0.0
     for entry in (*few, *many):
-        assert entry.distinguished == (entry.chi_square >= 25.0)
+        assert entry.distinguished == (entry.chi_square >= entry.needed)
 
 
 def test_what_stays_alike_is_a_warning(irb4400: Path) -> None:
