@@ -13,7 +13,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_of_the_system, write_whole
 from stiffcal.measurements.rms import Rms
 
-VERDICTS = {HELD: "held", NOT_HELD: "NOT met"}
+VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
 
 
 def prepare_files(*files: Path) -> None:

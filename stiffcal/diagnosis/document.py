@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -299,6 +300,11 @@ def _pattern_sentence(pattern: CompliancePattern | None) -> str:
     return "" if pattern is None else f" Probable location: {pattern_in_words(pattern)}."
 
 
+def lower_tenth(share: float) -> float:
+    """Return the percentage next below a share, in tenths: 1.0 is "at least 99.9 %"."""
+    return (math.ceil(1000.0 * share) - 1) / 10.0
+
+
 def share_in_words(search: Search) -> str:
     """Return which share of the error goes with what is missing, with its 95 % interval."""
     explained = search.explained
@@ -307,7 +313,8 @@ def share_in_words(search: Search) -> str:
     if low == high:
         # Ends that are printed alike would look exact.
         low, high = (f"{100.0 * value:.1f}".removesuffix(".0") for value in (explained.low, explained.high))
-    interval = f"95 %: {low} to {high} %"
+    # Still alike to a tenth: the lower end rounded down is what the data support.
+    interval = f"95 %: {low} to {high} %" if low != high else f"95 %: at least {lower_tenth(explained.low):.1f} %"
     verb = "explain" if len(search.found or search.tried) > 1 else "explains"
     return f"{verb} {share} % ({interval}) of the {avoidable}"
 

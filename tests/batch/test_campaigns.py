@@ -125,7 +125,7 @@ def test_campaigns_are_found_once_and_in_order(cells: Path, tmp_path: Path) -> N
     assert not absent
     found, absent = find_campaigns([cells / "notes", cells / "b"])
     assert [outcome.error and outcome.error.reason for outcome in absent] == ["there is no campaign.toml in it"]
-    with pytest.raises(InputError, match="no such folder; name a campaign folder"):
+    with pytest.raises(InputError, match="no such folder; give a campaign folder"):
         find_campaigns([tmp_path / "nowhere"])
 
 
@@ -197,7 +197,7 @@ def test_thresholds_of_a_file(copied: Path, tmp_path: Path, capsys: pytest.Captu
     assert end.value.code == 1
     document = json.loads(capsys.readouterr().out)
     assert [one["state"] for one in document["campaigns"]] == ["held", "not held"]
-    assert document["warnings"] == ["the thresholds of c are of no campaign here"]
+    assert document["warnings"] == ["the thresholds of c belong to no campaign in this batch"]
 
 
 @pytest.mark.usefixtures("in_this_process")
@@ -297,7 +297,7 @@ def test_what_is_no_outcome_counts_as_a_lost_process(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(batch_processes, "_START", answer)
     worker = WorkerProcess()
     try:
-        with pytest.raises(WorkerLostError, match="something else than an outcome"):
+        with pytest.raises(WorkerLostError, match="something other than a result"):
             worker.do(BatchTask(folder="a", campaign="b"))
     finally:
         worker.stop()

@@ -24,6 +24,7 @@ def test_the_verb_follows_the_number_of_effects() -> None:
 
 @pytest.mark.parametrize(("low", "share", "high", "ends"), [
     (0.996, 0.998, 1.001, "99.6 to 100.1 %"), (0.9, 0.95, 0.97, "90 to 97 %"), (0.9954, 0.999, 1.0, "99.5 to 100 %"),
+    (0.9998, 0.9999, 1.0, "at least 99.9 %"), (1.0, 1.0, 1.0, "at least 99.9 %"),
 ])  # fmt: skip
 def test_ends_that_would_be_printed_alike_have_another_digit(low: float, share: float, high: float, ends: str) -> None:
     text = share_in_words(search(low, share, high))

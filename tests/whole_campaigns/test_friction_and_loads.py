@@ -84,4 +84,4 @@ def test_runs_held_out_judge_and_do_not_fit(both: Path, command: Command, tmp_pa
     found = {p["name"]: p for p in document["parameters"]}
     assert found["joint-friction.j1.coulomb"]["value"] is not None
     assert found["joint-friction.j2.coulomb"]["value"] is None
-    assert any("held out" in gap["reason"] for gap in document["not_identifiable"])
+    assert any("held-out" in gap["reason"] for gap in document["not_identifiable"])

@@ -50,7 +50,7 @@ def test_a_clamped_run_without_reversal_is_left_out_everywhere(tmp_path: Path) -
     cut_to_one_way(folder / "raw" / "p1.csv.gz")
     checked = check_campaign(folder)
     assert not checked.ready
-    assert [line for line in checked.missing if line.startswith("run p1: driven one way only")]
+    assert [line for line in checked.missing if line.startswith("run p1: driven in one direction only")]
     assert len(checked.missing) == 1
     identified = identify_campaign(folder)
     assert identified.n_runs == whole.n_runs - 1
