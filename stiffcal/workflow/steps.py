@@ -314,7 +314,7 @@ def announce(step: str, reason: str, folder: Path, context: RunContext) -> None:
         mend = f"run stiffcal {step} {folder}, or leave --no-update out"
         raise InputError.at(FaultCode.STORE_OUTDATED, str(folder), step, reason, mend)
     context.on_step(step, reason)
-    context.notify(f"{step} first: {reason}")
+    context.notify(f"running {step}: {reason}")
 
 
 def key_of(*parts: Any) -> str:

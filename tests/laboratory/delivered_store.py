@@ -16,7 +16,7 @@ from stiffcal.batch.task import run_task
 
 STRICT = "\n[thresholds]\nmax_rms_m = 1e-9\n"
 
-NOT_YOURS = "ingest first: the store was not written by you: recomputed"
+NOT_YOURS = "running ingest: the store was not written by you: recomputed"
 
 
 def forge(folder: Path, name: str, change: Callable[[dict[str, Any]], None]) -> None:

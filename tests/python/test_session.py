@@ -352,8 +352,8 @@ def test_notes_go_to_the_logger_and_nothing_is_printed(
     with caplog.at_level(logging.INFO, logger="stiffcal"):
         stiffcal.open(folder, progress=lambda text, fraction: reported.append(text)).validate()
     assert [record.message for record in caplog.records] == [
-        "ingest first: nothing is ingested yet",
-        "identify first: nothing is fitted yet",
+        "running ingest: nothing is ingested yet",
+        "running identify: nothing is fitted yet",
     ]
     assert "fitting without each pose" in reported
     assert capfd.readouterr() == ("", "")

@@ -40,7 +40,7 @@ def test_forged_results_do_not_make_batch_say_held(delivered: Path) -> None:
 def test_results_of_one_own_are_not_computed_again(delivered: Path) -> None:
     said: list[str] = []
     first = validate_campaign(delivered, RunContext(notify=said.append))
-    assert said == [NOT_YOURS, "identify first: nothing is fitted yet"]
+    assert said == [NOT_YOURS, "running identify: nothing is fitted yet"]
     said.clear()
     assert validate_campaign(delivered, RunContext(notify=said.append)) == first
     assert identify_campaign(delivered).origin == first.origin == "own"
@@ -88,7 +88,7 @@ def test_a_log_rewritten_with_its_size_and_time_kept_is_noticed(tmp_path: Path, 
     assert (log.stat().st_size, log.stat().st_mtime_ns) == (found.st_size, found.st_mtime_ns)
     said: list[str] = []
     after = identify_campaign(folder, RunContext(notify=said.append))
-    assert said[0] == "ingest first: changed: raw/states.csv"
+    assert said[0] == "running ingest: changed: raw/states.csv"
     assert after.key != before.key
 
 

@@ -60,7 +60,7 @@ def test_a_campaign_as_baseline_is_fitted_first(campaign: Path, softer: Path) ->
     ask(campaign, 'baseline = "before"\nmax_drift = { all = 0.2, A6 = 0.3 }')
     said: list[str] = []
     document = validate_campaign(campaign, RunContext(notify=said.append))
-    assert [line.split(":")[0] for line in said] == ["ingest first", "identify first"]
+    assert [line.split(":")[0] for line in said] == ["running ingest", "running identify"]
     assert document.passed is True
     assert {check.where for check in document.checks} == {"A1", "A2", "A3", "A4", "A5", "A6"}
 

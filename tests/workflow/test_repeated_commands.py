@@ -72,7 +72,7 @@ def test_states_damaged_after_they_were_compared_are_made_again(
     monkeypatch.setattr(freshness, "freshness_of", damaged_afterwards)
     said: list[str] = []
     export_campaign(validated, RunContext(notify=said.append), tmp_path / "states.parquet")
-    assert said == [f"ingest first: the store is damaged: {name}"]
+    assert said == [f"running ingest: the store is damaged: {name}"]
     assert name in Store(validated / "store").documents
     assert document_of(read_history(validated))["fits"] == before
 

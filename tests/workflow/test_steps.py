@@ -23,7 +23,7 @@ def test_missing_steps_run_first_and_are_said_in_one_line_each(tmp_path: Path) -
     folder = write_small_campaign(tmp_path / "small", poses=2)
     said: list[str] = []
     validate_campaign(folder, means_with(said))
-    assert said == ["ingest first: nothing is ingested yet", "identify first: nothing is fitted yet"]
+    assert said == ["running ingest: nothing is ingested yet", "running identify: nothing is fitted yet"]
 
 
 def test_no_update_refuses_and_names_the_step(tmp_path: Path) -> None:
@@ -48,8 +48,8 @@ def test_a_changed_source_is_named_and_everything_after_it_runs_again(campaign: 
     table.write_text("\n".join(lines[:-2]) + "\n")
     said: list[str] = []
     document = validate_campaign(campaign, means_with(said))
-    assert said[0].startswith("ingest first: changed: raw/states.csv")
-    assert said[1].startswith("identify first: the model or the load states have changed")
+    assert said[0].startswith("running ingest: changed: raw/states.csv")
+    assert said[1].startswith("running identify: the model or the load states have changed")
     assert document.fit_id == "2"
 
 
@@ -58,7 +58,7 @@ def test_a_changed_model_makes_the_fit_stale_but_not_the_states(campaign: Path) 
     model.write_text(model.read_text().replace("[1, 2, 3, 4, 5, 6]", "[1, 2, 3, 4, 5]"))
     said: list[str] = []
     document = validate_campaign(campaign, means_with(said))
-    assert [line.split(":")[0] for line in said] == ["identify first"]
+    assert [line.split(":")[0] for line in said] == ["running identify"]
     assert (document.rms.translation or 0.0) > 1.5 * 16e-6  # joint 6 gives, and the model has no such joint
 
 
