@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
+from itertools import pairwise
 
 from docs.markdown import cell, code, table
 from stiffcal import effects_api
+from stiffcal.effects_api import StateOrder
 
 WITHOUT_DOCSTRING = {
     "BASE_NODE": "Node number of the base, 0.",
@@ -37,9 +40,40 @@ def effects_api_page() -> str:
             "   :members:\n",
             ".. autoclass:: stiffcal.effects_api.NodeLoads",
             "   :members:",
-            "```",
+            "```\n",
+            "## What a law with a memory knows of the states\n",
+            f"Members of `StateOrder`: {line_of('StateOrder')}\n",
+            table(
+                ("member", "what it is"), [(code(name), cell(text)) for name, text in documented_members(StateOrder)]
+            ),
         ]
     )
+
+
+def documented_members(described: type) -> list[tuple[str, str]]:
+    """Return the public fields and properties of a class with their docstrings, in the order of its source."""
+    (body,) = ast.parse(inspect.getsource(described)).body
+    members: list[tuple[str, str]] = []
+    for statement, following in pairwise([*body.body, ast.Pass()]) if isinstance(body, ast.ClassDef) else ():
+        if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
+            name, text = statement.target.id, _string_of(following)
+        elif isinstance(statement, ast.FunctionDef) and _is_property(statement):
+            name, text = statement.name, ast.get_docstring(statement)
+        else:
+            continue
+        if not name.startswith("_"):
+            members.append((name, (text or "").partition("\n\n")[0].replace("``", "")))
+    return members
+
+
+def _string_of(statement: ast.stmt) -> str | None:
+    if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
+        return inspect.cleandoc(str(statement.value.value))
+    return None
+
+
+def _is_property(function: ast.FunctionDef) -> bool:
+    return any(isinstance(mark, ast.Name) and mark.id == "property" for mark in function.decorator_list)
 
 
 def line_of(name: str) -> str:

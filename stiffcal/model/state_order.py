@@ -17,13 +17,13 @@ class StateOrder:
     run: NDArray[np.int64]
     """(n,) run number; states of a run are contiguous and in order."""
     time: Floats
-    """(n,) s, NaN where not logged."""
+    """(n,) s on the run's clock, NaN where not logged."""
     hold: Floats
     """(n,) s since the load was reached, NaN where not known."""
     motor: Floats
     """(J, n) model-joint motion of the motors since the run's reference, rad; zero where not logged."""
     temperature: Floats
-    """(n,) first temperature channel minus its value at the run's reference; NaN where not logged."""
+    """(n,) K, rise of the first temperature channel since the run's reference state; NaN where none is logged."""
     since_reference: Floats
     """(n,) s since the run's reference state."""
     number: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))

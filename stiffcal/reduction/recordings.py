@@ -26,6 +26,7 @@ _SHARED = ("wrench", "position.", "marker.", "lengths.", "displacement.", "joint
 # A joint log without a clock may stand for the whole run when its joints stay within this: a tenth of what a
 # direction-finding touch of the pendant moves, and 0.1 mm at 1 m.
 STANDING_RAD = 1e-4
+TEMPERATURE = "temperature"  # changes within a run though the joints stand, and slowly: a nearly known clock will do
 JUMP_S = 1.0  # from one block to the next: a pause, or a clock that was set
 MISSED = 0.25  # of the holds, outside of a device's log: more is hardly an early end of logging
 LEAST_EXCITED = 0.5  # of a hold, by every device: less is no state
@@ -181,7 +182,11 @@ def _ahead(
     joints_stand = joints is not None and bool(np.ptp(joints, axis=0).max() < STANDING_RAD)
     if joints_stand or all(not moves(values) for values in blocks.mean.values()):
         return None
-    if joints is not None and len(blocks.mean) == 1 and bool((joints.std(axis=0) < 10.0 * STANDING_RAD).all()):
+    if (
+        joints is not None
+        and set(blocks.mean) <= {"joints", TEMPERATURE}
+        and bool((joints.std(axis=0) < 10.0 * STANDING_RAD).all())
+    ):
         warnings.append(
             f"run {run.id}: the clock of {source} is unknown ({clock.reason}); its mean over the run is used"
         )
@@ -240,6 +245,11 @@ def _average_holds(
     start, end = holds.start[numbers], holds.end[numbers]
     for _, blocks, ahead in placed:
         means, spreads, counts = hold_means(blocks, start, end, ahead)
+        if ahead is None and TEMPERATURE in blocks.mean:
+            nearly = _ahead_nearly(blocks, placed[0][1], holds)
+            temperature_means, temperature_spreads, _ = hold_means(_only(blocks, TEMPERATURE), start, end, nearly)
+            means |= temperature_means
+            spreads |= temperature_spreads
         signals |= means
         scatter |= spreads
         if ahead is not None:
@@ -254,6 +264,19 @@ def _average_holds(
         n_readings=n_readings,
         set_aside=[IN_USE] * numbers.size,
     )
+
+
+def _ahead_nearly(blocks: Blocks, first: Blocks, holds: Holds) -> float:
+    """Return the clock offset of a log that shares nothing with the others, good enough for what changes slowly.
+
+    Where its times as they are cover all holds the clocks are taken as one; else both logs began together.
+    """
+    is_one_clock = blocks.start[0] <= holds.start.min() and holds.end.max() <= blocks.end[-1] + blocks.interval
+    return 0.0 if is_one_clock else float(blocks.start[0] - first.start[0])
+
+
+def _only(blocks: Blocks, signal: str) -> Blocks:
+    return replace(blocks, mean={signal: blocks.mean[signal]}, variance={signal: blocks.variance[signal]})
 
 
 def half_way(holds: Holds) -> Floats:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import re
+from dataclasses import fields
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -47,8 +48,12 @@ def test_the_page_of_effects_has_each() -> None:
 
 def test_the_page_of_the_effects_api_has_each_name_with_a_line() -> None:
     rows = re.findall(r"^\| `(\w+)` \| (.+) \|$", effects_api_page(), flags=re.MULTILINE)
-    assert [name for name, _ in rows] == effects_api.__all__
+    n_names = len(effects_api.__all__)
+    assert [name for name, _ in rows[:n_names]] == effects_api.__all__
     assert all(line.endswith(".") for _, line in rows)
+    members = dict(rows[n_names:])
+    assert list(members) == [*(entry.name for entry in fields(effects_api.StateOrder)), "logs_temperature"]
+    assert members["temperature"].startswith("(n,) K, rise")
 
 
 def test_the_law_of_each_effect_begins_with_a_formula() -> None:

@@ -66,6 +66,23 @@ def test_joints_that_read_the_same_all_through() -> None:
     np.testing.assert_allclose(run.states.signals["joints"][:, 4], 1.2)
 
 
+@pytest.mark.parametrize("begins", [0.0, 5000.0])
+@pytest.mark.parametrize("wander", [0.0, 1e-3])
+def test_temperature_next_to_joints_that_stand_rises_within_the_run(begins: float, wander: float) -> None:
+    """The joints need no clock; the temperature next to them is that of each hold: on one clock, or from log begin."""
+    logs, _ = logs_of(1)
+    end = logs["ft"].end[-1]
+    at = np.arange(0.0, end, 0.05)
+    joints = 0.3 + wander * np.sin(at)[:, None] * np.ones(6)
+    warming = 295.0 + 0.02 * at
+    logs["controller"] = blocks_of(begins + at, {"joints": joints, "temperature": warming[:, None]})
+    run = reduce_run(Run(id="a", clock_ahead_s={"tracker": 0.4}), logs)
+    assert run.clocks["controller"].value is None
+    assert np.ptp(run.states.signals["joints"]) == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_allclose(run.states.signals["temperature"][:, 0], 295.0 + 0.02 * run.states.time, atol=2e-3)
+    assert np.ptp(run.states.signals["temperature"]) > 0.8 * 0.02 * end
+
+
 def test_means_over_holds_and_their_scatter() -> None:
     logs, holds = logs_of(1)
     run = reduce_run(Run(id="a"), logs)
