@@ -16,6 +16,7 @@ from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
+from stiffcal.wording import listing
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -80,6 +81,7 @@ def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path,
     console : where to. result : the diagnosis. folder, store : as they were given, for commands to copy.
     """
     show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
+    _show_with_all_missing(console, result)
     console.show_warnings(result.warnings)
     show_registration(console, result.registration)
     show_suspects(console, result.suspects, result.suspects_not_checked)
@@ -117,6 +119,17 @@ def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path,
         console.print("\nnot tried:")
         for untestable in result.not_tried:
             console.print(f"  {untestable.effect}: needs {untestable.needs}", soft_wrap=True)
+
+
+def _show_with_all_missing(console: AnswerConsole, result: DiagnoseResult) -> None:
+    """Print the error with several missing effects together: each row of the ranking adds only one."""
+    if len(result.missing) < 2 or result.heldout_rms_with_missing is None:
+        return
+    names = listing(effect_words(effect) if dict(effect.where.items()) else effect.effect for effect in result.missing)
+    noise = deviation(result.noise) if result.noise else "not known"
+    console.print(
+        f"with {names}: {deviation(result.heldout_rms_with_missing)} in held-out poses, noise {noise}", soft_wrap=True
+    )
 
 
 def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect) -> None:

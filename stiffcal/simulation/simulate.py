@@ -7,9 +7,10 @@ file has lost the values: whoever analyses it starts as a laboratory does, and o
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
@@ -27,7 +28,7 @@ from stiffcal.campaign.reach import check_inside
 from stiffcal.documents import Document
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import check_regular, read_regular, replacing, write_whole
+from stiffcal.files import check_regular, open_regular, read_regular, replacing, write_whole
 from stiffcal.limits import TOML
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.controller import compensated
@@ -79,6 +80,7 @@ def simulate_campaign(
             FaultCode.OPTION_INVALID, "command line", "--seed", f"{drawn} is negative", "give a whole number from 0"
         )
     _check_out(out, campaign.folder)
+    _check_unchanged(out, campaign, settings.robot.hidden)
     progress("setting loads", 0.0)
     robot, recording = simulate_runs(campaign, settings, drawn, settle)
     devices_by_run = [
@@ -99,6 +101,8 @@ def simulate_campaign(
         files = [*_write_logs(out, campaign, devices_by_run, logs, progress), TRUTH_FILE]
         if out.resolve() != campaign.folder.resolve():
             files += _copy_documents(campaign, out, settings.robot.hidden)
+            truth["written"] = {name: _digest(out / name, name) for name in files if name != TRUTH_FILE}
+            write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")
     progress("simulated", 1.0)
     states = sum(len(true_run.planned.program) for true_run in recording.true_run)
     runs = [true_run.planned.name for true_run in recording.true_run]
@@ -179,6 +183,58 @@ def _check_out(out: Path, source: Path) -> None:
         )
 
 
+def _check_unchanged(out: Path, campaign: Campaign, hidden: Sequence[str]) -> None:
+    """Raise where a file that would be written anew is no longer what a simulation wrote.
+
+    Documents of a folder that was left half-made, or made before digests were recorded, may only be what they will be.
+    """
+    if out.resolve() == campaign.folder.resolve() or not (out / TRUTH_FILE).exists():
+        return
+    recorded = _recorded(out)
+    names = [*_document_names(campaign), *([MODEL_FILE] if campaign.model_written else [])]
+    for name in dict.fromkeys([*names, *recorded]):
+        check_inside(out, name)
+        if not (out / name).exists():
+            continue
+        found = _digest(out / name, name)
+        if found == recorded.get(name):
+            continue
+        if name in names and found == _digest_to_be(campaign, name, hidden):
+            continue
+        raise InputError.at(
+            FaultCode.FILE_EXISTS,
+            str(out / name),
+            "",
+            "it was changed after it was simulated, and would be overwritten",
+            "use a folder that does not exist yet, or delete this file",
+        )
+
+
+def _recorded(out: Path) -> Mapping[str, str]:
+    """Return the digests of what a simulation wrote, by file; none where they cannot be read."""
+    try:
+        written = json.loads(read_regular(out / TRUTH_FILE, TRUTH_FILE))["written"]
+        return {str(name): str(digest) for name, digest in written.items()}
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return {}
+
+
+def _digest(path: Path, name: str) -> str:
+    digest = hashlib.sha256()
+    with open_regular(path, name) as file:
+        while piece := file.read(1 << 20):
+            digest.update(piece)
+    return digest.hexdigest()
+
+
+def _digest_to_be(campaign: Campaign, name: str, hidden: Sequence[str]) -> str:
+    """Return the digest of a document as it would be written."""
+    if name != MODEL_FILE:
+        return _digest(campaign.folder / name, name)
+    content = read_regular(campaign.model_path, MODEL_FILE, limit=TOML).decode("utf-8-sig")
+    return hashlib.sha256(without_values(content, hidden).encode()).hexdigest()
+
+
 @contextmanager
 def _only_whole(out: Path) -> Iterator[None]:
     """Make the folder; take away what was written into an empty one where not all of it can be."""
@@ -249,13 +305,17 @@ def _write_file(path: Path, file: str, source: Source, device: Device, parts: Se
     write_log(path, source.format_for(file) or "csv", columns, dialect, group)
 
 
-def _copy_documents(campaign: Campaign, out: Path, hidden: Sequence[str]) -> list[str]:
-    """Copy manifest, robot and plugins as they are, and the model file without its values and hidden effects."""
+def _document_names(campaign: Campaign) -> list[str]:
+    """Return what is copied as it is, the manifest last: without it a half-made folder is no campaign yet."""
     names = [campaign.manifest.robot, *campaign.manifest.plugins]
     if campaign.robot.urdf is not None:
         names.append(str(Path(campaign.manifest.robot).parent / campaign.robot.urdf))
-    # The manifest last: without it a folder that was left half-made is no campaign yet.
-    names.append(MANIFEST_FILE)
+    return [*(Path(name).as_posix() for name in names), MANIFEST_FILE]
+
+
+def _copy_documents(campaign: Campaign, out: Path, hidden: Sequence[str]) -> list[str]:
+    """Copy manifest, robot and plugins as they are, and the model file without its values and hidden effects."""
+    names = _document_names(campaign)
     content = read_regular(campaign.model_path, MODEL_FILE, limit=TOML) if campaign.model_written else None
     if content is not None:
         write_whole(out / MODEL_FILE, without_values(content.decode("utf-8-sig"), hidden))

@@ -41,6 +41,7 @@ def truth_document(
         ``parameters`` by full name (SI); ``joint_stiffness`` by parameter name, N·m/rad; ``noise`` by source, per axis;
         ``frames`` as they really are (parent_from_frame); per run ``clock_ahead_s`` against the first source in the
         middle of the run, ``holds`` as [start, end] on the first source's clock, ``bumped`` holds from 1 by source.
+        `simulate_campaign` adds ``written``, the SHA-256 of every other file that it writes, where it writes documents.
         With a controller that corrected, ``controller``: what makes its delay, s, and the effects that it holds.
     """
     corrected = {} if controller is None else {"controller": _delays(controller)}

@@ -7,7 +7,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from stiffcal.files import replacing
+from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.errors import InputError
+from stiffcal.files import read_regular, replacing
+from stiffcal.limits import TOML
+from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.improve_results import ImproveStep
 from stiffcal.workflow.run import run_campaign
@@ -45,8 +50,20 @@ def run_demo(
         f"copying the example to {folder} and simulating its raw logs: the simulated robot has an effect that "
         f"model.toml lacks"
     )
+    _take_again(folder)
     simulate_campaign(EXAMPLE, folder, None, context.progress)
     with replacing(folder / "README.md") as temporary:  # not through a link that lies there
         shutil.copyfile(EXAMPLE / "README.md", temporary)
     improve_campaign(folder, context, notify_step=notify_step)
     return replace(run_campaign(folder, context), folder=str(folder))
+
+
+def _take_again(folder: Path) -> None:
+    """Remove the model file of an earlier demo, which `improve` has changed: `simulate` would refuse to replace it."""
+    model = folder / MODEL_FILE
+    try:
+        manifest = read_regular(folder / MANIFEST_FILE, MANIFEST_FILE, limit=TOML)
+    except (InputError, OSError):
+        return
+    if manifest == (EXAMPLE / MANIFEST_FILE).read_bytes() and (folder / TRUTH_FILE).is_file() and model.is_file():
+        model.unlink()

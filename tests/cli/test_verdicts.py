@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from stiffcal.cli.console import AnswerConsole
+from stiffcal.cli.diagnose import _show_with_all_missing
 from stiffcal.cli.identify import fit_verdict
 from stiffcal.cli.tables import show_parameters
 from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
@@ -54,3 +55,18 @@ def test_a_drift_is_printed_per_hour_or_per_kelvin(follows: DriftFollows, printe
         assert printed in text.getvalue()
         assert ("µm/h" in text.getvalue()) == (follows == "time")
         assert ("µm/K" in text.getvalue()) == (follows == "temperature")
+
+
+def test_the_error_with_all_that_is_missing_is_printed_where_several_effects_are() -> None:
+    friction = SimpleNamespace(effect="friction-hysteresis", where=Where(joints=[2]))
+    drift = SimpleNamespace(effect="thermal-drift", where=Where())
+    for missing, noise, printed in (
+        ([friction, drift], Rms(3.1e-5, None), "31.0 µm"),
+        ([friction, drift], None, "not known"),
+        ([friction], Rms(3.1e-5, None), ""),
+    ):
+        result: Any = SimpleNamespace(missing=missing, noise=noise, heldout_rms_with_missing=Rms(3.08e-5, None))
+        with StringIO() as text:
+            _show_with_all_missing(AnswerConsole(file=text, width=40), result)
+            line = f"with friction-hysteresis (joint 2) and thermal-drift: 30.8 µm in held-out poses, noise {printed}\n"
+            assert text.getvalue() == (line if printed else "")

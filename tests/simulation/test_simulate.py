@@ -134,6 +134,23 @@ def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
     assert same == {"campaign.toml", "robot.toml", "model.toml"}
 
 
+@pytest.mark.parametrize("name", ["model.toml", "campaign.toml", "robot.toml", "raw/a_ft.csv"])
+def test_what_was_changed_since_is_not_overwritten(tmp_path: Path, name: str) -> None:
+    campaign, settings = write_folder(tmp_path / "source", FRAMES + LOGS + RUNS, SETTINGS + RATES + POSES)
+    out = tmp_path / "out"
+    simulate_campaign(campaign, settings, out, seed=3)
+    simulate_campaign(campaign, settings, out, seed=4)  # untouched: simulated anew
+    other = MODEL + "\n# another model\n"
+    simulate_campaign(*write_folder(tmp_path / "other", FRAMES + LOGS + RUNS, SETTINGS + RATES + POSES, other), out)
+    (out / name).write_bytes((out / name).read_bytes() + b"\n# mine\n")
+    before = digests(out)
+    with pytest.raises(InputError, match=f"{name}: it was changed after it was simulated"):
+        simulate_campaign(campaign, settings, out, seed=5)
+    assert digests(out) == before
+    (out / name).unlink()
+    simulate_campaign(campaign, settings, out, seed=5)
+
+
 def test_noise_comes_out_as_it_was_asked_for(tmp_path: Path) -> None:
     noise = """
 [sensors.table]
