@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
@@ -331,6 +331,17 @@ _PRINTED = {
     "N/m": ("N/µm", 1e-6),
     "N/rad": ("N/mrad", 1e-3),
 }
+
+
+LINK_COMPLIANCE: Final = (
+    (0, 0, "stretch per force along x1", "m/N"),
+    (1, 1, "u2 per force along x2", "m/N"),
+    (5, 5, "rotation about x3 per moment", "rad/(N*m)"),
+    (2, 2, "u3 per force along x3", "m/N"),
+    (4, 4, "rotation about x2 per moment", "rad/(N*m)"),
+    (3, 3, "twist per moment", "rad/(N*m)"),
+)
+"""Elements of a link's 6×6 compliance that are printed, those of a beam alone: row, column, words, unit."""
 
 
 def printed_unit(unit: str, drift_follows: str | None = None) -> tuple[str, float]:

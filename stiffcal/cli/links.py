@@ -7,21 +7,12 @@ from typing import TYPE_CHECKING
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, interval, share, significant
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import LINK_COMPLIANCE, printed_unit
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
-
-# Elements of the 6×6 that people look at: the beam's own. (row, column, words, factor from SI, unit)
-_ELEMENTS = (
-    (0, 0, "stretch per force along", 1e6, "µm/N"),
-    (1, 1, "u2 per force along x2", 1e6, "µm/N"),
-    (5, 5, "rotation about x3 per moment", 1e6, "µrad/(N·m)"),
-    (2, 2, "u3 per force along x3", 1e6, "µm/N"),
-    (4, 4, "rotation about x2 per moment", 1e6, "µrad/(N·m)"),
-    (3, 3, "twist per moment", 1e6, "µrad/(N·m)"),
-)
 
 
 def show_links(console: Console, links: list[LinkResult]) -> None:
@@ -38,7 +29,8 @@ def show_links(console: Console, links: list[LinkResult]) -> None:
         as_beam = " (as a beam)" if link.compliance_structure == "beam" else ""
         table = plain_table(f"compliance of the link's end{as_beam}", "value, ± 95 %>", "")
         lowest, highest = link.compliance_interval
-        for row, column, name, factor, unit in _ELEMENTS:
+        for row, column, name, si_unit in LINK_COMPLIANCE:
+            unit, factor = printed_unit(si_unit)
             value, low, high = link.compliance[row][column], lowest[row][column], highest[row][column]
             value_text = "not identifiable"
             if value is not None and low is not None and high is not None:

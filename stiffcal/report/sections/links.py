@@ -22,18 +22,10 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import links as drawing
 from stiffcal.report.link_pictures import LinkPicture
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import LINK_COMPLIANCE, printed_unit
 
 ORDER = 53
 _TITLE = "Links measured with rods"
-# Element of the 6×6, words, factor from SI, unit.
-_ELEMENTS = (
-    (0, 0, "stretch per force along x1", 1e6, "µm/N"),
-    (1, 1, "u2 per force along x2", 1e6, "µm/N"),
-    (5, 5, "rotation about x3 per moment", 1e6, "µrad/(N·m)"),
-    (2, 2, "u3 per force along x3", 1e6, "µm/N"),
-    (4, 4, "rotation about x2 per moment", 1e6, "µrad/(N·m)"),
-    (3, 3, "twist per moment", 1e6, "µrad/(N·m)"),
-)
 _HEADS = {
     "links-rigid": "links rigid",
     "tool-alone": "tool alone",
@@ -114,7 +106,8 @@ def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
 def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
     rows = []
     low, high = link_result.compliance_interval
-    for row, column, text, factor, unit in _ELEMENTS:
+    for row, column, text, si_unit in LINK_COMPLIANCE:
+        unit, factor = printed_unit(si_unit)
         value, ends = link_result.compliance[row][column], (low[row][column], high[row][column])
         if value is None or ends[0] is None or ends[1] is None:
             rows.append((text, "not identifiable", unit))
