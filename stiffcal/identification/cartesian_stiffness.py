@@ -79,11 +79,14 @@ def cartesian_stiffnesses(states: LoadStates, chain: Chain) -> tuple[CartesianSt
         return ()
     stiffnesses = []
     for members in run_members(states.run):
-        kept = members[states.used[members] & np.isfinite(states.rotation[members, 0, 0, 0])]
-        kept = kept[np.isfinite(states.wrench[kept]).all(axis=1)]
+        kept = members[states.used[members] & np.isfinite(states.rotation[members, 0]).all(axis=(1, 2))]
+        whole = np.concatenate([states.wrench[kept], states.position[kept, 0]], axis=1)
+        kept = kept[np.isfinite(whole).all(axis=1)]
         if len(kept) < FEWEST:
             continue
         displacement, wrench = _at_target(states, chain, kept)
+        if not displacement.any():
+            continue
         full = (
             _fullness(wrench, np.repeat([1.0, 1.0 / LENGTH_M], 3)),
             _fullness(displacement, np.repeat([1.0, LENGTH_M], 3)),

@@ -239,7 +239,10 @@ def with_geometry(fit: Fit, states: LoadStates) -> Fit:
     covariance = fit.covariance + from_geometry
     variance = np.diag(covariance)
     spread = dict(zip(fit.free_names, np.sqrt(variance).tolist(), strict=True))
-    share = dict(zip(fit.free_names, (np.diag(from_geometry) / np.maximum(variance, 1e-300)).tolist(), strict=True))
+    # of what no degree of freedom determines the variance is infinite, and no share of it is known
+    known = np.isfinite(variance)
+    shares = np.diag(from_geometry)[known] / np.maximum(variance[known], 1e-300)
+    share = dict(zip(np.array(fit.free_names)[known].tolist(), shares.tolist(), strict=True))
     quantile = student_95(fit.dof) if fit.scaled else NORMAL_95
     parameters = reported_parameters(robot, spread, quantile, fixed)
     return replace(

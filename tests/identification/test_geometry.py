@@ -133,3 +133,16 @@ def test_few_places_change_the_default_a_little() -> None:
     assert misfit < 0.5
     assert prior.misfit == misfit
     assert prior.angle / DEFAULT.angle == pytest.approx(np.sqrt((4.0 + dof * misfit**2) / (4.0 + dof)))
+
+
+def test_no_share_is_known_of_what_has_no_variance() -> None:
+    """As many numbers as readings: an answer with a share that is no number could not be read from the store again."""
+    campaign = with_tolerance(played(), replace(DEFAULT, stated=True))
+    fit = identify_parameters(campaign.states, campaign.model)
+    covariance = fit.covariance.copy()
+    covariance[:, 0] = covariance[0, :] = np.inf
+    found = with_geometry(replace(fit, covariance=covariance), campaign.states)
+    shares = {parameter.name: parameter.from_geometry for parameter in found.parameters}
+    first, *others = fit.free_names
+    assert shares[first] is None
+    assert all(0.0 < (shares[name] or 0.0) < 1.0 for name in others)

@@ -193,6 +193,23 @@ def test_cartesian_stiffness_where_all_is_full() -> None:
         assert np.allclose(np.diag(one.compliance), np.diag(exact.compliance), rtol=0.1)
 
 
+def test_states_without_a_coordinate_are_left_out_of_the_cartesian_stiffness() -> None:
+    """A table may lack a single cell of a pose; and a robot that never moves has no stiffness."""
+    states, chain = tracked(share=0.02), six_axes()
+    position = states.position.copy()
+    position[5, 0, 0] = np.nan
+    run = states.runs[states.run[5]].name
+    whole, lacking = (
+        {one.run: one.n for one in cartesian_stiffnesses(given, chain)}
+        for given in (states, replace(states, position=position))
+    )
+    assert lacking == {**whole, run: whole[run] - 1}
+    still = replace(
+        states, position=np.zeros_like(position), rotation=np.broadcast_to(np.eye(3), states.rotation.shape).copy()
+    )
+    assert cartesian_stiffnesses(still, chain) == ()
+
+
 def test_forces_alone_are_not_full() -> None:
     states = tracked()
     wrench = states.wrench.copy()
