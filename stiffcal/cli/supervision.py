@@ -15,10 +15,10 @@ import signal
 import sys
 import tempfile
 import threading
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import IO, NoReturn, TextIO
 
@@ -28,8 +28,6 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
 VARIABLE = "STIFFCAL_SUPERVISED_BY"
-TWICE_S = 0.3
-"""A second Ctrl-C so soon after the first is the same one: a terminal and the waiting parent both send it."""
 
 
 class Supervision:
@@ -49,8 +47,8 @@ class Supervision:
         self.before_split: Callable[[], None] | None = None
         self._report: IO[bytes] | None = None
         self._answers: TextIO | None = None
-        self._interrupted_at = -1e9
         self._interrupted = False
+        self._forwarded_by = -1
         self._started_by = os.environ.pop(VARIABLE, "") if own_process else ""
 
     def begin(self, files: tuple[str, ...]) -> None:
@@ -65,10 +63,10 @@ class Supervision:
                 stream.flush()
         if self.own_process:
             if self._started_by:
-                alive, _, name = self._started_by.partition(" ")
+                alive, forwarded, name = self._started_by.split(" ", 2)
                 self._report = Path(name).open("wb")  # noqa: SIM115 - closed by `end`
                 if int(alive) >= 0:
-                    threading.Thread(target=_end_with_parent, args=(int(alive),), daemon=True).start()
+                    self._follow_parent(int(alive), int(forwarded))
             elif _can_split():
                 self._split()
             else:
@@ -150,15 +148,34 @@ class Supervision:
             os.dup2(sys.stderr.fileno(), number)
         sys.stdout = sys.stderr
 
+    def _follow_parent(self, alive: int, forwarded: int) -> None:
+        """End with the parent, and hear from it of every interruption that it sends on.
+
+        Parameters
+        ----------
+        alive : descriptor that ends with the parent. forwarded : with a byte for every interruption it has sent.
+        """
+        threading.Thread(target=_end_with_parent, args=(alive,), daemon=True).start()
+        os.set_blocking(forwarded, False)
+        self._forwarded_by = forwarded
+
     def _count_interruptions(self) -> None:
+        """Raise once for every Ctrl-C, which a terminal and the waiting parent both send.
+
+        Of all that arrive those that the parent has sent are known; the others are the terminal's. Two that arrive
+        together count as one, of the parent.
+        """
         if threading.current_thread() is not threading.main_thread():
             return
+        arrived = forwarded = pressed = 0
 
         def interrupt(number: int, frame: object) -> None:
-            now = time.monotonic()
-            if now - self._interrupted_at < TWICE_S:
+            nonlocal arrived, forwarded, pressed
+            arrived, forwarded = arrived + 1, forwarded + _waiting(self._forwarded_by)
+            if max(forwarded, arrived - forwarded) <= pressed:
                 return
-            self._interrupted, self._interrupted_at = True, now
+            pressed += 1
+            self._interrupted = True
             raise KeyboardInterrupt
 
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
@@ -168,22 +185,23 @@ class Supervision:
         """Go on in a child process; the parent waits, and leaves with the child's exit code."""
         word, report = os.pipe()
         alive, parent = os.pipe()
+        forwarded, forwards = os.pipe()
         before = signal.pthread_sigmask(signal.SIG_BLOCK, _FORWARDED)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # of threads in libraries, which take a split well
             child = os.fork()
         if child == 0:
-            os.close(word)
-            os.close(parent)
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            for descriptor in (word, parent, forwards):
+                os.close(descriptor)
             self._report = os.fdopen(report, "wb")
-            threading.Thread(target=_end_with_parent, args=(alive,), daemon=True).start()
+            self._follow_parent(alive, forwarded)
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
             return
-        _close_all_but(word, parent)
+        _close_all_but(word, parent, forwards)
         sent: list[int] = []
         for number in _FORWARDED:
             if signal.getsignal(number) is not signal.SIG_IGN:
-                signal.signal(number, lambda number, frame: _forward(child, number, sent))
+                signal.signal(number, lambda number, frame: _forward(child, number, sent, forwards))
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         with os.fdopen(word, "rb") as pipe:
@@ -197,14 +215,15 @@ class Supervision:
         os.close(descriptor)
         sent: list[int] = []
         alive, parent = os.pipe() if os.name == "posix" else (-1, -1)
-        environment = {**os.environ, VARIABLE: f"{alive} {name}"}
-        passed = (alive,) if alive >= 0 else ()
+        forwarded, forwards = os.pipe() if os.name == "posix" else (-1, -1)
+        environment = {**os.environ, VARIABLE: f"{alive} {forwarded} {name}"}
+        passed = (alive, forwarded) if alive >= 0 else ()
         with subprocess.Popen([sys.executable, *sys.orig_argv[1:]], env=environment, pass_fds=passed) as child:
+            forward = partial(_forward, child.pid, sent=sent, forwards=forwards)
             for number in _FORWARDED if os.name == "posix" else (signal.SIGINT,):
                 # On Windows the console sends Ctrl-C to both.
-                action = (lambda number, frame: _forward(child.pid, number, sent)) if os.name == "posix" else _ignore
-                signal.signal(number, action)
-            _close_all_but(parent)
+                signal.signal(number, (lambda number, frame: forward(number)) if os.name == "posix" else _ignore)
+            _close_all_but(parent, forwards)
             status = child.wait()
         code_text = Path(name).read_bytes()
         with suppress(OSError):
@@ -287,10 +306,22 @@ def _close_all_but(*kept: int) -> None:
             return
 
 
-def _forward(child: int, number: int, sent: list[int]) -> None:
+def _forward(child: int, number: int, sent: list[int], forwards: int) -> None:
+    """Send a signal on to the child, which knows of an interruption that it is the parent's before it arrives."""
     sent.append(number)
+    if number == signal.SIGINT:
+        with suppress(OSError):  # it has ended already
+            os.write(forwards, b"i")
     with suppress(ProcessLookupError):
         os.kill(child, number)
+
+
+def _waiting(descriptor: int) -> int:
+    """Return how many bytes wait in a pipe, and take them out; 0 where there is none."""
+    try:
+        return len(os.read(descriptor, 1 << 10)) if descriptor >= 0 else 0
+    except OSError:  # none waits
+        return 0
 
 
 def _ignore(number: int, frame: object) -> None:

@@ -132,6 +132,49 @@ def test_interrupting_the_command_reaches_what_runs(
     assert ("interrupted" in error) is (sent == signal.SIGINT)
 
 
+ENDS_SLOWLY = """
+import time
+from pathlib import Path
+here = Path(__file__)
+here.with_name('ran').touch()
+try:
+    time.sleep(60)
+except KeyboardInterrupt:
+    here.with_name('interrupted').touch()
+    try:
+        while not here.with_name('go').exists():
+            time.sleep(0.02)
+    except KeyboardInterrupt:
+        here.with_name('twice').touch()
+    raise
+"""
+
+
+@posix
+@pytest.mark.parametrize("start", [["-m", "stiffcal"], ["-c", AGAIN]])
+def test_one_interruption_is_one_however_late_the_parent_sends_it_on(folder: Path, start: list[str]) -> None:
+    """A terminal interrupts both processes; here the parent stands still until its child is half a second further."""
+    write_plugin(folder, ENDS_SLOWLY)
+    command = [sys.executable, "-P", *start, *prediction(folder)]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, process_group=0
+    ) as process:
+        for file in ("ran", "interrupted"):
+            while not (folder / file).exists():
+                assert process.poll() is None, process.communicate()
+                time.sleep(0.02)
+            if file == "ran":
+                process.send_signal(signal.SIGSTOP)
+                os.killpg(process.pid, signal.SIGINT)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGCONT)
+        time.sleep(0.3)
+        (folder / "go").touch()
+        process.communicate()
+    assert process.returncode == 130
+    assert not (folder / "twice").exists()
+
+
 @posix
 @pytest.mark.parametrize("start", [["-m", "stiffcal"], ["-c", AGAIN]])
 def test_a_killed_command_leaves_no_process_behind(folder: Path, start: list[str]) -> None:
