@@ -16,17 +16,10 @@ from stiffcal.diagnosis.heldout_error import (
 )
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.naming import near_best
+from stiffcal.diagnosis.pattern_results import CompliancePattern
 from stiffcal.diagnosis.patterns import find_pattern
 from stiffcal.diagnosis.ranking import effect_at, ranked_findings
-from stiffcal.diagnosis.results import (
-    CompliancePattern,
-    DiagnoseResult,
-    Finding,
-    LookAlike,
-    ProposedEffect,
-    SearchPace,
-    UndecidedEffect,
-)
+from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect, SearchPace, UndecidedEffect
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows

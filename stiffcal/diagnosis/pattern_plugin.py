@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from string import Template
 
+from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy
 from stiffcal.diagnosis.patterns import ORDERS
-from stiffcal.diagnosis.results import CompliancePattern, FollowedBy
 from stiffcal.diagnosis.words import what_is_followed
 
 _HEAD = Template('''"""An effect to test: the compliance of a joint follows the $followed."""

@@ -20,7 +20,7 @@ from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.heldout_error import left_out_rms
 from stiffcal.diagnosis.judge import alike, fitted_values, judge
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
-from stiffcal.diagnosis.results import (
+from stiffcal.diagnosis.pattern_results import (
     CandidateParameter,
     CompliancePattern,
     FollowedBy,

@@ -8,7 +8,8 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import confidence_by_class
 from stiffcal.diagnosis.judge import alike, fitted_values, judge, judge_choice
 from stiffcal.diagnosis.naming import near_best
-from stiffcal.diagnosis.results import CandidateParameter, Explanation, Finding
+from stiffcal.diagnosis.pattern_results import CandidateParameter
+from stiffcal.diagnosis.results import Explanation, Finding
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.words import places_in_words
 from stiffcal.identification.document import finite

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import Annotated, Literal
 
+from stiffcal.diagnosis.pattern_results import CandidateParameter, CompliancePattern
 from stiffcal.diagnosis.setting_results import ContradictedSetting, WrongGeometry
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
@@ -56,18 +56,6 @@ class UndecidedEffect:
     """Of all poses left out in turn (of all resamplings where no pose decides), how many in which it errs least."""
     deciding_runs: list[str]
     """Runs without which it has less error than the effect that is named, by more than two standard errors."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CandidateParameter:
-    """A parameter of a candidate."""
-
-    symbol: str
-    """As in parameter names."""
-    value: Number
-    """As fitted with the candidate, SI."""
-    unit: str
-    """Of the value."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,70 +173,6 @@ class ResidualDependence:
     """Share of resamplings of whole speeds or seconds of motion in which the error left out falls with a curve over it;
     of moving joints alone.
     """
-
-
-class FollowedBy(Enum):
-    """What a joint's compliance may follow."""
-
-    JOINT_ANGLE = "joint angle"
-    JOINT_TORQUE = "joint torque"
-    LOAD = "load"
-    TIME = "time"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PatternAlternative:
-    """A dependence that explains the remainder as well as the one that is named."""
-
-    joint: int
-    """Whose compliance varies, from 1."""
-    follows: FollowedBy
-    of_joint: int | None
-    """Whose angle or torque, from 1; null for load and time."""
-    share: float
-    """Of the avoidable error in poses left out."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PatternPoint:
-    """A joint's apparent change of compliance in one run."""
-
-    run: str
-    at: float
-    """Mean of what is followed in the run: rad, or a share of the largest torque or load or of the latest time."""
-    compliance: float
-    """rad/(N·m), what the run's residuals amount to, in addition to the model's compliance."""
-    std: float
-    """rad/(N·m), its standard uncertainty, all else known."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CompliancePattern:
-    """A joint's compliance that varies, where nothing in the catalogue accounts for the remainder."""
-
-    joint: int
-    """Whose compliance varies, from 1."""
-    follows: FollowedBy
-    of_joint: int | None
-    """Whose angle or torque it follows, from 1; null for load and time."""
-    share: float
-    """Of the avoidable error in poses left out, that goes with the dependence; of all of it without a known noise."""
-    p_value: float
-    """Family-wise, over all dependences that were tried."""
-    heldout_rms_before: Rms
-    """In poses left out of the fit, without the dependence."""
-    heldout_rms_after: Rms
-    """The same with it."""
-    scale: float
-    """N·m, N or s, of the largest torque or load or the latest time: the law is in shares of it; 1 for angles."""
-    parameters: list[CandidateParameter]
-    """Of the law: for an angle q (a cos mq + b sin mq) with m the order, else a s + b s²."""
-    alternatives: list[PatternAlternative]
-    """Those that cannot be distinguished from it, at most four."""
-    points: list[PatternPoint]
-    """The apparent compliance in each run."""
-    curve: list[list[float]]
-    """Pairs of what is followed and the law's change of compliance, rad/(N·m), to be drawn with the points."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

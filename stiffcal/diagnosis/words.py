@@ -8,14 +8,8 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import errors_by_experiment, poses_helped, size_at_tool
 from stiffcal.diagnosis.judge import fitted_values
 from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.results import (
-    AgreementWithPlaces,
-    CompliancePattern,
-    ErrorInExperiment,
-    Explanation,
-    FollowedBy,
-    PatternAlternative,
-)
+from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy, PatternAlternative
+from stiffcal.diagnosis.results import AgreementWithPlaces, ErrorInExperiment, Explanation
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms

@@ -6,27 +6,38 @@ are of three sorts:
 - *amplitudes*: the small displacement at a node, or the shift of an observation, is proportional to them;
 - *shape* parameters (a slip torque, the width of a crossing): the law bends with them;
 - *set-up* parameters (a turned frame, an offset): they change what goes into the model.
-
-Nodes are numbered along the chain: 0 the base, 2k − 1 joint k, 2k the outboard end of link k, 2J + 1 the tool.
-A node's small displacement has six components in the node's axes: three translations, three rotations.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from enum import Enum
-from typing import Any, ClassVar, Literal
-
-import numpy as np
+from typing import Any, ClassVar
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.deprecated_names import old_names, take_old_methods, with_old_methods
-from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.held_frame import HeldFrame
+from stiffcal.model.effect_values import BASE_NODE as BASE_NODE
+from stiffcal.model.effect_values import RX as RX
+from stiffcal.model.effect_values import RY as RY
+from stiffcal.model.effect_values import RZ as RZ
+from stiffcal.model.effect_values import TX as TX
+from stiffcal.model.effect_values import TY as TY
+from stiffcal.model.effect_values import TZ as TZ
+from stiffcal.model.effect_values import Covariate as Covariate
+from stiffcal.model.effect_values import Evidence as Evidence
+from stiffcal.model.effect_values import Inputs as Inputs
+from stiffcal.model.effect_values import Kind as Kind
+from stiffcal.model.effect_values import NodeLoads as NodeLoads
+from stiffcal.model.effect_values import Observed as Observed
+from stiffcal.model.effect_values import Place as Place
+from stiffcal.model.effect_values import PlaceKind as PlaceKind
+from stiffcal.model.effect_values import Term as Term
+from stiffcal.model.effect_values import joint_node as joint_node
+from stiffcal.model.effect_values import link_node as link_node
+from stiffcal.model.effect_values import tool_node as tool_node
 from stiffcal.model.parameters import ParameterRole as ParameterRole
 from stiffcal.model.parameters import ParameterSpec as ParameterSpec
 from stiffcal.model.parameters import Values as Values
@@ -34,118 +45,6 @@ from stiffcal.model.parameters import usual_grid
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 from stiffcal.model.state_order import StateOrder as StateOrder
 from stiffcal.model.torque_angle import TorqueAngle as TorqueAngle
-
-PlaceKind = Literal["joints", "links", "pairs", "frames", "setup"]
-
-# Components of a node's displacement and wrench.
-TX, TY, TZ, RX, RY, RZ = range(6)
-
-
-class Kind(Enum):
-    """Where in the one equation an effect enters (physics, section 1)."""
-
-    NODE_LAW = "node law"
-    COUPLING = "coupling"
-    CONFIGURATION = "configuration"
-    OBSERVATION = "observation"
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where an effect acts."""
-
-    kind: PlaceKind
-    """"joints", "links", "pairs", "frames" or "setup"."""
-    joints: tuple[int, ...] = ()
-    """Joint numbers from 1: one for a joint, two for a pair, none else."""
-    link: str = ""
-    """The link's name, or ""."""
-    frame: str = ""
-    """The name of a frame of the manifest, or ""."""
-
-    @property
-    def label(self) -> str:
-        """The place in parameter names: ``j4``, ``swing``, ``j5-j6``, ``tracker`` (a frame) or ``setup``."""
-        if self.kind == "links":
-            return self.link
-        if self.kind == "frames":
-            return self.frame
-        return "-".join(f"j{number}" for number in self.joints) or "setup"
-
-
-@dataclass(frozen=True)
-class Term:
-    """One product ``amplitude × value`` that adds to one component of one node's displacement."""
-
-    node: int
-    """Node number."""
-    component: int
-    """0 … 5, translation then rotation, node axes."""
-    symbol: str
-    """The amplitude's symbol; "" for a term without a free parameter."""
-    value: Floats
-    """(n,) what the amplitude is multiplied with, per state."""
-
-
-@dataclass(frozen=True)
-class NodeLoads:
-    """What the nodes carry in n states."""
-
-    wrench: Floats
-    """(2J + 2, 6, n) force and moment in each node's axes about its origin, N and N·m, weight included."""
-    angles: Floats
-    """(J, n) model joint angles, rad."""
-    order: StateOrder | None = None
-    """The states' order and time, or None where the states stand alone."""
-    weight: Floats | None = None
-    """(2J + 2, 6, n) the part of ``wrench`` that weight alone makes at no load, where a law needs it; else None."""
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """What goes into the balance, for effects that change it."""
-
-    angles: Floats
-    """(J, n) model joint angles, rad."""
-    wrench: Floats
-    """(6, n) as read, sensor axes."""
-    setup: MeasurementSetup
-    """Where the instruments sit."""
-    loaded: bool = True
-    """False for the weight-only state, where no sensor is read."""
-
-
-@dataclass(frozen=True)
-class Observed:
-    """What observation effects act on."""
-
-    displacement: Floats
-    """(B, 6, n) predicted displacement of each target since the unloaded state, base axes, m and rad."""
-    order: StateOrder
-    """The states' order and time."""
-    held: HeldFrame | None = None
-    """The frame by which the robot is held in clamped runs; None where there are none."""
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What was measured, in words with numbers; made by an effect's ``evidence``."""
-
-    text: str
-    meaning: str
-    check: str
-
-
-@dataclass(frozen=True)
-class Covariate:
-    """What the residual is to be plotted against."""
-
-    label: str
-    """Text of the axis."""
-    unit: str
-    """Unit of the axis."""
-    value: Floats = field(default_factory=lambda: np.zeros(0))
-    """(n,) its values."""
 
 
 @with_old_methods
@@ -419,20 +318,4 @@ class DocumentedEffect(Effect):
         return inspect.getdoc(type(self)) or ""
 
 
-def joint_node(joint: int) -> int:
-    """Return the node number of joint k = 1 … J."""
-    return 2 * joint - 1
-
-
-def link_node(joint: int) -> int:
-    """Return the node number of the outboard end of the link that joint k moves."""
-    return 2 * joint
-
-
-def tool_node(chain: Chain) -> int:
-    """Return the node number of the tool."""
-    return 2 * chain.n_joints + 1
-
-
-BASE_NODE = 0
 __getattr__ = old_names(__name__, {"Driver": "Covariate", "Sort": "ParameterRole"})

@@ -11,7 +11,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.plugin_listing import list_plugin
 from stiffcal.campaign.reach import check_own
-from stiffcal.diagnosis.results import CompliancePattern, DiagnoseResult
+from stiffcal.diagnosis.pattern_results import CompliancePattern
+from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.pattern_plugin import plugin_text
+from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy
 from stiffcal.diagnosis.patterns import Followed, find_pattern
-from stiffcal.diagnosis.results import CompliancePattern, FollowedBy
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.regressors import Linearised

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.diagnosis.results import CompliancePattern, FollowedBy
+from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy
 from stiffcal.report.figures import canvas
 from stiffcal.uncertainty import NORMAL_95
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from stiffcal.diagnosis.results import CompliancePattern, DiagnoseResult, LookAlike, ProposedEffect
+from stiffcal.diagnosis.pattern_results import CompliancePattern
+from stiffcal.diagnosis.results import DiagnoseResult, LookAlike, ProposedEffect
 from stiffcal.diagnosis.words import pattern_in_words, what_is_followed
 from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.report import wording
