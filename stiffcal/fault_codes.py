@@ -85,6 +85,7 @@ class FaultCode(StrEnum):
     URDF_INVALID = "urdf-invalid", "A URDF whose links and joints do not make the robot that is described."
     EFFECT_UNKNOWN = "effect-unknown", "An effect that is not in the catalogue."
     EFFECT_ABSENT = "effect-absent", "An effect that the model does not hold."
+    HIDDEN_INACTIVE = "hidden-inactive", "A hidden effect that changes nothing in the simulated runs."
     EFFECT_CONFLICT = "effect-conflict", "Effects that cannot be in one model at one place."
     PLACE_INVALID = "place-invalid", "A place at which an effect cannot sit, or no place where one is needed."
     PARAMETER_UNKNOWN = "parameter-unknown", "A parameter that the model does not have."

@@ -75,7 +75,7 @@ def link_parts(
     if not names:
         return ()
     inputs = Inputs(np.ascontiguousarray(angles.T), np.ascontiguousarray(wrench.T), setup)
-    unloaded = rest_under_weight(robot, inputs)
+    unloaded = rest_under_weight(robot, inputs, order=order)
     loaded = find_rest(robot, inputs, order, unloaded.wrench, unloaded.displacement)
     displacement = solve_balance(robot, angles, wrench, setup, order).displacement[:, 0]
     standing = np.moveaxis(loaded.displacement, -1, 0)

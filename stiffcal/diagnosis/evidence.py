@@ -28,7 +28,7 @@ from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.varying import varies
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import Effect, NodeLoads, ParameterRole
+from stiffcal.model.effect import Effect, ParameterRole
 from stiffcal.validation.heldout import corrected_for_freedom
 from stiffcal.validation.validate import rms_of
 
@@ -270,8 +270,7 @@ def _common_lever(
     """
     displacements: dict[tuple[int, int], Floats] = {}
     chain, shape = state.robot.chain, placed_effect.shape()
-    bare = NodeLoads(state.unloaded.wrench, state.loaded.inputs.angles)
-    for loads, sign in ((state.loads, 1.0), (bare, -1.0)):
+    for loads, sign in ((state.loads, 1.0), (state.bare, -1.0)):
         for term in placed_effect.effect.terms(placed_effect.place, chain, loads, shape):
             value = sign * placed_effect.amplitude(term.symbol) * term.value
             key = (term.node, term.component)

@@ -236,7 +236,7 @@ def _matrix_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
     )
     inputs = Inputs(data.angles, data.wrench, data.setup)
     try:
-        unloaded = rest_under_weight(robot, inputs, TIGHT)
+        unloaded = rest_under_weight(robot, inputs, TIGHT, data.order)
         loaded = find_rest(robot, inputs, data.order, unloaded.wrench, unloaded.displacement, TIGHT)
     except NoBalanceError as error:
         raise error.at_state(error.state, f"{data.place_of(error.state)}, {error.where}") from None

@@ -142,7 +142,7 @@ def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, WeightOnlyRe
     """Return the robot's rest under load, and what its displacements are counted from."""
     inputs = Inputs(data.angles, data.wrench, data.setup)
     try:
-        unloaded = rest_under_weight(model, inputs, FIT_TOLERANCE)
+        unloaded = rest_under_weight(model, inputs, FIT_TOLERANCE, data.order)
         loaded = find_rest(model, inputs, data.order, unloaded.wrench, unloaded.displacement, FIT_TOLERANCE)
     except NoBalanceError as error:
         raise error.at_state(error.state, f"{data.place_of(error.state)}, {error.where}") from None
@@ -346,7 +346,7 @@ def _shape_slopes(
     amplitudes = {spec.symbol: placed.amplitude(spec.symbol) for spec in placed.specs(ParameterRole.AMPLITUDE)}
     rests = (
         (1.0, NodeLoads(loaded.wrench, angles, data.order, loaded.weight)),
-        (-1.0, NodeLoads(unloaded.wrench, angles)),
+        (-1.0, NodeLoads(unloaded.wrench, angles, reference_kelvin=data.order.reference_kelvin)),
     )
     for sign, loads in rests:
         for term in placed.effect.shape_slopes(placed.place, model.chain, loads, {**amplitudes, **placed.shape()}):

@@ -295,11 +295,7 @@ def _order(states: LoadStates, chain: Chain, reference: Integers, keep: Integers
     angles = chain.model_angles(states.joints)
     # A clamped motor is driven, and its motion is what is measured there: it is not pushed off.
     motor = np.where(states.clamped, 0.0, (angles - angles[reference]).T)
-    warm = (
-        states.temperature[:, 0] - states.temperature[reference, 0]
-        if states.temperature.shape[1]
-        else np.full(len(states), np.nan)
-    )
+    kelvin = states.temperature[:, 0] if states.temperature.shape[1] else np.full(len(states), np.nan)
     since = states.time - states.time[reference]
     if states.absolute.any():
         # Drift counts from the first row: an absolute place has no reference of its own.
@@ -309,9 +305,10 @@ def _order(states: LoadStates, chain: Chain, reference: Integers, keep: Integers
         time=states.time[keep],
         hold=states.hold[keep],
         motor=np.ascontiguousarray(np.nan_to_num(motor[:, keep])),
-        temperature=warm[keep],
+        temperature=(kelvin - kelvin[reference])[keep],
         since_reference=since[keep],
         number=keep + 1,
         swept=np.array([run.swept for run in states.runs], dtype=np.bool_)[states.run[keep]],
         motor_torque=np.array([run.motor_torque for run in states.runs], dtype=np.bool_)[states.run[keep]],
+        kelvin=kelvin[keep],
     )

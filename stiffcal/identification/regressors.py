@@ -92,6 +92,12 @@ class Linearised:
         """What the nodes carry in all states."""
         return NodeLoads(self.loaded.wrench, self.loaded.inputs.angles, self.data.order, self.loaded.weight)
 
+    @property
+    def bare(self) -> NodeLoads:
+        """What the nodes carry under weight alone, at the temperature of the run's reference."""
+        angles, kelvin = self.loaded.inputs.angles, self.data.order.reference_kelvin
+        return NodeLoads(self.unloaded.wrench, angles, reference_kelvin=kelvin)
+
     def lever(self, node: int, component: int) -> Floats | None:
         """Return (m, n) how the observations move with a node's small displacement; None where they do not."""
         key = (node, component)
@@ -117,8 +123,7 @@ class Linearised:
             lever = self.lever(term.node, term.component)
             if lever is not None:
                 add(term.symbol, lever * term.value)
-        bare = NodeLoads(self.unloaded.wrench, self.loaded.inputs.angles)
-        for term in effect.terms(place, chain, bare, shape):
+        for term in effect.terms(place, chain, self.bare, shape):
             lever = self.lever(term.node, term.component)
             if lever is not None:
                 add(term.symbol, -lever * term.value)

@@ -41,7 +41,9 @@ def weight_column(
     moved = _answer(model, NodeLoads(loaded.wrench, angles, data.order, loaded.weight), change)
     if not data.absolute.all():
         # displacements are counted from the rest under weight, which moves with it
-        resting = _answer(model, NodeLoads(unloaded.wrench, angles), change)
+        resting = _answer(
+            model, NodeLoads(unloaded.wrench, angles, reference_kelvin=data.order.reference_kelvin), change
+        )
         moved -= np.where(data.absolute, 0.0, resting)
     moved /= step
     rows = data.layout.of_targets(np.stack(first_order_displacement(loaded, moved)))

@@ -83,6 +83,15 @@ class NodeLoads:
     """The states' order and time, or None where the states stand alone."""
     weight: Floats | None = None
     """(2J + 2, 6, n) the part of ``wrench`` that weight alone makes at no load, where a law needs it; else None."""
+    reference_kelvin: Floats | None = None
+    """(n,) K, the temperature of the run's reference state, for states under weight alone; else None."""
+
+    @property
+    def temperature(self) -> Floats:
+        """(n,) K, of the first temperature channel; under weight alone at the run's reference; NaN where not known."""
+        if self.order is not None:
+            return self.order.kelvin
+        return np.full(self.wrench.shape[-1], np.nan) if self.reference_kelvin is None else self.reference_kelvin
 
 
 @dataclass(frozen=True)

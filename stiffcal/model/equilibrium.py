@@ -129,6 +129,7 @@ def find_rest(
     weight: Floats | None = None,
     start: Floats | None = None,
     tolerance: float = TOLERANCE,
+    kelvin: Floats | None = None,
 ) -> Rest:
     """Find where the loaded chain comes to rest.
 
@@ -140,6 +141,7 @@ def find_rest(
     weight : (2J + 2, 6, n) node wrenches under weight alone, for laws with a memory.
     start : (2J + 2, 6, n) displacements to start from.
     tolerance : rad and m, largest change of a displacement in the last sweep.
+    kelvin : (n,) K, the temperature of states without an order; None: not known.
 
     Raises
     ------
@@ -158,7 +160,7 @@ def find_rest(
         joint_turn = inputs.angles if small is None else inputs.angles + small[1 : 2 * chain.n_joints : 2, RZ]
         _add_side_torques(robot, joint_turn, wrench)
         _take_off_friction(robot, wrench, order, weight)
-        terms = law_terms(robot, NodeLoads(wrench, inputs.angles, order, weight))
+        terms = law_terms(robot, NodeLoads(wrench, inputs.angles, order, weight, kelvin))
         updated = node_displacements(robot, terms, n)
         step = np.abs(updated if small is None else updated - small)
         change = float(np.max(step, initial=0.0))
@@ -269,13 +271,16 @@ class WeightOnlyRest:
     """(n,) True where it is the robot file's undeformed robot; None: nowhere."""
 
 
-def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = TOLERANCE) -> WeightOnlyRest:
-    """Find the rest under weight alone: no load, no memory, motors where the reference left them.
+def rest_under_weight(
+    robot: CompliantRobot, inputs: Inputs, tolerance: float = TOLERANCE, order: StateOrder | None = None
+) -> WeightOnlyRest:
+    """Find the rest under weight alone: no load, no memory, motors where the reference left them, at its temperature.
 
-    States of one pose share it, so that it is found once for each stretch of equal angles.
+    States of one pose share it, so that it is found once for each stretch of equal angles (and temperatures).
     """
-    changes = np.flatnonzero(np.any(np.diff(inputs.angles, axis=1) != 0.0, axis=0)) + 1
-    first = np.concatenate([[0], changes])
+    kelvin = np.full(inputs.angles.shape[1], np.nan) if order is None else order.reference_kelvin
+    distinct = np.vstack([inputs.angles, np.nan_to_num(kelvin).round(6)])
+    first = np.concatenate([[0], np.flatnonzero(np.any(np.diff(distinct, axis=1) != 0.0, axis=0)) + 1])
     pick = np.repeat(np.arange(len(first)), np.diff(np.append(first, inputs.angles.shape[1])))
     poses = replace(
         inputs,
@@ -284,7 +289,7 @@ def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = 
         loaded=False,
     )
     try:
-        rest = find_rest(robot, poses, tolerance=tolerance)
+        rest = find_rest(robot, poses, tolerance=tolerance, kelvin=kelvin[first])
     except NoBalanceError as error:
         raise error.at_state(int(first[error.state])) from None
     frames = rest.targets
@@ -379,7 +384,7 @@ def solve_balance(
         inputs = Inputs(np.ascontiguousarray(joints[block].T), np.ascontiguousarray(wrench[block].T), setup)
         memory = None if order is None else order.block(block)
         try:
-            unloaded = rest_under_weight(robot, inputs)
+            unloaded = rest_under_weight(robot, inputs, order=memory)
             loaded = find_rest(robot, inputs, memory, unloaded.wrench, unloaded.displacement)
         except NoBalanceError as error:
             raise error.at_state(block.start + error.state) from None

@@ -32,11 +32,22 @@ class StateOrder:
     """(n,) True for moments of a load that moves; empty where all loads are held."""
     motor_torque: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     """(n,) True where the load is the torque of a clamped robot's motor; empty where a sensor measures all loads."""
+    kelvin: Floats = field(default_factory=lambda: np.zeros(0))
+    """(n,) K, the first temperature channel itself; NaN where none is logged."""
+
+    def __post_init__(self) -> None:
+        if self.kelvin.size == 0:
+            object.__setattr__(self, "kelvin", np.full(len(self.run), np.nan))
 
     @property
     def logs_temperature(self) -> bool:
         """Whether a temperature is known of any state; drift then follows it, else the time."""
         return bool(np.isfinite(self.temperature).any())
+
+    @property
+    def reference_kelvin(self) -> Floats:
+        """(n,) K, the temperature of the run's reference state; NaN where none is logged."""
+        return np.asarray(self.kelvin - self.temperature)
 
     def block(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> StateOrder:
         """Return some of the states."""
@@ -50,4 +61,5 @@ class StateOrder:
             self.number[rows] if self.number.size else self.number,
             self.swept[rows] if self.swept.size else self.swept,
             self.motor_torque[rows] if self.motor_torque.size else self.motor_torque,
+            self.kelvin[rows],
         )

@@ -30,16 +30,18 @@ from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular, open_regular, read_regular, replacing, write_whole
 from stiffcal.limits import TOML
+from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.controller import compensated
 from stiffcal.simulation.extent import check_extent
+from stiffcal.simulation.hidden import check_hidden
 from stiffcal.simulation.kinds import run_simulation
 from stiffcal.simulation.logs import Column, dialect_of, write_log
 from stiffcal.simulation.motion import MotionProgram
 from stiffcal.simulation.recording import Device, DeviceLog, RecordingContext, devices_of, record
 from stiffcal.simulation.scene import draw_acts, robot_with_values, rods_on_links, tool_weight, true_frames
-from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
-from stiffcal.simulation.true_motion import RestSolver, solve_true_runs
+from stiffcal.simulation.settings import FILE_NAME, SimulationSettings, TrueRobot
+from stiffcal.simulation.true_motion import PlannedRun, RestSolver, TrueRun, solve_true_runs
 from stiffcal.simulation.truth import TRUTH_FILE, truth_document
 
 
@@ -145,24 +147,51 @@ def simulate_runs(
                 "campaign.toml has no such source",
                 f"use one of {known_names}",
             )
-    planned_runs = draw_acts(campaign, settings, frames, seed)
-    tool = tool_weight(campaign.manifest)
+    planned_runs = [
+        _with_temperature(planned, campaign.manifest, settings.robot)
+        for planned in draw_acts(campaign, settings, frames, seed)
+    ]
+    solve = partial(_true_runs, campaign.manifest, settings, frames, planned_runs)
+    runs, rods = solve(robot, settle), rods_on_links(campaign)
+    if settle is None:
+        check_hidden(settings.robot.hidden, robot, runs, solve)
+    return robot, RecordingContext(settings, frames, runs, seed, campaign.chain.gear_ratio, rods)
+
+
+def _true_runs(
+    manifest: Manifest,
+    settings: SimulationSettings,
+    frames: Mapping[str, Attachment],
+    planned_runs: Sequence[PlannedRun],
+    robot: CompliantRobot,
+    settle: RestSolver | None = None,
+) -> tuple[TrueRun, ...]:
+    """Return where a robot really is in all runs, in their order."""
+    tool = tool_weight(manifest)
     load_runs = [planned for planned in planned_runs if not isinstance(planned.program, MotionProgram)]
     true_run = {solved.planned.name: solved for solved in solve_true_runs(robot, load_runs, frames, tool, settle)}
-    on = {run.id for run in campaign.manifest.runs if run.compensation == "on"}
+    on = {run.id for run in manifest.runs if run.compensation == "on"}
     correcting = [solved for name, solved in true_run.items() if name in on]
     for compensated_run in compensated(robot, correcting, settings.controller, frames, tool, settle):
         true_run[compensated_run.planned.name] = compensated_run
-    kinds = {run.id: run.experiment for run in campaign.manifest.runs}
+    kinds = {run.id: run.experiment for run in manifest.runs}
     for planned, run in zip(planned_runs, settings.runs, strict=True):
         kind = kinds.get(run.id, "load")
         simulation = run_simulation(kind)
         if simulation is not None:
             motion = settings.motion_of(kind, run)
-            warming = replace(planned, warming_K_per_hour=settings.robot.warming_K_per_hour)
-            true_run[planned.name] = simulation.true_run(robot, warming, frames, tool, motion)
-    runs, rods = tuple(true_run[planned.name] for planned in planned_runs), rods_on_links(campaign)
-    return robot, RecordingContext(settings, frames, runs, seed, campaign.chain.gear_ratio, rods)
+            true_run[planned.name] = simulation.true_run(robot, planned, frames, tool, motion)
+    return tuple(true_run[planned.name] for planned in planned_runs)
+
+
+def _with_temperature(planned: PlannedRun, manifest: Manifest, robot: TrueRobot) -> PlannedRun:
+    """Return a run with how everything warms up, and the temperature that effects know: where one is logged."""
+    logged = any(
+        source.temperature is not None and _logs_run(manifest, planned.name, name)
+        for name, source in manifest.sources.items()
+    )
+    start = 273.15 + robot.temperature_C if logged else np.nan
+    return replace(planned, warming_K_per_hour=robot.warming_K_per_hour, start_K=start)
 
 
 def _logs_run(manifest: Manifest, run: str, source: str) -> bool:

@@ -51,10 +51,16 @@ class PlannedRun:
     """s on the campaign's true clock: the run's first hold."""
     warming_K_per_hour: float = 0.0
     """How fast everything warms up, from the campaign's start."""
+    start_K: float = np.nan
+    """The temperature at the campaign's start; NaN where the run logs none."""
 
     def warmer(self, time: Floats) -> Floats:
         """Return (n,) K above the temperature of the campaign's start, at times (n,) s from the run's start."""
         return np.asarray(self.warming_K_per_hour * (self.start_s + time) / 3600.0)
+
+    def kelvin(self, time: Floats) -> Floats:
+        """Return (n,) K the temperature at the same times, NaN where none is logged."""
+        return np.asarray(self.start_K + self.warmer(time))
 
 
 @dataclass(frozen=True)
@@ -283,7 +289,7 @@ def _exact_balance(robot: CompliantRobot) -> RestSolver:
 
 def _order_of(robot: CompliantRobot, planned_runs: Sequence[PlannedRun], nodes: Sequence[_Nodes]) -> StateOrder:
     """Return order and times of the balances, for laws with a memory of load or time."""
-    run, time, hold, since = [], [], [], []
+    run, time, hold, since, kelvin, rise = [], [], [], [], [], []
     for number, (planned, mine) in enumerate(zip(planned_runs, nodes, strict=True)):
         program = planned.program
         path = mine.path[mine.first]
@@ -298,15 +304,19 @@ def _order_of(robot: CompliantRobot, planned_runs: Sequence[PlannedRun], nodes: 
         run.append(np.full(path.size, number, dtype=np.int64))
         time.append(planned.start_s + moment)
         hold.append(np.where(in_hold, moment - program.start[which], 0.0))
-        since.append(moment - 0.5 * (program.start[0] + program.end[0]))
+        reference = 0.5 * (program.start[:1] + program.end[:1])
+        since.append(moment - reference)
+        kelvin.append(planned.kelvin(moment))
+        rise.append(kelvin[-1] - planned.kelvin(reference))
     size = sum(positions.size for positions in run)
     return StateOrder(
         run=np.concatenate(run),
         time=np.concatenate(time),
         hold=np.concatenate(hold),
         motor=np.zeros((robot.chain.n_joints, size)),
-        temperature=np.full(size, np.nan),
+        temperature=np.concatenate(rise),
         since_reference=np.concatenate(since),
+        kelvin=np.concatenate(kelvin),
     )
 
 

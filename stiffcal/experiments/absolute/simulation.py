@@ -92,12 +92,13 @@ class AbsoluteSimulation(RunSimulation[AbsolutePoses]):
 def _order_of(robot: CompliantRobot, planned: PlannedRun, program: PoseProgram) -> StateOrder:
     """Return the order of the poses: each is a run of its own, and drift counts from the first."""
     size = len(program)
-    warm = planned.warming_K_per_hour > 0.0
+    kelvin = planned.kelvin(program.node)
     return StateOrder(
         run=np.arange(size),
         time=planned.start_s + program.node,
         hold=0.5 * (program.end - program.start),
         motor=np.zeros((robot.chain.n_joints, size)),
-        temperature=planned.warmer(program.node) if warm else np.full(size, np.nan),
+        temperature=kelvin - kelvin[0],
         since_reference=program.node - program.node[0],
+        kelvin=kelvin,
     )

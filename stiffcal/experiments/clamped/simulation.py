@@ -103,9 +103,11 @@ def simulate_clamped(
     program = planned.program
     assert isinstance(program, MotionProgram)
     # Without a memory the same motor angles meet the same wrench: each place is solved once.
-    distinct, index_of_node = _distinct(program.joints[:, program.moved_joint - 1], robot.has_memory)
+    warms = bool(np.any(np.ptp(planned.kelvin(program.node)) > 0.0))
+    distinct, index_of_node = _distinct(program.joints[:, program.moved_joint - 1], robot.has_memory or warms)
     whole = fixture + compliance_of_fixture(robot)
-    clamped = _ClampedRobot(robot, _nodes_of(program, distinct), planned.load_point, tool, whole, int(index_of_node[0]))
+    nodes, kelvin = _nodes_of(program, distinct), planned.kelvin(program.node[distinct])
+    clamped = _ClampedRobot(robot, nodes, planned.load_point, tool, whole, int(index_of_node[0]), kelvin)
     wrench, balance = clamped.solve(planned.name)
     later = np.append(True, np.diff(program.node) > 0.0)  # without a rest before or after, two nodes share a moment
     moving = np.gradient(program.joints[later], program.node[later], axis=0)[np.cumsum(later) - 1]
@@ -152,6 +154,7 @@ class _ClampedRobot:
     tool: ToolWeight
     fixture: Floats
     start: int
+    kelvin: Floats  # (s,) the temperature, NaN where none is logged
 
     @property
     def setup(self) -> MeasurementSetup:
@@ -175,8 +178,9 @@ class _ClampedRobot:
             time=self.program.node,
             hold=np.zeros(s),
             motor=np.zeros((n_joints, s)),
-            temperature=np.full(s, np.nan),
+            temperature=self.kelvin - self.kelvin[self.start],
             since_reference=self.program.node,
+            kelvin=self.kelvin,
         )
 
     def solve(self, name: str) -> tuple[Floats, Balance]:
