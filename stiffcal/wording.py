@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 DASH = "–"
 MOST_WRITTEN_OUT = 15
 """Digits before the point that `grouped` writes; a double holds no more."""
+_LOPSIDED = 0.1
+"""Share of an interval's width by which its halves may differ and still be printed as one ±."""
 _NARROW_SPACE = "\u202f"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -90,18 +92,42 @@ def plus_minus(value: float, half_width: float) -> str:
     return f"({text})·10{superscript(exponent)}" if exponent else text
 
 
-def interval_digits(low: float, high: float) -> int:
-    """Return how many significant digits show two of the half-width of an interval: three at least.
+def estimate(value: float, low: float | None, high: float | None) -> str:
+    """Return an estimate with its 95 % interval: ± where it is nearly symmetric, else its ends.
+
+    Parameters
+    ----------
+    value : the estimate. low, high : the ends of its interval; None where it is open. All in the unit that is printed.
 
     Examples
     --------
-    >>> interval_digits(1.0, 3.0), interval_digits(2.6999e6, 2.7003e6), interval_digits(0.0, 0.0)
-    (3, 6, 3)
+    >>> estimate(2.7e6, 2.694e6, 2.706e6), estimate(2.72e6, 2.06e6, 4.01e6), estimate(2.0, 1.0, None)
+    ('(2.7000 ± 0.0060)·10⁶', '2.72 (2.06 … 4.01)·10⁶', '2.00 (above 1.00)')
+    >>> estimate(2.7000e6, 2.6999e6, 2.7003e6), estimate(6.9e6, 3.7e6, 5.7e7), estimate(0.0, 0.0, 0.25)
+    ('2.70000 (2.69990 … 2.70030)·10⁶', '6.9 (3.7 … 57.0)·10⁶', '0.00 (0.00 … 0.25)')
+    >>> estimate(2.06e5, None, 3.1e5), estimate(-0.02, -0.03, 0.1)
+    ('2.06 (below 3.10)·10⁵', '−0.020 (−0.030 … 0.100)')
     """
-    size, half = max(abs(low), abs(high)), abs(high - low) / 2.0
-    if not 0.0 < half < math.inf or not math.isfinite(size):
-        return 3
-    return min(max(math.floor(math.log10(size)) - math.floor(math.log10(half)) + 2, 3), MOST_WRITTEN_OUT)
+    below, above = (math.inf if low is None else value - low), (math.inf if high is None else high - value)
+    if math.isfinite(below + above) and abs(above - below) <= _LOPSIDED * abs(above + below):
+        return plus_minus(value, (below + above) / 2.0)
+    sides = [side for side in (below, above) if 0.0 < side < math.inf] or [abs(value)]
+    leading = _rounded(value or max(sides), 3)[1]
+    exponent = 0 if -4 <= leading < 4 else leading
+    # two digits of the distance to the nearer end; three of the value where one end is open
+    last = _rounded(min(sides), 2)[1] - 1 if math.isfinite(below + above) else leading - 2
+    numbers = [value, *(end for end in (low, high) if end is not None)]
+    # powers of ten below 1e-308 are no numbers
+    if not -300 < exponent < 300 or not all(map(math.isfinite, numbers)):
+        texts, power = [significant(number) for number in numbers], ""
+    else:
+        places = min(max(exponent - last, 0), MOST_WRITTEN_OUT)
+        texts = [f"{round(number / 10.0**exponent, places) + 0.0:.{places}f}" for number in numbers]
+        power = f"·10{superscript(exponent)}" if exponent else ""
+    if low is None and high is None:
+        return significant(value)
+    open_end = "above " if high is None else "below " if low is None else ""
+    return f"{texts[0]} ({open_end}{' … '.join(texts[1:])}){power}".replace("-", "−")
 
 
 def _rounded(value: float, digits: int) -> tuple[str, int, float]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from math import sqrt
 
 from stiffcal.diagnosis.explained import Explained
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace
+from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UntestableEffect
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt
 
@@ -58,10 +58,14 @@ class PartialDiagnosis:
         return bool(self.joints) and self.result.adequate is True and not self.result.superfluous
 
 
-def merged_diagnosis(parts: Sequence[PartialDiagnosis]) -> DiagnoseResult:
+def merged_diagnosis(parts: Sequence[PartialDiagnosis], in_model: Collection[str] = ()) -> DiagnoseResult:
     """Return one answer: most important first, adequate where all are.
 
     What is undecided in one search waits for what another names: of both only the second is an instruction.
+
+    Parameters
+    ----------
+    parts : an answer for each search. in_model : names of the effects that the present model holds.
     """
     first, results = parts[0].result, [part.result for part in parts]
     if len(parts) == 1:
@@ -88,7 +92,7 @@ def merged_diagnosis(parts: Sequence[PartialDiagnosis]) -> DiagnoseResult:
         undecided=[] if missing else next((result.undecided for result in results if result.undecided), []),
         could_be=[effect for result in results for effect in result.could_be],
         findings=[finding for result in _by_fall(parts) for finding in result.findings],
-        not_tried=list(dict.fromkeys(effect for result in results for effect in result.not_tried)),
+        not_tried=_not_tried(results, in_model),
         unexplained=_any_of([result.unexplained for result in results]),
         structure=sorted(
             (dependence for result in results for dependence in result.structure),
@@ -120,6 +124,16 @@ def _each_once(missing: Sequence[ProposedEffect]) -> list[ProposedEffect]:
     for effect in missing:
         first.setdefault(f"{effect.effect} {effect.where}", effect)
     return list(first.values())
+
+
+def _not_tried(results: Sequence[DiagnoseResult], in_model: Collection[str]) -> list[UntestableEffect]:
+    """Return the effects that no search tried, each once with the reason of the last search that names it.
+
+    Effects of moving joints are searched last: the searches before them lack such runs, whatever else is missing.
+    """
+    tried = {finding.effect for result in results for finding in result.findings}.union(in_model)
+    last = {effect.effect: effect for result in results for effect in result.not_tried if effect.effect not in tried}
+    return list(last.values())
 
 
 def _superfluous(results: Sequence[DiagnoseResult]) -> list[EffectAt]:

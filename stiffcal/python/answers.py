@@ -13,6 +13,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame, place_label
 from stiffcal.report.wording import digits, length, measure_text
+from stiffcal.wording import estimate
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -128,8 +129,9 @@ def _parameter_line(name: Any, row: Any) -> str:
     value, low, high = (row[key] for key in keys)
     if math.isnan(value):
         return f"{name}: not identified"
-    ends = "fixed" if row["fixed"] else f"{digits(low)} … {'∞' if math.isinf(high) else digits(high)}"
-    return f"{name}: {' '.join(filter(None, (digits(value), unit)))} ({ends})"
+    ends = (None if math.isinf(end) or math.isnan(end) else float(end) for end in (low, high))
+    text = f"{digits(value)} (fixed)" if row["fixed"] else estimate(float(value), *ends)
+    return f"{name}: {text} {unit}".rstrip()
 
 
 class ModelValidation(CampaignAnswer):

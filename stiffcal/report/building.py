@@ -155,9 +155,10 @@ def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress
 
 
 def _is_before_picture(following: Sequence[Block]) -> bool:
-    """Return whether a picture follows, or facts with a picture: what stands above stays on its page."""
+    """Return whether a picture or a table follows, or facts with a picture: what stands above stays on its page."""
     after_facts = following[1:] if following and isinstance(following[0], Facts) else following
-    return bool(after_facts) and isinstance(after_facts[0], PictureBlock)
+    is_before_table = bool(following) and isinstance(following[0], TableBlock)
+    return is_before_table or (bool(after_facts) and isinstance(after_facts[0], PictureBlock))
 
 
 def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:

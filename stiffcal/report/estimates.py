@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import interval_digits
+from stiffcal.wording import estimate
 
 STIFFNESS_UNITS = {"rad/(N·m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
 """Unit of a compliance to the unit of its stiffness, with the factor to it from SI units."""
@@ -31,12 +31,7 @@ def estimate_text(value: float | None, interval: Sequence[float | None] | None, 
     low, high = (None if end is None else end * scale for end in interval or (None, None))
     if value is None:
         return f"above {wording.digits(low)}" if low is not None else wording.DASH
-    if interval is None:
-        return wording.digits(value * scale)
-    if low is None or high is None or _is_lopsided(value * scale, low, high):
-        digits = 3 if low is None or high is None else interval_digits(low, high)
-        return f"{wording.digits(value * scale, digits)} ({_ends(low, high)})"
-    return wording.plus_minus(value * scale, (high - low) / 2.0)
+    return wording.digits(value * scale) if interval is None else estimate(value * scale, low, high)
 
 
 def parameter_text(parameter: IdentifiedParameter, scale: float) -> str:
@@ -60,16 +55,3 @@ def stiffness_text(spring: IdentifiedParameter, scale: float) -> str:
     elif interval is None and value is not None and std is not None:
         interval = [value - NORMAL_95 * std, value + NORMAL_95 * std]
     return estimate_text(value, interval, scale)
-
-
-def _is_lopsided(value: float, low: float, high: float) -> bool:
-    return not 0.8 < (high - value) / max(value - low, 1e-300) < 1.25
-
-
-def _ends(low: float | None, high: float | None) -> str:
-    if low is None:
-        return "unbounded" if high is None else f"below {wording.digits(high)}"
-    if high is None:
-        return f"above {wording.digits(low)}"
-    digits = interval_digits(low, high)
-    return f"{wording.digits(low, digits)} … {wording.digits(high, digits)}"

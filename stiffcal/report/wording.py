@@ -26,6 +26,7 @@ __all__ = [
     "in_sheets",
     "length",
     "listing",
+    "measure_cell",
     "measure_text",
     "model_change",
     "model_words",
@@ -74,7 +75,22 @@ def measure_text(measure: Rms | Mapping[str, Any] | None) -> str:
     >>> measure_text({"translation": 4.17e-5, "rotation": None}), measure_text(None)
     ('0.0417 mm', '–')
     """
-    return " and ".join(wording.measures(measure, digits, " of the motors", wording.thousandths)) or DASH
+    return listing(wording.measures(measure, digits, " of the motors", wording.thousandths))
+
+
+def measure_cell(measure: Rms | Mapping[str, Any] | None) -> str:
+    """Return an error in a table's cell: what rods measure on a line of its own.
+
+    Examples
+    --------
+    >>> measure_cell({"translation": 4.17e-5, "rotation": 7.79e-5, "length": 5e-7}).splitlines()
+    ['0.0417 mm and 0.0779 mrad', '0.000500 mm at the rods']
+    """
+    if not measure or part(measure, "length") is None:
+        return measure_text(measure)
+    others = {name: value for name, value in measure.items() if name != "length" and value is not None}
+    rods = measure_text({"length": part(measure, "length")})
+    return f"{measure_text(others)}\n{rods}" if others else rods
 
 
 def part(measure: Rms | Mapping[str, Any] | None, key: str) -> float | None:

@@ -79,9 +79,8 @@
         if (!entry) return "not in the model";
         if (entry.value === null) return "not identified";
         const { factor } = scaleOf(entry.unit);
-        const low = entry.low !== null ? entry.value - entry.low : NaN, high = entry.high !== null ? entry.high - entry.value : NaN;
-        const half = Number.isFinite(low + high) ? Math.max(low, high) : NaN;
-        return S.withHalf(factor * entry.value, factor * half);
+        const scaled = (end) => (end === null || !Number.isFinite(end) ? null : factor * end);
+        return S.estimate(factor * entry.value, scaled(entry.low), scaled(entry.high));
       };
       const rows = names.map((name) => {
         const a = old.get(name), b = now.get(name);

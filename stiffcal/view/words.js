@@ -12,15 +12,21 @@
   };
   const raisedTo = (power) => [...String(power)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");
   /**
-   * A value with half its 95 % interval, which has two digits; the value ends where it ends.
-   * @param {number} value @param {number} half @returns {string} "(2.7000 ± 0.0060)·10⁶"
+   * A value with its 95 % interval: ± to two digits of the half-width, the ends where it is lopsided.
+   * @param {number} value @param {number|null} low @param {number|null} high @returns {string} "(2.7000 ± 0.0060)·10⁶"
    */
-  S.withHalf = function (value, half) {
-    if (!(half > 0) || !Number.isFinite(value)) return S.digits(value);
-    const size = Math.max(Math.abs(value), half), power = size >= 1e5 || size < 1e-3 ? Math.floor(Math.log10(size)) : 0;
-    const scale = 10 ** power, decimals = Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(half / scale))));
-    const text = `${(value / scale).toFixed(decimals).replace("-", "−")} ± ${(half / scale).toFixed(decimals)}`;
-    return power ? `(${text})·10${raisedTo(power)}` : text;
+  S.estimate = function (value, low, high) {
+    const below = low === null ? Infinity : value - low, above = high === null ? Infinity : high - value;
+    const near = Math.min(below > 0 ? below : Infinity, above > 0 ? above : Infinity);
+    if (!Number.isFinite(value) || !Number.isFinite(near)) return S.digits(value);
+    const even = Math.abs(above - below) <= 0.1 * Math.min(above + below, Number.MAX_VALUE), half = even ? (below + above) / 2 : near;
+    const size = Math.max(Math.abs(value), even ? half : 0) || Math.max(below, above);
+    const power = size >= 1e4 || size < 1e-4 ? Math.floor(Math.log10(size)) : 0, scale = 10 ** power;
+    const open = low === null ? "below " : high === null ? "above " : "", last = Math.floor(Math.log10((open ? size : half) / scale));
+    const decimals = Math.min(9, Math.max(0, (open ? 2 : 1) - last)), raised = power ? `·10${raisedTo(power)}` : "";
+    const text = (number) => (number / scale).toFixed(decimals).replace(/^-(0\.?0*)$/, "$1").replace("-", "−");
+    if (even) return raised ? `(${text(value)} ± ${text(half)})${raised}` : `${text(value)} ± ${text(half)}`;
+    return `${text(value)} (${open}${[low, high].filter((end) => end !== null).map(text).join(" … ")})${raised}`;
   };
   /** A count, in groups of three digits. @param {number} n */
   S.count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, "\u00a0");

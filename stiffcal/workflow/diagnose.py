@@ -73,9 +73,9 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     if stored is not None:
         return replace(stored, origin=data.store.origin_of(DIAGNOSE))
     fit_id, key = identified.fit_id, diagnosis_key(data, identified)
-    rows = diagnose_rows(data, context)
+    rows, in_model = diagnose_rows(data, context), _names_in_model(identified)
     if len(data.states) == 0:
-        diagnosis = merged_diagnosis(rows.parts) if rows.parts else without_states(data, identified, context)
+        diagnosis = merged_diagnosis(rows.parts, in_model) if rows.parts else without_states(data, identified, context)
         diagnosis = replace(diagnosis, fit_id=fit_id, key=key)
         refitted = StoredRefits(key=key, entries=rows.entries)
         data.commit(
@@ -102,9 +102,14 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     kept = sound_index[search.first.fit.data.index]
     stored_refits = StoredRefits(key=key, entries=[refit.summary for refit in refits])
     falls = tuple(missing.judgement.fall for missing in search.found)
-    diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, falls, len(sound.states)), *rows.parts])
+    diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, falls, len(sound.states)), *rows.parts], in_model)
     refit_table = refit_columns(sound.states, search.first.fit.data, refits, kept)
     return _stored(data, diagnosis, stored_refits, rows, {EVIDENCE: table, REFITS: refit_table})
+
+
+def _names_in_model(identified: IdentifyResult) -> frozenset[str]:
+    """Return the names of the effects that a fitted model holds."""
+    return frozenset(entry.type for entry in identified.model.effects)
 
 
 def _diagnosis_of_drives(
@@ -124,7 +129,7 @@ def _diagnosis_of_drives(
     key = diagnosis_key(data, identified)
     answers = diagnose_drives(sound, drives, np.flatnonzero(_kept(data, suspicion)), identified.loss, context)
     rows = diagnose_rows(data, context)
-    diagnosis = merged_diagnosis([*answers.parts, *rows.parts])
+    diagnosis = merged_diagnosis([*answers.parts, *rows.parts], _names_in_model(identified))
     diagnosis = replace(
         diagnosis,
         fit_id=identified.fit_id,

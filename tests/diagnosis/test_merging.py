@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from stiffcal.diagnosis.explained import Explained
 from stiffcal.diagnosis.merging import PartialDiagnosis, Subject, merged_diagnosis
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UndecidedEffect
+from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UndecidedEffect, UntestableEffect
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
 
@@ -99,3 +99,16 @@ def test_shares_count_by_what_is_avoidable() -> None:
     assert merged.explained_by_missing == 0.875
     assert merged.explained_interval is not None
     assert merged.explained_interval[0] == 0.875 - ((0.75 * 0.1) ** 2 + (0.25 * 0.1) ** 2) ** 0.5
+
+
+def test_what_one_search_tried_or_the_model_holds_is_not_called_untried() -> None:
+    def lacking(*pairs: tuple[str, str]) -> list[UntestableEffect]:
+        return [UntestableEffect(effect=effect, needs=needs) for effect, needs in pairs]
+
+    clamped = lacking(("friction-load", "friction runs"), ("joint-friction", "friction runs"), ("creep", "times"))
+    parts = [
+        PartialDiagnosis(replace(EMPTY, not_tried=clamped), (), 1, (1,), Subject.CLAMPED),
+        PartialDiagnosis(replace(EMPTY, not_tried=lacking(("friction-load", "masses"))), (), 1, (1,), Subject.MOTION),
+    ]
+    merged = merged_diagnosis(parts, in_model=["joint-friction"])
+    assert merged.not_tried == lacking(("friction-load", "masses"), ("creep", "times"))

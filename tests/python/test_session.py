@@ -135,7 +135,7 @@ def test_a_fit_without_load_states_counts_its_readings_and_pure_numbers_have_no_
     )
     assert stiffcal.FittedModel(result, "", "joint-friction").summary().splitlines() == [
         "joint-friction: 24 readings in 2 runs",
-        "  joint-friction.j1.exponent: 1.59 (1.39 … 1.79)",
+        "  joint-friction.j1.exponent: 1.59 ± 0.20",
         "  joint-friction.j1.velocity: not identified",
         "fit 0.728 N·m rms, noise not known",
     ]

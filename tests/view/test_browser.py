@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from stiffcal.view.page import build_page
+from stiffcal.wording import estimate
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import up_to_date_fit
@@ -295,11 +296,17 @@ def test_what_an_angle_explains_is_a_weighted_parabola(page: Any) -> None:
     assert page.evaluate("stiffcal.parabolaShare([1, 1, 1, 2, 2, 2], [0, 1, 0, 1, 0, 1], [1, 1, 1, 1, 1, 1])") < 0.01
 
 
-def test_digits_follow_the_interval(page: Any) -> None:
-    pairs = [[2.7e6, 6040.0], [65100.0, 7.04], [-3.55e-4, 2.09e-5], [0.1, 25.0], [5.0, None]]
-    assert page.evaluate("(pairs) => pairs.map(([value, half]) => stiffcal.withHalf(value, half))", pairs) == [
-        "(2.7000 ± 0.0060)·10⁶", "65100.0 ± 7.0", "(−3.55 ± 0.21)·10⁻⁴", "0 ± 25", "5",
+def test_estimates_are_written_as_in_terminal_and_report(page: Any) -> None:
+    estimates = [
+        (2.7e6, 2.69396e6, 2.70604e6), (65100.0, 65093.0, 65107.0), (-3.55e-4, -3.759e-4, -3.341e-4),
+        (0.1, -24.9, 25.1),
+        (2.72e6, 2.06e6, 4.01e6), (2.7e6, 2.6999e6, 2.7003e6), (6.9e6, 3.7e6, 5.7e7), (0.0, 0.0, 0.25),
+        (2.0, 1.0, None),
+        (-0.02, -0.03, 0.1), (2.06e5, None, 3.1e5),
     ]  # fmt: skip
+    shown = page.evaluate("(all) => all.map((one) => stiffcal.estimate(...one))", [list(one) for one in estimates])
+    assert shown == [estimate(*one) for one in estimates]
+    assert page.evaluate("stiffcal.estimate(5, null, null)") == "5"
 
 
 @pytest.mark.parametrize(

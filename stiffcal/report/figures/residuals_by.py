@@ -50,6 +50,11 @@ def _components(parts: Slices) -> list[str]:
     return [key for key in _UNITS if any(wording.part(part.rms, key) is not None for part in parts)] or ["translation"]
 
 
+def _row_height(components: Sequence[str]) -> float:
+    """Return the height of all rows of panels, mm: two pictures of three rows share a page."""
+    return len(components) * (32.0 if len(components) < 3 else 25.0)
+
+
 @canvas.styled
 def draw_residuals_by_run(parts: Slices, noise: Rms | None = None) -> Figure:
     """Draw the residual of each run.
@@ -64,7 +69,7 @@ def draw_residuals_by_run(parts: Slices, noise: Rms | None = None) -> Figure:
     Figure; mm, mrad.
     """
     components = _components(parts)
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 12 + 32 * len(components))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 12 + _row_height(components))
     panels = figure.subplots(len(components), 1, sharex=True, squeeze=False)[:, 0]
     for panel, component in zip(panels, components, strict=True):
         _draw_bars(panel, parts, component, wording.part(noise, component))
@@ -88,7 +93,7 @@ def draw_residuals_by(groups: Sequence[tuple[str, Slices]], noise: Rms | None = 
     """
     every = [part for _, parts in groups for part in parts]
     components = _components(every)
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 22 + 32 * len(components))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 22 + _row_height(components))
     widths = [max(2.0, len(parts)) for _, parts in groups]
     panels = figure.subplots(
         len(components), len(groups), sharex="col", sharey="row", squeeze=False, width_ratios=widths

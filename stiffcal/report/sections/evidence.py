@@ -131,4 +131,7 @@ def _caption(figure: EvidenceFigure) -> str:
 
 def _parameter_words(parameter: IdentifiedParameter, drift_follows: str) -> str:
     unit, scale = printed_unit(parameter.unit, drift_follows)
-    return f"{parameter.name.rpartition('.')[2]} = {parameter_text(parameter, scale)} {unit}".rstrip()
+    symbol = parameter.name.rpartition(".")[2]
+    if parameter.value is None and not parameter.identifiable:
+        return f"{symbol}: not identifiable"
+    return f"{symbol} = {parameter_text(parameter, scale)} {unit}".rstrip()

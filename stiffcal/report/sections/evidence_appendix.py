@@ -39,15 +39,19 @@ def _not_needed(figures: list[EvidenceFigure]) -> TableBlock:
         TableColumn("place", align="left", width=1.0),
         TableColumn("error with it, rms"),
         TableColumn("error without it, rms"),
-        TableColumn("runs in which it decreases"),
+        TableColumn("runs in which\nit decreases"),
     )
     rows = []
     for figure in figures:
         evidence = figure.evidence
         better = sum(run.after < run.before for run in evidence.by_run)
+        without, decreases = wording.measure_cell(evidence.heldout_rms_before), f"{better} of {len(evidence.by_run)}"
+        # what the others can replace costs nothing; they are held at their values in the comparison by run
+        if figure.parameters and not any(parameter.identifiable for parameter in figure.parameters):
+            without, decreases = "as with it: not identifiable", wording.DASH
         rows.append(
-            (evidence.effect, wording.place(evidence.where), wording.measure_text(evidence.heldout_rms_after),
-             wording.measure_text(evidence.heldout_rms_before), f"{better} of {len(evidence.by_run)}")
+            (evidence.effect, wording.place(evidence.where), wording.measure_cell(evidence.heldout_rms_after), without,
+             decreases)
         )  # fmt: skip
     caption = "Effects that the model does not need: without them the error in held-out poses is no larger."
     return TableBlock(columns, tuple(rows), caption)

@@ -73,7 +73,7 @@ def text_of(words: Words, scale: float = 1.0) -> str:
     Examples
     --------
     >>> text_of((Names(("A1", "A2")), ": ", Digits(-0.12345), " N·m, ", Interval(2.0, 1.0, 3.5)))
-    'A1 and A2: −0.123 N·m, 2.00 (1.00 … 3.50)'
+    'A1 and A2: −0.123 N·m, 2.0 (1.0 … 3.5)'
     """
     text = ""
     for piece in words:

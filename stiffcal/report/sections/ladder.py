@@ -32,6 +32,9 @@ _TITLES = {
     "torque": "drives' torque",
 }
 
+# A torque stays in N·m; lengths and angles are printed in thousandths.
+_UNITS = {name: {"torque": "N·m", "rotation": "mrad", "motor_angle": "mrad"}.get(name, "mm") for name in _TITLES}
+
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out every fit with its error in held-out poses, next to the noise."""
@@ -76,13 +79,22 @@ def _amount(component: str, value: float | None) -> str:
     return wording.measure_text({component: value})
 
 
+def _cell(component: str, value: float | None) -> str:
+    """Return an error in the unit of its column."""
+    return wording.DASH if value is None else wording.digits(value * (1.0 if component == "torque" else 1e3))
+
+
 def _table(fits: Sequence[HistoryEntry]) -> TableBlock:
     measures = [name for name in _TITLES if any(wording.part(fit.fit_rms, name) is not None for fit in fits)]
     columns = (
         TableColumn("fit", align="left"),
         TableColumn("time (UTC)", align="left"),
         TableColumn("model", align="left", width=1.0),
-        *(TableColumn(f"{_TITLES[name]},\n{data}") for name in measures for data in ("held-out", "fitted")),
+        *(
+            TableColumn(f"{_TITLES[name]},\n{data}", _UNITS[name])
+            for name in measures
+            for data in ("held-out", "fitted")
+        ),
     )
     rows = []
     before: ModelSummary | None = None
@@ -90,14 +102,14 @@ def _table(fits: Sequence[HistoryEntry]) -> TableBlock:
         time = fit.time[:16].replace("T", "\n")
         model = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
         before = fit.model
-        errors = [{name: wording.part(rms, name)} for name in measures for rms in (fit.heldout_rms, fit.fit_rms)]
+        errors = [_cell(name, wording.part(rms, name)) for name in measures for rms in (fit.heldout_rms, fit.fit_rms)]
         text = model or "the same model"
         rows.append(
             (
                 fit.id,
                 time,
                 f"{text} (not computed by you)" if fit.origin == "foreign" else text,
-                *(wording.measure_text(error) for error in errors),
+                *errors,
             )
         )
     caption = "All fits of this campaign, oldest first: the model, then what changed; errors are rms."

@@ -61,12 +61,12 @@ def _missing_in_words(diagnosis: EarlierDiagnosis) -> str:
 
 
 def _table(diagnosis: DiagnoseResult | EarlierDiagnosis, most: int) -> TableBlock:
-    rows: list[tuple[str, ...]] = [("present model", "", "", wording.measure_text(diagnosis.rms), "", "", "", "", "")]
+    rows: list[tuple[str, ...]] = [("present model", "", "", wording.measure_cell(diagnosis.rms), "", "", "", "", "")]
     findings = diagnosis.findings
     if not any(finding.verdict != "rejected" for finding in findings):
         most = min(most, _FEW_ROWS)
     rows += [_row(finding) for finding in findings[:most]]
-    noise = wording.measure_text(diagnosis.noise) if diagnosis.noise else "not known"
+    noise = wording.measure_cell(diagnosis.noise) if diagnosis.noise else "not known"
     rows.append(("noise", "", "", noise, "", "", "", "", ""))
     caption = "Ranking for the next single step, best first: each row adds one effect to the present model."
     later = [
@@ -90,7 +90,7 @@ def _row(finding: Finding) -> tuple[str, ...]:
         finding.effect,
         wording.place(finding.where),
         finding.verdict,
-        wording.measure_text(finding.heldout_rms_after),
+        wording.measure_cell(finding.heldout_rms_after),
         wording.percent(min(max(finding.explains, 0.0), 1.0)) if finding.explains is not None else wording.DASH,
         wording.percent(finding.confidence),
         wording.length(finding.size_m),

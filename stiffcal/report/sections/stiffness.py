@@ -138,7 +138,7 @@ def _verdict(parameter: IdentifiedParameter) -> str:
     if parameter.fixed:
         return "fixed, not fitted"
     if not parameter.identifiable or parameter.value is None:
-        return "not identifiable from these data"
+        return "not identifiable"
     if parameter.at_bound:
         return "at the limit of its range"
     if parameter.above_noise is False:
@@ -172,8 +172,8 @@ def _stiffness_table(
         TableColumn("place", align="left"),
         TableColumn("effect", align="left"),
         TableColumn("stiffness, ± 95 %", unit),
-        TableColumn("standard uncertainty", "%"),
-        *(TableColumn("share of geometry", "%"),) * shared,
+        TableColumn("standard\nuncertainty", "%"),
+        *(TableColumn("share of\ngeometry", "%"),) * shared,
         TableColumn("remark", align="left", width=1.0),
     )
     rows: list[tuple[str, ...]] = []
