@@ -188,7 +188,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
             deviation(finding.heldout_rms_after),
             share(finding.explains),
             share(finding.confidence),
-            length(finding.size_m),
+            length(finding.size_m) if finding.size_m else NOT_KNOWN,
         )
     table.add_row("noise", "", "", deviation(result.noise) if result.noise else NOT_KNOWN, "", "", "")
     console.print()

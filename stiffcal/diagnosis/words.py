@@ -14,7 +14,7 @@ from stiffcal.diagnosis.scan import Trial
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
-from stiffcal.wording import angle, drift_unit, significant
+from stiffcal.wording import drift_unit, significant
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
 
@@ -83,7 +83,7 @@ def error_in_words(value: float, measure: str) -> str:
     """
     if measure == "torque":
         return f"{value:.3g} N·m"
-    return angle(value, significant) if measure == "motor_angle" else f"{1e3 * value:.3g} mm"
+    return f"{1e3 * value:.3g} {'mrad' if measure == 'motor_angle' else 'mm'}"
 
 
 def leading_measure(rms: Rms) -> str:

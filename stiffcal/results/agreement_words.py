@@ -37,5 +37,5 @@ def rows(agreement: Agreement) -> list[tuple[str, str, str, str, str]]:
         half_widths = factor * NORMAL_95 * parameter.first_std, factor * NORMAL_95 * parameter.second_std
         first = plus_minus(factor * parameter.first, half_widths[0])
         second = plus_minus(factor * parameter.second, half_widths[1])
-        cells.append((parameter.name, first, second, unit, f"{parameter.standard_errors:.2g}"))
+        cells.append((parameter.name, first, second, unit, f"{parameter.standard_errors:.2g}".replace("-", "−")))
     return cells

@@ -57,8 +57,11 @@ def _evidence_picture(
     mean = np.bincount(rows.row[samples], weights=covariate.value, minlength=len(rows)) / np.maximum(count, 1)
     of_joint = rows.joint == joint
     reach = 1.1 * max(float(np.abs(values).max(initial=0.0)) for values in left) or 1.0
+    # angles are read in degrees in all figures
+    in_degrees = covariate.unit == "rad"
+    drawn, unit = (np.degrees(mean), "°") if in_degrees else (mean, covariate.unit)
     panels = tuple(
-        _panel(title, f"{covariate.label} [{covariate.unit}]", mean[of_joint], values, rows.velocity[of_joint], reach)
+        _panel(title, f"{covariate.label} [{unit}]", drawn[of_joint], values, rows.velocity[of_joint], reach)
         for title, values in zip(("without it", f"with {effect.effect.name}"), left, strict=True)
     )
     before, after = (float(np.sqrt(np.mean(values**2))) for values in left)

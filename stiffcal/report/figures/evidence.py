@@ -134,7 +134,8 @@ def draw_errors_by_run(drawn: EvidenceFigure, noise: float | None) -> Figure:
     axes.set_ylim(0.0, float(max(before.max(), after.max())) * 1.12)
     axes.set_xlim(-0.7, len(at) - 0.3)
     axes.grid(visible=False, axis="x")
-    axes.set_ylabel(f"{'rotation ' if drawn.rotational else ''}error, held-out poses [{unit}]")
+    of_what = "motors' error" if drawn.of_motors else "rotation error" if drawn.rotational else "error"
+    axes.set_ylabel(f"{of_what}, held-out [{unit}]")
     name_runs(axes, [run.label for run in runs])
     canvas.share_legend(figure, axes.get_legend_handles_labels()[0])
     return figure

@@ -20,6 +20,8 @@ ROW_MM = 46.0
 COMPONENTS = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
 # A bent link is drawn with its largest displacement as long as this share of the link.
 BENT_SHARE = 0.12
+# Length of a rod's name with its reading, over that of the link.
+NAME_SHARE = 0.16
 
 
 @canvas.styled
@@ -124,25 +126,39 @@ def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: flo
         label="axis, deflected",
     )
     scale = float(np.abs(bent.change).max()) or 1.0
+    named: list[tuple[float, bool, float]] = []
     for rod, name in enumerate(picture.rods):
         colour = canvas.COLOURS[1] if bent.change[rod] > 0.0 else canvas.COLOURS[5]
         word = "rod under extension" if bent.change[rod] > 0.0 else "rod under compression"
         x, y = (bent.start[rod, 0], bent.end[rod, 0]), (bent.start[rod, across], bent.end[rod, across])
         width = 0.6 + 2.4 * abs(float(bent.change[rod])) / scale
         panel.plot(x, y, color=colour, linewidth=width, label=word, solid_capstyle="butt", zorder=2)
-        # rods of one height lie one behind the other: their names stand apart along the link
-        wanted = float(bent.x1[-1]) * (0.08 + 0.84 * rod / max(len(picture.rods) - 1, 1))
-        place = float(np.clip(wanted, min(x), max(x)))
-        text = f"{name} {1e3 * bent.change[rod]:+.4f} mm"
+        text = f"{name} {1e3 * bent.change[rod]:+.4f} mm".replace("-", "−")
         # the outermost rods are named on their outer side, the others towards the axis
         outermost = abs(y[0]) >= float(np.abs(bent.start[:, across]).max()) - 1e-9
-        up = (y[0] >= 0.0) == outermost
+        place, up = _free_place(named, (min(x), max(x)), y[0], (y[0] >= 0.0) == outermost, float(bent.x1[-1]))
+        named.append((y[0], up, place))
         panel.annotate(
             text, (place, y[0]), xytext=(0, 2.5 if up else -2.5), textcoords="offset points", fontsize=5.5,
             color=colour, ha="center", va="bottom" if up else "top",
         )  # fmt: skip
     panel.set_ylabel(f"x{across + 1} [m]")
     panel.margins(x=0.03, y=0.22)
+
+
+def _free_place(
+    named: list[tuple[float, bool, float]], ends: tuple[float, float], height: float, up: bool, length: float
+) -> tuple[float, bool]:
+    """Return where along a rod, and on which side of it, its name stands clear of those that are drawn already.
+
+    Rods of one height lie one behind the other. Where no place is clear the middle is taken, on the preferred side.
+    """
+    for side in (up, not up):
+        of_side = [place for other, its_side, place in named if its_side == side and abs(other - height) < 1e-9]
+        for place in np.linspace(ends[0] + 0.1 * (ends[1] - ends[0]), ends[1] - 0.1 * (ends[1] - ends[0]), 9):
+            if all(abs(place - other) > NAME_SHARE * length for other in of_side):
+                return float(place), side
+    return 0.5 * (ends[0] + ends[1]), up
 
 
 def _grid(count: int) -> tuple[Figure, list[Axes]]:

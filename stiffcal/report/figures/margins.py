@@ -83,14 +83,40 @@ def _place(figure: Figure, grid: GridSpec, panels: list[Axes], strip: float) -> 
     x_gap, y_gap = max(across, default=0.0), max(down, default=0.0)
     panel_width = max((x_high - x_low - x_gap * (n_columns - 1)) / n_columns, 1.0)
     panel_height = max((y_high - y_low - y_gap * (n_rows - 1)) / n_rows, 1.0)
+    y_high = max(y_high, y_low + 1.0)
     figure.subplots_adjust(
         left=x_low / width,
         right=max(x_high, x_low + 1.0) / width,
         bottom=y_low / height,
-        top=max(y_high, y_low + 1.0) / height,
+        top=y_high / height,
         wspace=x_gap / panel_width,
         hspace=y_gap / panel_height,
     )
+    if n_rows > 2 and max(down) - min(down) > GAP:
+        _space_rows(grid, panels, down, (y_low, y_high), height)
+
+
+def _space_rows(
+    grid: GridSpec, panels: list[Axes], gaps: list[float], ends: tuple[float, float], height: float
+) -> None:
+    """Place rows of panels with the gap that each needs, where the largest one between all would leave little of them.
+
+    Parameters
+    ----------
+    grid, panels : whose columns are placed already. gaps : mm below each row but the last.
+    ends : mm, lower and upper edge of the whole grid. height : mm, the picture's.
+    """
+    shares = [float(share) for share in grid.get_height_ratios()]
+    free = max(ends[1] - ends[0] - sum(gaps), float(len(shares)))
+    heights = [free * share / sum(shares) for share in shares]
+    tops = [ends[1] - sum(heights[:row]) - sum(gaps[:row]) for row in range(len(shares))]
+    for axes in panels:
+        spec = axes.get_subplotspec()
+        assert spec is not None
+        first, last = spec.rowspan.start, spec.rowspan.stop - 1
+        box = axes.get_position(original=True)
+        low = tops[last] - heights[last]
+        axes.set_position((box.x0, low / height, box.width, (tops[first] - low) / height))
 
 
 def _room_around(axes: Axes) -> _Room:

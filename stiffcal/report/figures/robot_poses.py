@@ -184,4 +184,6 @@ def _draw_ruler(axes: Axes, low: Floats, scale: float | None) -> None:
     text = "0.5 m" if scale is None else f"0.5 m; for arrows {wording.length(0.5 / scale)}"
     left, height = axes.get_xlim()[0], low[1] + 0.1 * (axes.get_ylim()[1] - low[1])
     axes.plot([left, left + 0.5], [height] * 2, color=canvas.INK, linewidth=1.8, solid_capstyle="butt")
-    axes.annotate(text, (left, height), xytext=(0, -3), textcoords="offset points", ha="left", va="top", fontsize=6)
+    # the text ends with the panel: it is longer than the bar, and the panel is the last of its row
+    right = axes.get_xlim()[1]
+    axes.annotate(text, (right, height), xytext=(0, -3), textcoords="offset points", ha="right", va="top", fontsize=6)

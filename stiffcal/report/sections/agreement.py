@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from stiffcal.measurements.rms import Rms
 from stiffcal.report import wording
 from stiffcal.report.blocks import LeftOut, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
@@ -21,18 +22,24 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
     by = "by fits without that pose" if states.predicted_heldout is not None else "by the fit itself (not validated)"
+    axes = "displacement D, rotation R" if states.has_rotation else "displacement D"
     caption = (
-        f"Measured against predicted {by}, base axes: displacement D, rotation R. Points on the diagonal: "
+        f"Measured against predicted {by}, base axes: {axes}. Points on the diagonal: "
         "measured and predicted values are equal."
     )
     validation = content.validate
     if validation is not None:
         left = validation.relative.translation
-        caption += f" Distance from the diagonal {wording.measure_text(validation.rms)} rms"
+        caption += f" Distance from the diagonal {wording.measure_text(_of_target(validation.rms))} rms"
         caption += f", {wording.percent(left)} of the deflection" if left is not None else ""
-        caption += f"; at most {wording.measure_text(validation.max)}."
+        caption += f"; at most {wording.measure_text(_of_target(validation.max))}."
     n_used = int(states.used.sum())
     if n_used > MOST_POINTS:
         drawn = f"{wording.digits(MOST_POINTS)} of {wording.count(n_used, 'state')}"
         caption += f" About {drawn} are drawn, including those farthest from it."
     return ReportSection(_TITLE, (PictureBlock(partial(draw_measured_against_predicted, states), caption),))
+
+
+def _of_target(rms: Rms) -> dict[str, float | None]:
+    """Return the measures of the target's pose: those drawn here."""
+    return {"translation": rms.translation, "rotation": rms.rotation}

@@ -76,7 +76,8 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
         rows.append(("directions of force", wording.listing(directions, 12)))
     if load.max() > 0.0:
         rows.append(("loads", f"up to {wording.digits(float(load.max()))} N"))
-    rows.append(("largest deflection", f"{wording.length(float(deflection.max()))}"))
+    if np.isfinite(deflection).any():  # clamped states have none
+        rows.append(("largest deflection", wording.length(float(np.nanmax(deflection)))))
     rows.append(("measured", "displacement and rotation" if states.has_rotation else "displacement, no rotation"))
     return tuple(rows)
 

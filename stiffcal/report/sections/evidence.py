@@ -85,7 +85,7 @@ def evidence_of(
     blocks.append(Facts(tuple(facts)))
     blocks.append(PictureBlock(partial(draw_evidence, figure), _caption(figure)))
     if by_run and 1 < len(evidence.by_run) <= _MOST_RUNS:
-        noise = wording.part(diagnosis.noise, evidence.component)
+        noise = wording.part(diagnosis.noise, "motor_angle" if figure.of_motors else evidence.component)
         better = sum(run.after < run.before for run in evidence.by_run)
         caption = (
             f"Error by run without and with {evidence.effect}: it decreases in {better} of {len(evidence.by_run)} runs."
@@ -110,7 +110,7 @@ def _caption(figure: EvidenceFigure) -> str:
         f"Residual in held-out poses against {evidence.driver}, without {evidence.effect} (left) and with it "
         f"(middle), same scale."
     )
-    if evidence.lever is not None:
+    if evidence.lever is not None and not figure.of_motors:
         where = wording.place(evidence.where)
         text += (
             f" The residual of each state is converted to the equivalent motion at {where}, times the mean lever arm "

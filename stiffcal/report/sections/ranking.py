@@ -93,7 +93,7 @@ def _row(finding: Finding) -> tuple[str, ...]:
         wording.measure_cell(finding.heldout_rms_after),
         wording.percent(min(max(finding.explains, 0.0), 1.0)) if finding.explains is not None else wording.DASH,
         wording.percent(finding.confidence),
-        wording.length(finding.size_m),
+        wording.length(finding.size_m) if finding.size_m else wording.DASH,
         wording.DASH if p is None else "<\u00a010⁻⁶" if p < 1e-6 else wording.digits(p, 2),
         wording.listing(alike, _MOST_ALIKE) if alike else "",
     )

@@ -71,9 +71,11 @@ def _translation(part: ErrorSlice) -> float:
 
 def _extremes(parts: Sequence[ErrorSlice], kind: str = "") -> str:
     """Name the parts with the largest and the smallest residual, or state that all are alike."""
-    low, high = min(parts, key=_translation), max(parts, key=_translation)
+    # a part without a measured position, as of clamped runs alone, has no length to compare
+    with_length = [part for part in parts if _translation(part) > 0.0] or list(parts)
+    low, high = min(with_length, key=_translation), max(with_length, key=_translation)
     least, most = _translation(low), _translation(high)
-    if len(parts) < 2 or least <= 0:
+    if len(with_length) < 2 or least <= 0:
         return f"{high.label} {wording.measure_text(high.rms)} rms."
     if most < 1.15 * least:
         return f"nearly the same everywhere, {wording.length(least)} to {wording.length(most)} rms."
