@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -106,7 +108,7 @@ def _space_rows(
     grid, panels : whose columns are placed already. gaps : mm below each row but the last.
     ends : mm, lower and upper edge of the whole grid. height : mm, the picture's.
     """
-    shares = [float(share) for share in grid.get_height_ratios()]
+    shares: list[float] = np.asarray(grid.get_height_ratios(), dtype=np.float64).tolist()
     free = max(ends[1] - ends[0] - sum(gaps), float(len(shares)))
     heights = [free * share / sum(shares) for share in shares]
     tops = [ends[1] - sum(heights[:row]) - sum(gaps[:row]) for row in range(len(shares))]

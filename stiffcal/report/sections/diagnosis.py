@@ -90,12 +90,12 @@ def _meaning(diagnosis: DiagnoseResult) -> str:
 
 def _missing_words(effect: ProposedEffect) -> str:
     names = [_look_alike_words(alternative) for alternative in effect.alternatives]
-    alike = f"; in these poses and loads {wording.listing(names, 6)} cannot be distinguished" if names else ""
+    alike = f"; cannot be distinguished in these poses and loads: {wording.listing(names, 6)}" if names else ""
     return f"{wording.effect_at(effect)}{alike}"
 
 
 def _look_alike_words(effect: LookAlike) -> str:
-    alike = "" if effect.cosine is None else f" with a cosine of {effect.cosine:.3f}"
+    alike = "" if effect.cosine is None else f", cosine {effect.cosine:.3f}"
     return f"{wording.effect_at(effect)}{alike}"
 
 
