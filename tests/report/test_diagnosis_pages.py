@@ -128,7 +128,7 @@ def test_without_a_diagnosis_pages_are_left_out_with_the_reason(module: Any) -> 
 def test_answer_and_look_alikes() -> None:
     text = words(diagnosis.section(content()))
     assert text.startswith("Missing: backlash of joint 4")
-    alike = "friction-hysteresis (joint 4) with a cosine of 0.987 cannot be distinguished"
+    alike = "cannot be distinguished in these poses and loads: friction-hysteresis (joint 4), cosine 0.987"
     assert f"backlash (joint 4); in these poses and loads {alike}" in text
 
 
