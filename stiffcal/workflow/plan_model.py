@@ -119,7 +119,7 @@ def kind_of(campaign: Campaign, plan: PlanFile) -> RunKind:
     if "clamped" in kinds and campaign.chain.n_joints > 1:
         return "clamped"
     here = " or ".join(sorted(kinds))
-    reason = f"all runs here are {here} runs; plan supports load runs, absolute poses and clamped robots of several joints"
+    reason = f"all runs are {here} runs; plan supports load runs, absolute poses and clamped robots of several joints"
     mend = 'write experiment = "load" in plan.toml to plan load runs of this robot'
     raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, "campaign.toml", "runs", reason, mend)
 

@@ -129,7 +129,7 @@ def test_answer_and_look_alikes() -> None:
     text = words(diagnosis.section(content()))
     assert text.startswith("Missing: backlash of joint 4")
     alike = "cannot be distinguished in these poses and loads: friction-hysteresis (joint 4), cosine 0.987"
-    assert f"backlash (joint 4); in these poses and loads {alike}" in text
+    assert f"backlash (joint 4); {alike}" in text
 
 
 def test_nothing_missing_and_nothing_known() -> None:
