@@ -115,6 +115,9 @@ class Marks:
     """Written above the last point, upright."""
     run: str = ""
     """The run that all points are of; "" of several."""
+    sweep: Literal["", "up", "down", "both"] = ""
+    """Of a clamped run's points whose y is the torque on the moved joint: the half sweeps that they are of, by the
+    direction of the angle; "" where they stand for the whole run."""
     rows: Integers | None = None
     """(n,) rows of the kind's table of fitted readings; None where a point is not one of them."""
 

@@ -10,42 +10,23 @@
     const y = S.choice("y axis", groups, (value) => S.set({ y: value }));
     const colour = S.choice("Colour", [["none", "none"], ...coloured], (value) => S.set({ colour: value }));
     const kind = S.choice("Residual", [["heldout", S.leftOut()], ["fit", "of the fit"]], (value) => S.set({ kind: value }));
-    let axes = null, drag = null, listed = "";
+    let axes = { px: [], py: [] }, brush = null, listed = "";
     const proposals = S.make("ol", { className: "proposals" });
     const panel = S.panel({
       id: "against", title: "2 Residual against any variable", height: 420,
       about: "Band: noise, ± 2σ. Points outside it are what the model does not explain.",
       how: "Drag a rectangle: select states in all panels; with Shift they are added. Left and right arrows: step through the states; Enter selects one; Escape clears the selection.",
       controls: [x, y, colour, kind], draw, table, key,
-      depends: () => S.everything() + (drag ? drag.to.join() : ""),
+      depends: () => S.everything() + (brush ? brush.key() : ""),
     });
     const heading = S.make("h3", {}, "What explains the residual, by its share of the variance (all states)");
     panel.section.insertBefore(heading, panel.details);
     panel.section.insertBefore(proposals, panel.details);
 
-    const where = (event) => {
-      const rect = panel.canvas.getBoundingClientRect();
-      return [event.clientX - rect.left, event.clientY - rect.top];
-    };
-    panel.canvas.addEventListener("pointerdown", (event) => { drag = { from: where(event), to: where(event) }; panel.canvas.setPointerCapture(event.pointerId); });
-    panel.canvas.addEventListener("pointermove", (event) => { if (drag) { drag.to = where(event); S.redraw(); } });
-    panel.canvas.addEventListener("pointercancel", () => { drag = null; S.redraw(); });
-    panel.canvas.addEventListener("pointerup", (event) => {
-      if (!drag || !axes) return;
-      const [x0, x1] = [drag.from[0], drag.to[0]].sort((a, b) => a - b), [y0, y1] = [drag.from[1], drag.to[1]].sort((a, b) => a - b);
-      drag = null;
-      S.redraw();
-      const chosen = new Set(), click = x1 - x0 < 4 && y1 - y0 < 4;
-      let nearest = -1, best = 12;
-      for (let p = 0; p < axes.px.length; p++) {
-        const px = axes.px[p], py = axes.py[p];
-        if (!Number.isFinite(px + py)) continue;
-        if (px >= x0 && px <= x1 && py >= y0 && py <= y1) chosen.add(axes.stateOf(p));
-        const far = Math.hypot(px - x0, py - y0);
-        if (far < best) { best = far; nearest = axes.stateOf(p); }
-      }
-      if (!click) S.select([...chosen].sort((a, b) => a - b), event.shiftKey);
-      else if (nearest >= 0) { S.goTo(nearest); S.select([nearest], event.shiftKey); } else S.select([]);
+    brush = S.brush(panel.canvas, () => axes, (chosen, event, click) => {
+      const states = [...new Set(chosen.map((p) => axes.stateOf(p)))].sort((a, b) => a - b);
+      if (click && states.length) S.goTo(states[0]);
+      S.select(states, event.shiftKey && states.length > 0);
     });
 
     function key(event) {
@@ -139,7 +120,7 @@
       for (let p = apart * S.state.at; p < apart * (S.state.at + 1); p++) {
         if (Number.isFinite(px[p] + py[p])) { g.beginPath(); g.rect(px[p] - 7, py[p] - 7, 14, 14); g.strokeStyle = theme.ink; g.stroke(); }
       }
-      if (drag) { g.strokeStyle = theme.accent; g.setLineDash([4, 3]); g.strokeRect(drag.from[0], drag.from[1], drag.to[0] - drag.from[0], drag.to[1] - drag.from[1]); g.setLineDash([]); }
+      brush.draw(g);
       if (scale) S.legend(g, box, legend, palette, scale);
       propose();
       const sentence = data.n_states > S.n ? ` Shown ${S.count(S.n)} of ${S.count(data.n_states)} states.` : "";

@@ -59,24 +59,41 @@
    * @param {number[]} x @param {number[]} y @param {number[]} weight
    */
   S.parabolaShare = function (x, y, weight) {
-    const n = x.length, whole = weight.reduce((sum, w) => sum + w, 0), [low, high] = S.span(x, 0);
-    if (n < 4 || !(whole > 0) || !(high > low)) return 0;
-    const u = x.map((v) => (2 * (v - low)) / (high - low) - 1);
-    const inner = (a, b) => a.reduce((sum, v, i) => sum + weight[i] * v * b[i], 0);
-    const basis = [];
-    let rest = y;
-    // one power after the other, made orthogonal to those before (Gram and Schmidt)
-    const squares = [0, 1, 2].map((power) => {
-      let column = u.map((v) => v ** power);
-      for (const one of basis) { const c = inner(one, column) / inner(one, one); column = column.map((v, i) => v - c * one[i]); }
-      if (!(inner(column, column) > 1e-9 * whole)) return inner(rest, rest);
-      basis.push(column);
-      const c = inner(column, rest) / inner(column, column);
-      rest = rest.map((v, i) => v - c * column[i]);
-      return inner(rest, rest);
-    });
-    const free = n - basis.length;
-    return free > 0 && squares[0] > 0 ? Math.max(0, 1 - squares[2] / free / (squares[0] / (n - 1))) : 0;
+    const n = x.length, [low, high] = S.span(x, 0);
+    if (n < 4 || !(high > low)) return 0;
+    // normal equations [U'WU | U'Wy] of 1, u and u², u from −1 to 1, and y'Wy, eliminated row by row (Cholesky's order)
+    const m = [[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]];
+    for (let i = 0; i < n; i++) {
+      const u = (2 * (x[i] - low)) / (high - low) - 1, row = [1, u, u * u, y[i]];
+      for (let a = 0; a < 4; a++) for (let b = a; b < 4; b++) m[a][b] += weight[i] * row[a] * row[b];
+    }
+    const whole = m[0][0];
+    let free = n, about = 0;
+    for (let k = 0; k < 3; k++) {
+      if (k === 1) about = m[3][3];
+      if (!(m[k][k] > 1e-9 * whole)) continue;
+      free--;
+      for (let a = k + 1; a < 4; a++) for (let b = a; b < 4; b++) m[a][b] -= (m[k][a] * m[k][b]) / m[k][k];
+    }
+    return free > 0 && about > 0 ? Math.max(0, 1 - m[3][3] / free / (about / (n - 1))) : 0;
+  };
+
+  /**
+   * The share that the best of several curves explains by chance: its level in `rounds` shuffles that 95 of 100 do not exceed.
+   * @param {(order: number[]) => number} best the largest share where pose k has the variables of pose order[k] @param {number} poses @param {number} rounds
+   */
+  S.shareByChance = function (best, poses, rounds) {
+    const order = [...Array(poses).keys()], found = [];
+    let seed = 1;
+    for (let round = 0; round < rounds; round++) {
+      for (let k = poses - 1; k > 0; k--) {
+        seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
+        const other = Math.floor((seed / 4294967296) * (k + 1));
+        [order[k], order[other]] = [order[other], order[k]];
+      }
+      found.push(best(order));
+    }
+    return found.sort((a, b) => a - b)[Math.floor(0.95 * rounds)];
   };
 
   /** Ends of finite numbers, with a margin. @param {Iterable<number>} values */

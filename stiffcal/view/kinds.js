@@ -14,12 +14,28 @@
   const colourOf = (colour) => (typeof colour === "number" ? S.theme.series[colour % S.theme.series.length] : colour === "quiet" ? S.theme.quiet : S.theme.ink);
   const SHAPES = { "^": 1, v: 3, o: 0, x: 6 };
 
-  /** States that a series' point is of: a row of the fit, or a run; none where it is of neither. */
-  function membersOf(s, k) {
-    if (s.rows && S.data.fitted_rows) { const i = S.data.fitted_rows[s.rows[k]]; return i >= 0 ? [i] : []; }
-    const run = s.run ? S.data.runs.findIndex((entry) => entry.name === s.run) : -1;
-    return run >= 0 ? S.members[run] : [];
+  /** States that the points of a series are of: a row of the fit each, their whole run, or those of a clamped sweep that are nearest in torque. */
+  function membersOf(s) {
+    if (s.of_) return s.of_;
+    const { data } = S, fitted = data.fitted_rows;
+    if (s.rows && fitted) return (s.of_ = [...s.rows].map((row) => (fitted[row] >= 0 ? [fitted[row]] : [])));
+    const members = S.members[data.runs.findIndex((entry) => entry.name === s.run)] || [], torque = S.variableByName.get("moved_torque") || S.variableByName.get("torque1");
+    if (!s.sweep || !torque) return (s.of_ = [...s.x].map(() => members));
+    s.of_ = [...s.x].map(() => []);
+    const order = [...s.y.keys()].sort((a, b) => s.y[a] - s.y[b]), branch = S.variableByName.get("branch");
+    const reach = 2 * S.median(order.slice(1).map((k, n) => s.y[k] - s.y[order[n]]));
+    for (const i of members) {
+      const t = torque.values[i], way = branch && branch.values[i] < 2 ? ((branch.values[i] === 0) === (t > 0) ? "up" : "down") : "both";
+      if (s.sweep !== "both" && way !== "both" && way !== s.sweep) continue;
+      let low = 0, high = order.length - 1;
+      while (high - low > 1) { const middle = (low + high) >> 1; if (s.y[order[middle]] < t) low = middle; else high = middle; }
+      const near = Math.abs(s.y[order[low]] - t) < Math.abs(s.y[order[high]] - t) ? order[low] : order[high];
+      if (Math.abs(s.y[near] - t) <= reach) s.of_[near].push(i);
+    }
+    return s.of_;
   }
+
+  const isChosen = (point) => point.members.some((i) => S.selected[i]);
 
   /** Draw one pair of axes of a picture; returns the points that are of states. */
   function drawPanel(canvas, panel) {
@@ -49,18 +65,12 @@
         const shape = SHAPES[s.marker] ?? Number(s.marker);
         s.x.forEach((x, k) => { if (Number.isFinite(x + s.y[k])) S.marker(g, shape, toX(x), toY(s.y[k]), Math.max(1.5, 0.8 * s.size)); });
         g.globalAlpha = Math.max(0.5, s.opacity); g.fillStyle = colourOf(s.colour); g.fill(); g.globalAlpha = 1;
-        if (s.run || s.rows) s.x.forEach((x, k) => { if (Number.isFinite(x + s.y[k])) points.push({ px: toX(x), py: toY(s.y[k]), members: () => membersOf(s, k), run: s.run }); });
+        if (s.run || s.rows) membersOf(s).forEach((members, k) => { if (members.length && Number.isFinite(s.x[k] + s.y[k])) points.push({ px: toX(s.x[k]), py: toY(s.y[k]), members }); });
         if (s.spread) { g.beginPath(); s.x.forEach((x, k) => { g.moveTo(toX(x), toY(s.y[k] - s.spread[k])); g.lineTo(toX(x), toY(s.y[k] + s.spread[k])); }); g.strokeStyle = colourOf(s.colour); g.stroke(); }
       }
     }
     // what is selected elsewhere
     g.beginPath();
-    const runs = new Map();
-    const isChosen = (point) => {
-      if (!point.run) return point.members().some((i) => S.selected[i]);
-      if (!runs.has(point.run)) runs.set(point.run, point.members().some((i) => S.selected[i]));
-      return runs.get(point.run);
-    };
     if (S.nSelected) for (const point of points) if (isChosen(point)) { g.moveTo(point.px + 5, point.py); g.arc(point.px, point.py, 5, 0, 6.2832); }
     g.strokeStyle = S.theme.warm; g.lineWidth = 1.5; g.stroke(); g.lineWidth = 1;
     g.restore();
@@ -69,21 +79,27 @@
 
   /** A picture of a kind: a rectangle, a click or keys select the states of its points. */
   function kindPanel(panel, number, caption) {
-    let points = [], drag = null, at = -1;
-    const chosen = (near, event) => S.select([...new Set(near.flatMap((point) => point.members()))].sort((a, b) => a - b), event.shiftKey);
-    const linked = panel.series.some((s) => s.run || s.rows);
+    let points = [], brush = null, at = -1;
+    const chosen = (near, event) => S.select([...new Set(near.flatMap((point) => point.members))].sort((a, b) => a - b), event.shiftKey);
+    const linked = panel.series.some((s) => s.run || s.rows), sweeps = panel.series.some((s) => s.sweep);
     const made = S.panel({
       id: `kind${number}`, title: `${panel.title ? `${panel.title}, ` : ""}${panel.y_label}${panel.x_label ? ` over ${panel.x_label}` : ""}`, about: caption, height: 340,
-      how: linked ? "Drag a rectangle, or click on a point: select the states of these points in all panels; with Shift they are added. Left and right arrows: go from point to point; Enter selects; Escape clears the selection. Points of clamped runs are averages over cycles and stand for their whole run." : "",
+      how: linked ? `Drag a rectangle, or click on a point: select the states of these points in all panels; with Shift they are added. Left and right arrows: go from point to point; Enter selects; Escape clears the selection. ${sweeps ? "A point of a clamped run is an average over cycles; of it are the states of its sweep that are nearest in torque." : ""}` : "",
       draw: (canvas) => {
         points = drawPanel(canvas, panel);
         const g = canvas.getContext("2d");
-        if (drag) { g.strokeStyle = S.theme.accent; g.setLineDash([4, 3]); g.strokeRect(drag.from[0], drag.from[1], drag.to[0] - drag.from[0], drag.to[1] - drag.from[1]); g.setLineDash([]); }
+        brush.draw(g);
         if (at >= 0 && points[at]) { g.strokeStyle = S.theme.ink; g.strokeRect(points[at].px - 7, points[at].py - 7, 14, 14); }
-        return S.nSelected && points.length ? `${points.filter((point) => point.members().some((i) => S.selected[i])).length} of ${points.length} points are of selected states.` : "";
+        return S.nSelected && points.length ? `${points.filter(isChosen).length} of ${points.length} points are of selected states.` : "";
       },
-      depends: () => `${S.version}/${at}/${drag ? drag.to.join() : ""}`, key: linked ? key : undefined,
-      table: () => ({ head: ["series", panel.x_label || "place", panel.y_label], rows: panel.series.flatMap((s, k) => (s.x && s.y ? [...s.x.keys()].map((i) => [s.label || String(k + 1), panel.x_names?.[s.x[i]] ?? s.x[i], s.y[i]]) : [])) }),
+      depends: () => `${S.version}/${at}/${brush ? brush.key() : ""}`, key: linked ? key : undefined,
+      table: () => ({
+        head: ["series", panel.x_label || "place", panel.y_label, "low", "high"],
+        rows: panel.series.flatMap((s, k) => (s.x ? [...s.x.keys()].map((i) => {
+          const half = s.spread ? s.spread[i] : NaN, y = s.y ? s.y[i] : NaN;
+          return [s.label || `${s.kind_.toLowerCase()} ${k + 1}`, panel.x_names?.[Math.round(s.x[i])] ?? s.x[i], y, s.low ? s.low[i] : y - half, s.high ? s.high[i] : y + half];
+        }) : [[s.label || s.kind_.toLowerCase(), "", NaN, s.low, s.high]])),
+      }),
     });
     function key(event) {
       if (event.key === "ArrowRight" || event.key === "ArrowLeft") {
@@ -95,19 +111,7 @@
       else return false;
       return true;
     }
-    if (!linked) return;
-    const where = (event) => { const rect = made.canvas.getBoundingClientRect(); return [event.clientX - rect.left, event.clientY - rect.top]; };
-    made.canvas.addEventListener("pointerdown", (event) => { drag = { from: where(event), to: where(event) }; made.canvas.setPointerCapture(event.pointerId); });
-    made.canvas.addEventListener("pointermove", (event) => { if (drag) { drag.to = where(event); S.redraw(); } });
-    made.canvas.addEventListener("pointercancel", () => { drag = null; S.redraw(); });
-    made.canvas.addEventListener("pointerup", (event) => {
-      if (!drag) return;
-      const [[x0, x1], [y0, y1]] = [0, 1].map((k) => [drag.from[k], drag.to[k]].sort((a, b) => a - b));
-      drag = null;
-      const far = (point) => Math.hypot(point.px - x0, point.py - y0), click = x1 - x0 < 4 && y1 - y0 < 4;
-      const nearest = points.reduce((best, point) => (far(point) < (best ? far(best) : 12) ? point : best), null);
-      chosen(click ? (nearest ? [nearest] : []) : points.filter((point) => point.px >= x0 && point.px <= x1 && point.py >= y0 && point.py <= y1), event);
-    });
+    brush = S.brush(made.canvas, () => ({ px: points.map((point) => point.px), py: points.map((point) => point.py) }), (near, event) => chosen(near.map((k) => points[k]), event));
   }
 
   /** Pages of clamped, friction and other kinds of experiment: pictures, tables, sentences. */

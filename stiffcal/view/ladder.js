@@ -90,7 +90,7 @@
       const short = (entry) => (entry.kind === "fit" ? `fit ${entry.id.slice(3)}` : entry.kind === "all" ? "all missing added" : entry.label);
       const head = earlier ? ["parameter", `before: ${short(earlier)}`, `after: ${short(model)}`, "change", "unit"] : ["parameter", short(model), "unit"];
       S.fill(values, head, rows,
-        `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " A candidate is a linear refit about the present fit; no ± for what is chosen among a few values." : ""}`);
+        `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? " A candidate is a linear refit about the present fit: ± holds for the chosen shape; what is chosen among a few values has none, and makes the others' ± too narrow." : ""}`);
     }
 
     function list() {

@@ -78,6 +78,42 @@
           typeof cell === "number" ? S.digits(cell) : String(cell)))))));
   };
 
+  const CLICK = 4, NEAR = 12;
+  /**
+   * A rectangle drawn with the pointer over a canvas, or a click on its nearest point.
+   * @param {HTMLCanvasElement} canvas @param {() => {px: ArrayLike<number>, py: ArrayLike<number>}} points pixels, NaN where none is drawn
+   * @param {(chosen: number[], event: PointerEvent, click: boolean) => void} choose numbers of the points
+   */
+  S.brush = function (canvas, points, choose) {
+    const brush = { from: null, to: null };
+    const where = (event) => { const rect = canvas.getBoundingClientRect(); return [event.clientX - rect.left, event.clientY - rect.top]; };
+    canvas.addEventListener("pointerdown", (event) => { brush.from = brush.to = where(event); canvas.setPointerCapture(event.pointerId); });
+    canvas.addEventListener("pointermove", (event) => { if (brush.from) { brush.to = where(event); S.redraw(); } });
+    canvas.addEventListener("pointercancel", () => { brush.from = null; S.redraw(); });
+    canvas.addEventListener("pointerup", (event) => {
+      if (!brush.from) return;
+      const [[x0, x1], [y0, y1]] = [0, 1].map((k) => [brush.from[k], brush.to[k]].sort((a, b) => a - b));
+      const click = x1 - x0 < CLICK && y1 - y0 < CLICK, { px, py } = points(), inside = [];
+      let nearest = -1, best = NEAR;
+      for (let p = 0; p < px.length; p++) {
+        if (px[p] >= x0 && px[p] <= x1 && py[p] >= y0 && py[p] <= y1) inside.push(p);
+        const far = Math.hypot(px[p] - x0, py[p] - y0);
+        if (far < best) { best = far; nearest = p; }
+      }
+      brush.from = null;
+      choose(click ? (nearest >= 0 ? [nearest] : []) : inside, event, click);
+      S.redraw();
+    });
+    return {
+      key: () => (brush.from ? brush.to.join() : ""),
+      draw: (g) => {
+        if (!brush.from) return;
+        const [[x, y], [u, v]] = [brush.from, brush.to];
+        g.strokeStyle = S.theme.accent; g.setLineDash([4, 3]); g.strokeRect(x, y, u - x, v - y); g.setLineDash([]);
+      },
+    };
+  };
+
   const MOST_ROWS = 100, MOST_HIGH = 640;
   /**
    * A panel: heading, controls, canvas with a table behind it, PNG and CSV.

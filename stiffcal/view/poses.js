@@ -94,27 +94,49 @@
     const effect = S.choice("Effect", data.effects.map((entry, k) => [String(k), entry.name]), (value) => S.set({ joint: Number(value) }));
     const over = S.choice("Over", angles.map((variable, k) => [String(k), variable.label]), (value) => S.set({ over: Number(value) }));
     const FEWEST = 6, FEWEST_OF_SCATTER = 4;
+    const ROUNDS = 199, LEAST_SHARE = 0.2;
     let trends = { key: "", found: [] };
-    /** Effects over angles, by the share of the scatter between runs that a parabola over the angle explains; best first. */
+    /** Where each piece stands, and its pose: pieces with like angles have one. */
+    function posesOf(parts) {
+      const mean = (angle, members) => { const known = members.map((i) => angle.values[i]).filter(Number.isFinite); return known.reduce((sum, v) => sum + v, 0) / known.length; };
+      const at = parts.map(({ members }) => angles.map((angle) => mean(angle, members))), poses = [];
+      const near = angles.map((angle) => { const [low, high] = S.span(angle.values, 0); return angle.unit === "°" ? 1 : 0.01 * (high - low); });
+      const pose = at.map((here) => {
+        const known = poses.findIndex((other) => other.every((v, a) => Math.abs(v - here[a]) <= near[a]));
+        return known >= 0 ? known : poses.push(here) - 1;
+      });
+      return { pose, poses };
+    }
+    /**
+     * Effects over angles, by the share of the scatter between runs that a parabola over the angle explains, best first;
+     * and the share that the best of them explains where the angles of the poses are exchanged at random.
+     */
     function ranked() {
       const key = S.shownKey();
-      if (trends.key === key) return trends.found;
-      const found = [];
+      if (trends.key === key) return trends;
+      const whole = data.runs.length > 2 && posesOf(pieces(angles[0])), pairs = [];
       data.effects.forEach((_, k) => angles.forEach((angle, a) => {
         const at = values(k, angle).filter((entry) => entry.half > 0), middle = S.median(at.map((entry) => entry.value));
         if (at.length < FEWEST) return;
         const spread = S.median(at.map((entry) => (entry.value - middle) ** 2));
         // scatter that the noise makes is none
         if (S.median(at.map((entry) => ((entry.value - middle) / entry.half) ** 2)) * 1.96 ** 2 < FEWEST_OF_SCATTER) return;
-        const share = S.parabolaShare(at.map((entry) => entry.angle), at.map((entry) => entry.value), at.map((entry) => 1 / (entry.half ** 2 / 3.84 + spread)));
-        if (share > 0.2) found.push({ joint: k, over: a, share });
+        const y = at.map((entry) => entry.value), weight = at.map((entry) => 1 / (entry.half ** 2 / 3.84 + spread)), x = at.map((entry) => entry.angle);
+        // the pieces of one run along an angle are poses of their own
+        pairs.push({ joint: k, over: a, share: S.parabolaShare(x, y, weight), y, weight, x, pose: whole ? at.map((entry) => whole.pose[entry.piece]) : [...at.keys()], n: at.length });
       }));
-      found.sort((one, other) => other.share - one.share);
-      trends = { key, found };
-      return found;
+      const exchanged = (order) => {
+        let best = 0;
+        for (const { over, x, y, weight, pose } of pairs) best = Math.max(best, S.parabolaShare(whole ? pose.map((p) => whole.poses[order[p]][over]) : order.filter((p) => p < x.length).map((p) => x[p]), y, weight));
+        return best;
+      };
+      const poses = whole ? whole.poses.length : Math.max(0, ...pairs.map((pair) => pair.n));
+      const found = pairs.filter((pair) => pair.share > LEAST_SHARE).sort((one, other) => other.share - one.share);
+      trends = { key, found, pairs: pairs.length, poses, chance: found.length ? S.shareByChance(exchanged, poses, ROUNDS) : NaN };
+      return trends;
     }
-    const chosenEffect = () => (S.state.joint >= 0 ? S.state.joint : ranked()[0]?.joint ?? 0);
-    const chosenAngle = () => angles[Math.min(S.state.over >= 0 ? S.state.over : ranked()[0]?.over ?? 0, angles.length - 1)];
+    const chosenEffect = () => (S.state.joint >= 0 ? S.state.joint : ranked().found[0]?.joint ?? 0);
+    const chosenAngle = () => angles[Math.min(S.state.over >= 0 ? S.state.over : ranked().found[0]?.over ?? 0, angles.length - 1)];
     const title = S.scalar && data.measure === "torque" ? "5b Apparent size of an effect" : "5b Apparent compliance by pose";
     const panel = S.panel({
       id: "compliance", title, height: 360,
@@ -125,13 +147,20 @@
     const proposals = S.make("ol", { className: "proposals" });
     panel.section.insertBefore(S.make("h3", {}, "Where it follows an angle, by the share of the scatter between runs"), panel.details);
     panel.section.insertBefore(proposals, panel.details);
+    const evidence = S.make("p", { className: "note", id: "chance" });
+    panel.section.insertBefore(evidence, panel.details);
     let points = [], listed = "";
     function propose() {
       if (listed === S.shownKey()) return;
       listed = S.shownKey();
-      const rows = ranked().slice(0, 5).map(({ joint, over: at, share }) => S.make("li", {}, S.make("button", { type: "button", onclick: () => S.set({ joint, over: at }) }, `${data.effects[joint].name} over ${angles[at].label}: ${S.percent(share)}`)));
-      proposals.replaceChildren(...(rows.length ? rows : [S.make("li", {}, "No effect follows an angle by more than the noise allows.")]));
+      const { found, pairs, poses, chance } = ranked(), piece = whole() ? "runs" : "pieces";
+      const rows = found.slice(0, 5).map(({ joint, over: at, share, n }) => S.make("li", {}, S.make("button", { type: "button", onclick: () => S.set({ joint, over: at }) },
+        `${data.effects[joint].name} over ${angles[at].label}: ${S.percent(share)} of ${n} ${piece}, ${share > chance ? "more than" : "no more than"} chance`)));
+      proposals.replaceChildren(...(rows.length ? rows : [S.make("li", {}, pairs ? `It scatters by more than the noise, but no parabola over an angle explains more than ${S.percent(LEAST_SHARE)} of that.`
+        : data.runs.length > 2 && data.runs.length < FEWEST ? `Fewer than ${FEWEST} runs: too few to judge by.` : "No effect scatters between runs by more than the noise allows.")]));
+      evidence.textContent = rows.length ? `Measured in ${poses} ${whole() ? "poses" : "pieces"}. Where their angles are exchanged at random, the best of these ${pairs} curves explains up to ${S.percent(chance)} in 95 of 100 cases: a share below that is no evidence, and one above it is to be measured again in other poses.` : "";
     }
+    const whole = () => data.runs.length > 2;
     panel.canvas.addEventListener("click", (event) => {
       const rect = panel.canvas.getBoundingClientRect(), x = event.clientX - rect.left, y = event.clientY - rect.top;
       const near = points.filter((point) => Math.hypot(point.px - x, point.py - y) < 12)[0];
@@ -159,7 +188,7 @@
     }
     function values(k = chosenEffect(), angle = chosenAngle()) {
       const chosen = data.effects[k], shown = S.residual().move, part = chosen.part[0], sigma = S.sigma();
-      return pieces(angle).map(({ name, members: all }) => {
+      return pieces(angle).map(({ name, members: all }, piece) => {
         let rp = 0, pp = 0, sum = 0, count = 0;
         const mean = [0, 0, 0, 0, 0, 0], members = all.filter((i) => data.states.used[i] && Number.isFinite(shown[3 * i]));
         const centred = members.length > 1 && data.measure !== "torque";
@@ -171,7 +200,7 @@
           }
           sum += angle.values[i]; count++;
         }
-        return { members: all, name, angle: sum / count, value: pp > 0 ? 1 + rp / pp : NaN, half: pp > 0 ? (1.96 * sigma) / Math.sqrt(pp) : NaN };
+        return { members: all, name, piece, angle: sum / count, value: pp > 0 ? 1 + rp / pp : NaN, half: pp > 0 ? (1.96 * sigma) / Math.sqrt(pp) : NaN };
       }).filter((entry) => Number.isFinite(entry.angle + entry.value) && !(entry.half > 1));
     }
     function draw(canvas) {

@@ -2,8 +2,8 @@
   S.readingPanel = function () {
     const { data } = S, { states } = data, names = Object.keys(data.readings);
     const table = S.make("table", { id: "reading-table" });
-    const lines = S.make("pre", { id: "exclude", tabIndex: 0, "aria-label": "Lines for campaign.toml" });
-    const rawHead = S.make("h3", {}, "Raw rows as they stand in the file"), rawLines = S.make("pre", { id: "raw-rows", tabIndex: 0, "aria-label": "Raw rows" });
+    const lines = S.make("pre", { id: "exclude", role: "region", tabIndex: 0, "aria-label": "Lines for campaign.toml" });
+    const rawHead = S.make("h3", {}, "Raw rows as they stand in the file"), rawLines = S.make("pre", { id: "raw-rows", role: "region", tabIndex: 0, "aria-label": "Raw rows" });
     const about = S.make("p", { className: "note", id: "reading-note" });
     const copied = S.make("span", { role: "status" });
     const copy = S.make("button", { type: "button", onclick: async () => {

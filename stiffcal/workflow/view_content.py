@@ -35,7 +35,7 @@ from stiffcal.workflow.steps import FIT_STATES, Ingested
 from stiffcal.workflow.view_effects import view_effects
 from stiffcal.workflow.view_evidence import picked_evidence, view_evidence
 from stiffcal.workflow.view_models import place_words, tables_of_states, view_models
-from stiffcal.workflow.view_motors import motor_states
+from stiffcal.workflow.view_motors import motor_states, moved_torque
 from stiffcal.workflow.view_rows import content_of_rows
 from stiffcal.workflow.view_runs import view_runs, with_raw_rows
 from stiffcal.workflow.view_sample import picked_model, sample_of
@@ -143,6 +143,11 @@ def _with_states(
     robot = placed_robot(data.campaign).with_values(identified.robot_values())
     torque = torques_about_joints(states, robot)
     variables = _variables(data, drawn, torque, content.measure == "motor_angle")
+    moved = moved_torque(robot, states, torque)
+    if np.isfinite(moved).any():
+        variables.insert(
+            0, ViewVariable(name="moved_torque", label="torque on the moved joint", unit="N·m", values=moved)
+        )
     measured, own = drawn.measured, None
     if content.measure == "motor_angle":
         measured, own = motor_states(robot, states)

@@ -38,3 +38,21 @@ def motor_states(robot: CompliantRobot, states: LoadStates) -> tuple[Floats, Flo
     result[0, data.index[known], 0] = measured[known]
     result[1, data.index[known], 0] = left[known]
     return result[0], result[1]
+
+
+def moved_torque(robot: CompliantRobot, states: LoadStates, torque: Floats) -> Floats:
+    """Return the torque on the joint whose motor moved, (n,) N·m; NaN where no motor was read.
+
+    Parameters
+    ----------
+    robot : the robot. states : n load states.
+    torque : (n, J) N·m, of the loads about the joints.
+    """
+    data = observe(states, robot.chain)
+    read = data.measured_mask[data.kind == MOTOR]
+    result = np.full(len(states), np.nan)
+    if len(read):
+        known = read.any(axis=0)
+        at = data.index[known]
+        result[at] = torque[at, read.argmax(axis=0)[known]]
+    return result

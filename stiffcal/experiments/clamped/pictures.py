@@ -39,7 +39,12 @@ def _branches(joint: str, pose: ClampedPose) -> Panel:
         of_branch = np.flatnonzero(pose.up == is_rising)
         order = of_branch[np.argsort(pose.angle[of_branch])]
         angle = _MRAD * pose.angle[order]
-        series.append(Marks(angle, pose.torque[order], marker, colour, size=2.4, edge=0.6, label=label, run=pose.run))
+        series.append(
+            Marks(
+                angle, pose.torque[order], marker, colour, size=2.4, edge=0.6, label=label, run=pose.run,
+                sweep="up" if is_rising else "down",
+            )
+        )  # fmt: skip
         series.append(Line(angle, pose.fitted[order], width=0.9, label="fit"))
     title = f"{joint}, run {pose.run}" + (" (left out)" if pose.left_out else "")
     return Panel(title, "angle, arm relative to motor [mrad]", "torque on the joint [N·m]", tuple(series))
@@ -88,7 +93,7 @@ def _curve(curve: ClampedCurve) -> Panel:
     series: list[Series] = [
         Marks(
             _MRAD * pose.spring_angle, pose.spring_torque, str(number), number, size=2.2, edge=0.5, label=pose.run,
-            layer=2.0, run=pose.run,
+            layer=2.0, run=pose.run, sweep="both",
         )
         for number, pose in enumerate(used)
     ]  # fmt: skip

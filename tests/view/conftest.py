@@ -1,0 +1,62 @@
+"""A browser, and the contents of pages, for all tests of the page."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stiffcal.view.page import build_page
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.history import read_history
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.workflow.view_content import view_content
+from tests.laboratory.browser import chromium, opened
+from tests.laboratory.small_campaign import write_small_campaign
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Debian's chromium; where CI is set it must be there."""
+    with chromium() as started:
+        yield started
+
+
+@pytest.fixture(scope="session")
+def content(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    folder, context = write_small_campaign(tmp_path_factory.mktemp("view") / "small", poses=4), RunContext()
+    diagnose_campaign(folder)
+    data = up_to_date_states(folder, context)
+    identified = up_to_date_fit(data, context)
+    made = view_content(data, identified, up_to_date_validation(data, identified, context), raw=True)
+    return made, read_history(folder)
+
+
+@pytest.fixture(scope="session")
+def friction_content(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    folder, context = tmp_path_factory.mktemp("friction") / "07", RunContext()
+    shutil.copytree(Path(__file__).parents[2] / "campaigns" / "joints" / "07", folder)
+    diagnose_campaign(folder)
+    data = up_to_date_states(folder, context)
+    identified = up_to_date_fit(data, context)
+    return view_content(data, identified, up_to_date_validation(data, identified, context), raw=True)
+
+
+@pytest.fixture(scope="session")
+def file(content: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("page") / "view.html"
+    path.write_text(build_page(content[0]), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def page(browser: Any, file: Path) -> Iterator[Any]:
+    page, complaints = opened(browser, file)
+    yield page
+    assert complaints == []
+    page.context.close()
