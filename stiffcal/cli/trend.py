@@ -23,7 +23,7 @@ VERDICTS = {
     "wear": "wear: the changes are those of a joint that becomes softer, and no change of the set-up explains them",
     "stiffened": "a joint has become stiffer: no wear, but possibly a repair or replacement",
     "set-up": "a change of the set-up: it explains the changes of all parameters, and no joint alone does",
-    "undecided": "wear or a change of the set-up: both would explain these changes",
+    "undecided": "undecided: several causes would explain these changes",
     "unexplained": "unexplained: neither a joint nor a change of the set-up explains these changes",
 }
 
@@ -119,6 +119,8 @@ def _show_cause(console: Console, result: TrendResult, cause: ChangeCause) -> No
     console.print(f"since {_campaign(result, cause.since)}: {VERDICTS[cause.verdict]}", soft_wrap=True)
     if cause.misfit_grew:
         console.print("  the residuals have grown since then: the model lacks an effect (stiffcal diagnose)")
+    if cause.explains_residuals:
+        console.print(f"  any one of these would explain them: {', '.join(cause.explains_residuals)}", soft_wrap=True)
     for one in cause.causes:
         console.print(
             f"  {_cause(one)}: probability {share(one.probability)} among the compared causes, "

@@ -2,7 +2,9 @@
 
 Each cause would show in its own way. A worn joint turns the parameters of that joint alone. A change of the set-up that
 the model does not hold (another target, a turned force sensor, other gains) is taken up by all parameters at once, in
-the proportions that least squares gives them, and mostly leaves residuals that a worn joint does not leave.
+the proportions that least squares gives them, and mostly leaves residuals that a worn joint does not leave. Where the
+residuals have grown, a change of the set-up has to explain them as well, and to do so better than any law of a joint or
+link that the model lacks: a bearing that tilts changes the parameters much as a turned force sensor does.
 
 The causes are compared by their marginal likelihood: the change of the parameters is normal about zero, with the
 variance of the campaigns' means and that of the cause's unknown size, which takes three scales with equal probability,
@@ -11,8 +13,8 @@ as what is usual and what is much more both happen.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import chdtrc, logsumexp
@@ -94,7 +96,35 @@ def cause_of(
     verdict = _verdict(causes)
     if misfit_grew and verdict in ("wear", "stiffened"):
         verdict = "unexplained"
-    return ChangeCause(verdict=verdict, since=since, misfit_grew=misfit_grew, causes=kept)
+    return ChangeCause(verdict=verdict, since=since, misfit_grew=misfit_grew, causes=kept, explains_residuals=[])
+
+
+def held_to_residuals(cause: ChangeCause, set_up: Mapping[str, float], elsewhere: Mapping[str, float]) -> ChangeCause:
+    """Return what a change can come from where the residuals have grown with it.
+
+    Parameters
+    ----------
+    cause : by the parameters alone.
+    set_up : χ² that each effect of the set-up leaves, by name; of those alone with which the residuals are again as
+        they were before the change.
+    elsewhere : the same of effects of joints and links that the model does not hold, by effect and place.
+
+    Returns
+    -------
+    ChangeCause
+        Of one that was not unexplained: "set-up" where a change of the set-up explains parameters and residuals, with
+        odds of `STRONG` to one against each effect elsewhere (equal prior odds: χ² differ by 2 ln `STRONG`);
+        "undecided" where another effect does as well; else "unexplained". Causes that explain both come first.
+    """
+    both = [one for one in cause.causes if one.effect in set_up and one.p_value >= LEAST_P]
+    least = min([set_up[one.effect] for one in both] or elsewhere.values(), default=np.inf)
+    limit = least + 2.0 * float(np.log(STRONG))
+    alike = sorted((name for name, left in elsewhere.items() if left <= limit), key=lambda name: elsewhere[name])
+    verdict: Cause = "unexplained"
+    if both and cause.verdict != "unexplained":
+        verdict = "undecided" if alike else "set-up"
+    causes = [*both, *(one for one in cause.causes if one not in both)]
+    return replace(cause, verdict=verdict, causes=causes, explains_residuals=alike)
 
 
 def grew(reduced_chi2: Sequence[float | None], since: int) -> bool:

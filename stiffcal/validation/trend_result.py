@@ -88,14 +88,19 @@ class ChangeCause:
 
     verdict: Cause
     """"wear": joints have become softer; "stiffened": a joint has become stiffer, as by a repair; "undecided": several
-    explain it; "unexplained": none does."""
+    explain it, or an effect that the model lacks does as well; "unexplained": none does."""
     since: int
     """Number of the first campaign after the change, from 0."""
     misfit_grew: bool
     """Whether the residuals over the noise are larger in every campaign since the change than before: the model lacks
     something since then, and no change of its joints alone is the cause."""
     causes: list[PossibleCause]
-    """Most probable first; those below 1 % are left out."""
+    """Most probable first; those below 1 % are left out. Where the residuals have grown, changes of the set-up that
+    explain these as well come before all others."""
+    explains_residuals: list[str]
+    """Where the residuals have grown: effects of joints and links, with their places, that the model lacks and with
+    which the residuals would be as before the change, best first; those that the data cannot distinguish from the best
+    (odds below 20 to 1). Next to them no change of the set-up is named for certain."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.load_scan import weights_of
+from stiffcal.diagnosis.load_scan import scan_candidates, weights_of
 from stiffcal.identification.observation import ParameterColumn, evaluate, free_columns
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.effect import Kind, ParameterRole
-from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew
+from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew, held_to_residuals
 from stiffcal.workflow.identify import fit_now
 
 GAIN = "wrench-scale"
@@ -68,8 +68,43 @@ def change_cause(
     covariance = _covariance(campaigns, of_fit, sizes, since)
     # in units of each parameter's own size: numbers near one
     scaled = [Hypothesis(h.directions / sizes, h.joints, h.effect) for h in hypotheses]
-    misfit = grew([campaign.fit.reduced_chi2 for campaign in campaigns], since)
-    return cause_of(change / sizes, covariance / np.outer(sizes, sizes), scaled, since, misfit)
+    misfit = [campaign.fit.reduced_chi2 for campaign in campaigns]
+    has_grown = grew(misfit, since)
+    cause = cause_of(change / sizes, covariance / np.outer(sizes, sizes), scaled, since, has_grown)
+    if not has_grown:
+        return cause
+    before = [value for value in misfit[:since] if value is not None]
+    return held_to_residuals(cause, *_restoring(campaigns[-1], fit, before))
+
+
+def _restoring(
+    campaign: FittedCampaign, fit: Fit, before: Sequence[float]
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the χ² that effects leave which the model lacks and with which the residuals have not grown.
+
+    First of the set-up, by effect, then of joints and links, by effect and place. General laws take no part: their many
+    values mimic what a change of the set-up does.
+
+    Parameters
+    ----------
+    campaign : the last one. fit : its fit.
+    before : reduced χ² of the campaigns before the change.
+    """
+    catalogue, _ = all_effects(campaign.data.campaign)
+    candidates, _ = list_candidates(fit.robot, campaign.data.states, catalogue)
+    scan = scan_candidates(fit, [candidate for candidate in candidates if not candidate.effect.general])
+    set_up: dict[str, float] = {}
+    elsewhere: dict[str, float] = {}
+    for trial in scan.trials:
+        left = trial.score.sum_of_squares
+        dof = scan.dof - scan.n_columns - trial.candidate.n_parameters
+        if dof < 1 or grew([*before, left / dof], len(before)):
+            continue
+        if trial.candidate.place.kind == "setup":
+            set_up[trial.candidate.effect.name] = left
+        else:
+            elsewhere[trial.candidate.name] = left
+    return set_up, elsewhere
 
 
 def _free_columns(fit: Fit) -> list[ParameterColumn]:

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from stiffcal.arrays import Floats
-from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew
+from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew, held_to_residuals
 
 VARIANCE = 1e-4 * np.eye(6)
 """1 % on the difference of the means of six relative parameters."""
@@ -54,6 +54,28 @@ def test_joints_alone_are_not_named_where_the_residuals_have_grown() -> None:
     assert grew([1.0, 1.1, 0.9, 1.5, 1.4], 3)
     assert not grew([1.0, 1.1, 0.9, 1.05, 1.0], 3)
     assert not grew([1.0, 1.1, 0.9, 1.5, None], 3)
+
+
+@pytest.mark.parametrize(
+    ("set_up", "elsewhere", "verdict", "alike"),
+    [
+        ({"wrench-frame": 500.0}, {}, "set-up", []),
+        ({"wrench-frame": 500.0}, {"bearing-tilt joint 2": 507.0}, "set-up", []),
+        # 2 ln 20 = 5.99
+        ({"wrench-frame": 500.0}, {"bearing-tilt joint 2": 505.0, "link-beam arm": 490.0}, "undecided", [1, 0]),
+        ({"wrench-scale": 500.0}, {}, "unexplained", []),
+        ({}, {"bearing-tilt joint 2": 505.0, "link-beam arm": 520.0}, "unexplained", [0]),
+        ({}, {}, "unexplained", []),
+    ],
+)
+def test_a_set_up_is_named_only_where_it_explains_the_grown_residuals_better_than_a_law_of_the_robot(
+    set_up: dict[str, float], elsewhere: dict[str, float], verdict: str, alike: list[int]
+) -> None:
+    by_parameters = cause_of(-3.0 * TURNED[0], VARIANCE, CAUSES, 3, misfit_grew=True)
+    assert by_parameters.verdict == "set-up"
+    judged = held_to_residuals(by_parameters, set_up, elsewhere)
+    assert judged.verdict == verdict
+    assert judged.explains_residuals == [list(elsewhere)[number] for number in alike]
 
 
 def test_probabilities_are_those_of_marginal_likelihoods() -> None:

@@ -110,6 +110,28 @@ def test_a_change_of_the_set_up_is_no_wear(tmp_path: Path) -> None:
     assert result.cause.causes[0].effect == "load-point-offset"
 
 
+@pytest.mark.long
+def test_a_bearing_that_gives_way_is_no_change_of_the_set_up(tmp_path: Path) -> None:
+    """By the changes of the springs alone, a compliant base would be it (odds above 20 to 1)."""
+    tilt = """
+[[effects]]
+type = "bearing-tilt"
+joints = [2]
+parameters = { "bearing-tilt.j2.x" = { value = 4.4e-7 }, "bearing-tilt.j2.y" = { value = 4.4e-7 } }
+"""
+    folders = write_series(tmp_path, [1.0] * 3, [CAMPAIGN] * 3)
+    for number in (4, 5):
+        folders.append(write_small_campaign(tmp_path / f"month{number}", seed=number, hidden=tilt))
+        stated = STATED.format(number).replace("0.01", "0.02")
+        (folders[-1] / "campaign.toml").write_text(CAMPAIGN + stated, encoding="utf-8")
+    cause = trend_campaigns(folders).cause
+    assert cause is not None
+    assert cause.misfit_grew
+    assert cause.causes[0].effect == "base-compliance"
+    assert cause.verdict == "unexplained"
+    assert "bearing-tilt j2" in cause.explains_residuals
+
+
 def following(folder: Path, manifests: list[str]) -> TrendResult:
     return trend_campaigns(write_series(folder, [1.0] * len(manifests), manifests))
 
