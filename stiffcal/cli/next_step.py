@@ -158,7 +158,7 @@ def after_diagnosis(
     finished : the command, and its options, where the model needs no change.
     """
     # What is missing comes first: with it, other effects may turn out to be needed, or not.
-    if result.missing or result.superfluous:
+    if result.missing or result.superfluous or result.everywhere is not None:
         return command_line("improve", folder, store=store)
     if result.pattern is not None:
         from stiffcal.diagnosis.words import suggested_name

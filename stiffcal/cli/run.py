@@ -10,11 +10,13 @@ from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.identify import show_fitted
 from stiffcal.cli.next_step import after_diagnosis
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.validate import show_elasticity, whole_error
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
-from stiffcal.cli.wording import deviation, share
+from stiffcal.cli.wording import deviation, length, share
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
+    from stiffcal.validation.distances import Distances
     from stiffcal.workflow.run_result import RunResult
 
 
@@ -52,7 +54,7 @@ def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
     console.show_warnings(result.check.warnings)
     show_fitted(console, result.identify, is_part=True)
     relative = dict(validation.relative.items())
-    error_share, of = relative["translation"], "the deflection"
+    error_share, of = relative["translation"], whole_error(validation)
     if error_share is None:
         error_share, of = relative.get("torque"), "the torque"
     if any(value is not None for _, value in validation.rms.items()):
@@ -61,6 +63,19 @@ def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
         console.print(f"{sentence} (no model: {deviation(validation.zero_model)})")
     else:
         console.print("held-out poses: none, the error in new poses is not validated")
+    if validation.distance is not None:
+        console.print(f"mean distance: {_mean_distances(validation.distance)}", soft_wrap=True)
+    show_elasticity(console, validation.elasticity)
     console.show_warnings(validation.warnings)
     console.print(f"report: {result.report}", soft_wrap=True)
     console.print(f"in a browser: {result.view} (written by {page})", soft_wrap=True)
+
+
+def _mean_distances(distance: Distances) -> str:
+    """Return the mean distance between predicted and measured places, in what was fitted and in what was left out."""
+    parts = (
+        ("fitted", distance.fit),
+        ("in poses left out at random", distance.heldout_random),
+        ("in regions left out", distance.heldout_region),
+    )
+    return ", ".join(f"{length(summary.mean)} {where}" for where, summary in parts if summary is not None)

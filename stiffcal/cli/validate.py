@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
     from stiffcal.results.validate_result import ValidateResult
     from stiffcal.validation.distances import Distances, DistanceSummary, LadderStep, TargetDistance
+    from stiffcal.validation.elasticity import Elasticity, JointElasticity, JointVerdict
     from stiffcal.validation.results import ErrorSlice, WorstState
 
 
@@ -75,12 +76,11 @@ def show_validation(console: AnswerConsole, result: ValidateResult) -> None:
     table.add_row("worst state", deviation(result.max))
     table.add_row("no model", deviation(result.zero_model))
     table.add_row("noise", deviation(result.noise) if result.noise is not None else "not known")
-    table.add_row("share of the deflection", _shares(result.relative))
+    table.add_row(f"share of {whole_error(result)}", _shares(result.relative))
     console.print(table)
     if result.distance is not None:
         _show_distances(console, result.distance, result.ladder or [])
-    if result.elasticity is not None:
-        console.print(f"elasticity: {result.elasticity.why}")
+    show_elasticity(console, result.elasticity)
     slices = {
         "experiment": result.by_experiment,
         "body": result.by_body,
@@ -97,6 +97,27 @@ def show_validation(console: AnswerConsole, result: ValidateResult) -> None:
     limits = ", ".join(result.thresholds)
     if result.passed:
         console.print(f"thresholds met: {limits}" if limits else "no thresholds are set")
+
+
+def whole_error(result: ValidateResult) -> str:
+    """Return what the error in held-out data is a share of: of absolute places, what the nominal robot leaves."""
+    only_places = result.distance is not None and not result.by_experiment
+    return "the nominal robot's error" if only_places else "the deflection"
+
+
+def show_elasticity(console: AnswerConsole, elasticity: Elasticity | None) -> None:
+    """Print which joints' compliance absolute places identify, and of the others why it is not claimed."""
+    if elasticity is None:
+        return
+    console.print(f"elasticity: {elasticity.why}", soft_wrap=True)
+    reasons: dict[JointVerdict, list[JointElasticity]] = {}
+    for joint in elasticity.joints:
+        if joint.verdict != "identified":
+            reasons.setdefault(joint.verdict, []).append(joint)
+    for joints in reasons.values():
+        numbers = ", ".join(str(joint.joint) for joint in joints)
+        many = "s" if len(joints) > 1 else ""
+        console.print(f"  not claimed: joint{many} {numbers}: {joints[0].why}", soft_wrap=True)
 
 
 def _verdict(result: ValidateResult) -> tuple[Level, str]:
@@ -124,9 +145,11 @@ def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequenc
         for label, part in parts:
             table.add_row(label, *(length(v) for v in (part.mean, part.median, part.p95, part.max, part.rms)))
     console.print(table)
-    table = plain_table("model", "parameters>", "fit, rms>", "random, rms>", "region, rms>")
+    table = plain_table(
+        "model", "parameters>", "fit, rms>", "random, rms>", "region, rms>", "random, mean>", "region, mean>"
+    )
     for step in ladder:
-        cells = [step.fit, step.heldout_random, step.heldout_region]
+        cells = [step.fit, step.heldout_random, step.heldout_region, step.mean_random, step.mean_region]
         table.add_row(step.step, str(step.n_parameters), *("–" if v is None else length(v) for v in cells))
     console.print(table)
 
@@ -156,4 +179,9 @@ def _worst(worst: Sequence[WorstState]) -> str:
     def size(state: WorstState) -> str:
         return length(state.residual_m) if state.residual_rad is None else angle(state.residual_rad)
 
-    return "; ".join(f"run {state.run}, row {state.row}: {size(state)}" for state in worst[:3])
+    def where(state: WorstState) -> str:
+        # a row of absolute places is a run of its own, and its name holds the row
+        row = f"row {state.row}"
+        return f"run {state.run}" if state.run.endswith(row) else f"run {state.run}, {row}"
+
+    return "; ".join(f"{where(state)}: {size(state)}" for state in worst[:3])

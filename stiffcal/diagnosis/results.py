@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
+from stiffcal.diagnosis.everywhere_results import EffectEverywhere
 from stiffcal.diagnosis.pattern_results import CandidateParameter, CompliancePattern
 from stiffcal.diagnosis.setting_results import ContradictedSetting, WrongGeometry
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
@@ -289,6 +290,10 @@ class DiagnoseResult(CommandResult):
     """What the unexplained error follows, most first."""
     wrong_geometry: Annotated[OrAbsent[WrongGeometry], NOT_PROMISED] = None
     """Where absolute places contradict the robot file: nothing is named that its errors explain."""
+    everywhere: Annotated[OrAbsent[EffectEverywhere], NOT_PROMISED] = None
+    """Where nothing is named and the error of absolute places is unexplained: one effect that at all joints together
+    lowers it in poses left out. ``improve`` adds it; the model stays unexplained.
+    """
     pattern: Annotated[CompliancePattern | None, NOT_PROMISED] = None
     """Whose compliance varies with what, where something is left that nothing accounts for; null where none does."""
     explained_by_missing: Annotated[Number, KeyIf("has_searched"), NOT_PROMISED] = None

@@ -34,6 +34,7 @@ from stiffcal.identification.observation import (
     observe,
 )
 from stiffcal.identification.priors import with_prior
+from stiffcal.identification.repeated_places import repeated_places
 from stiffcal.identification.reported import amplitudes, reported_parameters, student_95
 from stiffcal.identification.rows import MOTOR
 from stiffcal.identification.settings import Settings
@@ -101,7 +102,10 @@ def fit_problem(states: LoadStates, robot: CompliantRobot, keep: Booleans | None
     data = observe(states, robot.chain)
     if not allowed.all():
         data = data.subset(allowed[data.index])
-    return Problem(data, tuple(_repeats(states, data)), stated_noise(states.setup.sigma, data))
+    stated = stated_noise(states.setup.sigma, data)
+    if stated is None and data.absolute.any() and data.absolute.all():
+        return Problem(data, tuple(repeated_places(data)), stated)
+    return Problem(data, tuple(_repeats(states, data)), stated)
 
 
 def _repeats(states: LoadStates, data: Observations) -> Iterator[NDArray[np.int64]]:

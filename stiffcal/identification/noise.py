@@ -305,6 +305,8 @@ def noise_from_repeats(
         return noise_of_clamped(data.clamped)
     if motors.any() and not motors.all():
         return _of_two_experiments(data, predicted, sensitivity, groups, motors)
+    # of a robot that nothing loads but its own weight no wrench is uncertain
+    sensitivity = np.where(data.absolute & ~data.wrench.any(axis=0), 0.0, sensitivity)
     plain = without_wild(contrasts(data, predicted, sensitivity, some_groups(groups)), data.kind)
     differences, levers = plain.differences, plain.compliance
     n_lengths = int(np.count_nonzero(~data.rotational))

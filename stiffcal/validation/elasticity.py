@@ -25,6 +25,7 @@ from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
+from stiffcal.validation.distances import squared_distances, standard_errors_of_fall
 from stiffcal.validation.heldout import left_out_residuals, pose_folds
 from stiffcal.validation.region_folds import region_folds
 from stiffcal.wording import significant
@@ -217,9 +218,7 @@ class _Judge:
 
     def _squares(self, fit: Fit) -> Floats:
         """Return (n,) squared distances in regions left out, m²."""
-        residual = left_out_residuals(fit, self.folds).residual
-        rows = (fit.data.kind == TRANSLATION)[:, None] & fit.data.measured_mask
-        return np.asarray(np.sum(np.where(rows, residual, 0.0) ** 2, axis=0))
+        return squared_distances(left_out_residuals(fit, self.folds).residual, fit.data)
 
 
 def _without(robot: CompliantRobot, parameter: Parameter) -> CompliantRobot:
@@ -248,12 +247,5 @@ def _above_zero(parameter: Parameter, fit: Fit) -> bool:
 
 
 def _falls(before: Floats, after: Floats, poses: Integers) -> bool:
-    """Return whether squared errors fall by more than two standard errors over poses.
-
-    The standard error of a total by ratio to the number of rows (Cochran, Sampling Techniques, 1977, section 6.4).
-    """
-    falls, rows = np.bincount(poses, weights=before - after), np.bincount(poses)
-    if len(falls) < 2:
-        return False
-    away = falls - rows * (falls.sum() / rows.sum())
-    return bool(falls.sum() > ERRORS * np.sqrt(float(np.sum(away**2)) * len(falls) / (len(falls) - 1)))
+    """Return whether squared errors fall by more than two standard errors over poses."""
+    return standard_errors_of_fall(before, after, poses) > ERRORS

@@ -176,6 +176,9 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
         waiting = diagnosed.missing or waiting
         if not changes and diagnosed.unexplained:
             changes = [("add", effect) for effect in _still_supported(waiting, diagnosed, skipped)[:1]]
+        whole = diagnosed.everywhere
+        if whole is not None and ("add", whole.effect, whole.where) not in skipped:
+            changes = [("add", whole)]
         if not changes or (removed and changes[0][0] == "remove"):
             return diagnosed
         n_before = len(recorder.steps)

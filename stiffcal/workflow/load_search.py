@@ -50,6 +50,7 @@ def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
     """Return the result of a search, with what the present model holds and does not need."""
     from stiffcal.campaign.model_file import default_model
     from stiffcal.diagnosis.document import diagnosis_result
+    from stiffcal.diagnosis.everywhere import effect_everywhere, everywhere_in_words
     from stiffcal.diagnosis.ranking import effect_at
     from stiffcal.diagnosis.redundant import redundant_effects
     from stiffcal.diagnosis.search_context import LoadSearchContext
@@ -69,8 +70,11 @@ def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
     basic = [entry.type for entry in default_model(campaign.chain.n_joints, experiments).effects]
     redundant = redundant_effects(bench, present, basic)
     diagnosis = diagnosis_result(data.states, search)
+    everywhere = effect_everywhere(bench, search, basic)
     return replace(
         diagnosis,
+        everywhere=everywhere,
+        summary=diagnosis.summary if everywhere is None else f"{diagnosis.summary} {everywhere_in_words(everywhere)}.",
         not_tried=[*diagnosis.not_tried, *(UntestableEffect(effect.effect, effect.needs) for effect in untrusted)],
         superfluous=[effect_at(candidate) for candidate in redundant],
         next_measurement=_next_measurement(data, search),
