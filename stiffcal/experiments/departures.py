@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
+from stiffcal.experiments.presentation import Digits, Line, Words
 
 # Readings of a stretch; their mean is judged.
 _PER_STRETCH = 12
@@ -62,3 +64,40 @@ def find_departures(x: Floats, residual: Floats, half_band: Floats) -> list[Depa
             found.append((Departure(low, high, mean), len(members)))
         previous = number
     return [departure for departure, _ in found]
+
+
+def departures_in_words(joints: Iterable[tuple[str, Sequence[Departure]]], unit: str, factor: float = 1.0) -> Words:
+    """Return where the readings leave the band, joint by joint, as the end of a picture's caption.
+
+    Parameters
+    ----------
+    joints : name and stretches of each, in N·m over the abscissa.
+    unit : in which the abscissa is drawn. factor : to it.
+    """
+    words: list[str | Digits] = []
+    for joint, departures in joints:
+        for departure in departures:
+            side = "above" if departure.mean > 0.0 else "below"
+            begin = "; " if words else " On average the readings are outside the band (grey bars): "
+            words += [begin, f"{joint} from ", Digits(factor * departure.low), " to ", Digits(factor * departure.high)]
+            words += [f" {unit}, ", Digits(abs(departure.mean), 2), f" N·m {side} the curve"]
+    return (*words, ".") if words else (" The readings are within the band.",)
+
+
+def departure_bars(
+    x: Floats, curve: Floats, drawn: Booleans, departures: Iterable[Departure], factor: float = 1.0, label: str = ""
+) -> list[Line]:
+    """Return the mean of the readings of every stretch that is drawn, as a bar next to the curve.
+
+    Parameters
+    ----------
+    x, curve : (n,) the curve. drawn : (n,) which of it the panel shows.
+    departures : stretches of ``x``. factor : to the unit in which ``x`` is drawn. label : of the legend.
+    """
+    bars = []
+    for departure in departures:
+        inside = drawn & (x >= departure.low) & (x <= departure.high)
+        if inside.any():
+            mean = curve[inside] + departure.mean
+            bars.append(Line(factor * x[inside], mean, width=2.6, colour="quiet", label=label))
+    return bars

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.experiments.clamped.curves import ClampedCurve, ClampedPose
-from stiffcal.experiments.departures import Departure, find_departures
-from stiffcal.experiments.presentation import Band, Digits, Line, Marks, Names, Panel, Picture, Series, Span, Words
+from stiffcal.experiments.departures import Departure, departure_bars, departures_in_words, find_departures
+from stiffcal.experiments.presentation import Band, Line, Marks, Names, Panel, Picture, Series, Span, Words
 from stiffcal.uncertainty import NORMAL_95
 
 _ROW_MM = 43.0
@@ -52,10 +52,12 @@ def _branches(joint: str, pose: ClampedPose) -> Panel:
 
 def curves_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
     """Return the torque-angle curve of every joint, counted from the flank, with the readings of all poses used."""
+    of_joints = [(curve.joint, departures(curve)) for curve in curves]
     caption: Words = (
         "Torque over the spring's angle of ", Names(tuple(curve.joint for curve in curves)),
         (", counted from the flank, with play, friction and zero offset of the sensor removed: readings of all used "
-        "poses, the third-order polynomial (dashed) and its 95 % interval."), *_departures_in_words(curves),
+        "poses, the third-order polynomial (dashed) and its 95 % interval."),
+        *departures_in_words(of_joints, "mrad", _MRAD),
     )  # fmt: skip
     return _in_rows(tuple(_curve(curve) for curve in curves), caption)
 
@@ -73,21 +75,6 @@ def departures(curve: ClampedCurve) -> list[Departure]:
     return find_departures(angle, torque - np.interp(angle, curve.angle, curve.torque), half)
 
 
-def _departures_in_words(curves: tuple[ClampedCurve, ...]) -> Words:
-    """Return where the readings leave the band, joint by joint."""
-    words: list[str | Digits] = []
-    for curve in curves:
-        for departure in departures(curve):
-            side = "above" if departure.mean > 0.0 else "below"
-            words += [
-                "; " if words else " On average the readings are outside the band (grey bars): ",
-                f"{curve.joint} from ",
-            ]
-            words += [Digits(_MRAD * departure.low), " to ", Digits(_MRAD * departure.high), " mrad, "]
-            words += [Digits(abs(departure.mean), 2), f" N·m {side} the curve"]
-    return (*words, ".") if words else (" The readings are within the band.",)
-
-
 def _curve(curve: ClampedCurve) -> Panel:
     used = [pose for pose in curve.poses if pose.run in curve.curve_runs]
     series: list[Series] = [
@@ -101,10 +88,7 @@ def _curve(curve: ClampedCurve) -> Panel:
     half = NORMAL_95 * curve.std
     series.append(Band(angle, curve.torque - half, curve.torque + half))
     series.append(Line(angle, curve.torque, is_dashed=True))
-    for departure in departures(curve):
-        inside = (curve.angle >= departure.low) & (curve.angle <= departure.high)
-        if inside.any():
-            series.append(Line(angle[inside], curve.torque[inside] + departure.mean, width=2.6, colour="quiet"))
+    series += departure_bars(curve.angle, curve.torque, np.isfinite(curve.angle), departures(curve), _MRAD)
     return Panel(
         curve.joint, "angle from the flank [mrad]", "torque [N·m]", tuple(series), x_ticks=5, has_zero_lines=True,
         has_own_legend=True,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.departures import Departure, find_departures
+from stiffcal.experiments.departures import Departure, departure_bars, departures_in_words, find_departures
 from stiffcal.experiments.friction.curves import FrictionCurve
 from stiffcal.experiments.presentation import Band, Digits, Line, Marks, Names, Panel, Picture, Series, Words
 from stiffcal.uncertainty import NORMAL_95
@@ -45,10 +45,12 @@ def friction_picture(curves: tuple[FrictionCurve, ...]) -> Picture:
             panels.append(_panel(curve, limit, f"{curve.joint}: slow"))
         panels.append(_panel(curve, None, f"{curve.joint}: all speeds"))
     fastest = max(float(abs(curve.velocity).max()) for curve in curves)
+    of_joints = [(curve.joint, departures(curve)) for curve in curves]
     caption: Words = (
         "Friction torque over speed of ", Names(tuple(curve.joint for curve in curves)), ", up to ", Digits(fastest),
         (" rad/s: measured in both directions (mirrored to positive speeds), fitted law, and its 95 % interval. "
-        "Left: slow range on a separate scale."), *_departures_in_words(curves),
+        "Left: slow range on a separate scale."),
+        *departures_in_words(of_joints, "rad/s"),
     )  # fmt: skip
     height = _ROW_MM * len(curves) + 8
     return Picture(tuple(panels), columns=2, height=height, caption=caption, widths=(1.0, 1.6))
@@ -59,21 +61,6 @@ def departures(curve: FrictionCurve) -> list[Departure]:
     speed = np.abs(curve.velocity)
     residual = curve.friction * np.sign(curve.velocity) - np.interp(speed, curve.speed, curve.fitted)
     return find_departures(speed, residual, NORMAL_95 * np.interp(speed, curve.speed, curve.std))
-
-
-def _departures_in_words(curves: tuple[FrictionCurve, ...]) -> Words:
-    """Return where the readings leave the band, joint by joint."""
-    words: list[str | Digits] = []
-    for curve in curves:
-        for departure in departures(curve):
-            side = "above" if departure.mean > 0.0 else "below"
-            words += [
-                "; " if words else " On average the readings are outside the band (grey bars): ",
-                f"{curve.joint} from ",
-            ]
-            words += [Digits(departure.low), " to ", Digits(departure.high), " rad/s, ", Digits(abs(departure.mean), 2)]
-            words += [f" N·m {side} the curve"]
-    return (*words, ".") if words else (" The readings are within the band.",)
 
 
 def _panel(curve: FrictionCurve, limit: float | None, title: str) -> Panel:
@@ -94,11 +81,7 @@ def _panel(curve: FrictionCurve, limit: float | None, title: str) -> Panel:
     low, high = (curve.fitted + sign * NORMAL_95 * curve.std for sign in (-1.0, 1.0))
     series.append(Band(curve.speed[fitted], low[fitted], high[fitted], label="95 % interval"))
     series.append(Line(curve.speed[fitted], curve.fitted[fitted], label="fit"))
-    for departure in departures(curve):
-        inside = fitted & (curve.speed >= departure.low) & (curve.speed <= departure.high)
-        if inside.any():
-            mean = curve.fitted[inside] + departure.mean
-            series.append(Line(curve.speed[inside], mean, width=2.6, colour="quiet", label="mean, outside the band"))
+    series += departure_bars(curve.speed, curve.fitted, fitted, departures(curve), label="mean, outside the band")
     return Panel(
         title, "speed [rad/s]", "friction torque [N·m]", tuple(series),
         x_limits=(0.0, limit if limit is not None else 1.04 * float(speed.max())),
