@@ -32,7 +32,7 @@ def test_each_missing_effect_has_its_own_picture(tmp_path: Path) -> None:
     assert friction_evidence(measured) == []  # joint-friction alone is what every model begins with
     missing = tuple(EffectAt(effect=name, where=Where(joints=[1])) for name in HIDDEN)
     ripple, warming = friction_evidence(replace(measured, missing=missing))
-    assert [panel.x_label for panel in ripple.panels] == ["angle of the joint [rad]"] * 2
+    assert [panel.x_label for panel in ripple.panels] == ["angle of the joint [°]"] * 2
     assert [panel.x_label for panel in warming.panels] == ["temperature above the first reading [K]"] * 2
     # the noise of a mean is 0.485 N·m; each is judged with the other in the fit
     for picture, without in ((ripple, 2.1), (warming, 0.62)):
