@@ -11,7 +11,7 @@ from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faul
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.proposals import propose_sources
 from stiffcal.planning.rod_views import rod_views
-from stiffcal.workflow.check_absolute import joints_from_places
+from stiffcal.workflow.check_absolute import joints_from_places, poses_still_needed, poses_without_frames
 from stiffcal.workflow.check_results import (
     CheckedColumn,
     CheckedJoint,
@@ -81,7 +81,21 @@ def check_campaign(
     )
     if gathered is not None and not faults:
         progress("checking load states", None)
-        states, registration = placed_states(campaign, gathered)
+        try:
+            states, registration = placed_states(campaign, gathered)
+        except InputError as error:
+            needed = poses_still_needed(campaign, gathered, error)
+            if needed is None:
+                raise
+            measured = poses_without_frames(campaign, gathered)
+            return replace(
+                result,
+                warnings=quality.remarks(),
+                runs=[replace(entry, work_J=None) for entry in _load_runs(campaign, measured, reduced)],
+                n_states=int(measured.used.sum()),
+                missing=missing + needed,
+                proposals=propose_sources(campaign) or None,
+            )
         more_to_come = bool(missing) or (quick and not any_table)
         load_faults, warnings = check_load_states(states, campaign, registration is not None, more_to_come)
         faults += quality.stuck_channel_faults() + load_faults if load_faults else []

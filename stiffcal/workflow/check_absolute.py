@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.uncertainty import NORMAL_95, is_poorly_known
 from stiffcal.workflow.check_results import CheckedJoint
 
@@ -16,9 +18,13 @@ if TYPE_CHECKING:
     from stiffcal.identification.fit import Fit
     from stiffcal.identification.observability import ObservabilityIndices
     from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
+    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.reduction.raw_states import RawStates
 
 MOST_NAMED = 6
 """Parameters that a sentence lists."""
+FEW_POSES = 4
+"""Rows from which on poses that are too few for the frames are poses too much alike."""
 ON_THE_AXIS = 5e-3
 """m, distance below which a target counts as on an axis: what a direction known no better than assembly moves it by."""
 
@@ -46,10 +52,9 @@ def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
 
     robot = placed_robot(campaign)
     used = states.select(states.used)
-    n_numbers = sum(1 for placed in robot.placed for spec in placed.effect.parameters if not spec.discrete)
-    if 3 * len(used) < n_numbers:
-        text = f"{len(used)} poses are too few for {n_numbers} numbers: measure at least {n_numbers // 2}"
-        return CheckedPlaces([], [text])
+    too_few = _too_few(robot, used)
+    if too_few is not None:
+        return CheckedPlaces([], [too_few])
     try:
         fit = identify_parameters(states, robot)
         angles = campaign.chain.model_angles(used.joints)
@@ -61,6 +66,50 @@ def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
     ]
     missing, remarks = _open_geometry(fit)
     return CheckedPlaces(joints, missing, observability_of(fit), remarks)
+
+
+def poses_still_needed(campaign: Campaign, gathered: RawStates, error: InputError) -> list[str] | None:
+    """Return what a campaign that is still being measured lacks, in words; None where `error` is a mistake in it.
+
+    Parameters
+    ----------
+    gathered : the load states as they were read. error : what placing them was refused for.
+    """
+    from stiffcal.model.campaign_effects import placed_robot
+
+    if error.code is not FaultCode.POSES_TOO_FEW:
+        return None
+    measured = poses_without_frames(campaign, gathered)
+    used = measured.select(measured.used & (measured.absolute | measured.reference))
+    if len(used) >= FEW_POSES:  # enough rows, so that they are too much alike
+        return None
+    needed = [f"{error.place}: {error.reason}; {error.mend}"]
+    too_few = _too_few(placed_robot(campaign), used) if used.absolute.any() else None
+    return needed + ([too_few] if too_few is not None else [])
+
+
+def poses_without_frames(campaign: Campaign, gathered: RawStates) -> LoadStates:
+    """Return load states with the frames as the manifest has them, whether they are to be estimated or not."""
+    from stiffcal.campaign.frames import measurement_setup, resolve_frames
+    from stiffcal.reduction.states import load_states
+
+    setup = measurement_setup(campaign.manifest, campaign.chain, resolve_frames(campaign.manifest, campaign.chain))
+    return load_states(gathered, campaign.manifest, campaign.chain, setup)
+
+
+def _too_few(robot: CompliantRobot, used: LoadStates) -> str | None:
+    """Return in words that the readings are fewer than the model's numbers; None where they are not.
+
+    Twice as many readings as numbers are what is asked for; with fewer readings than numbers nothing is fitted.
+    """
+    n_numbers = sum(1 for placed in robot.placed for spec in placed.effect.parameters if not spec.discrete)
+    n_readings = int(np.isfinite(used.position).sum()) + 3 * int(np.isfinite(used.rotation).all(axis=(2, 3)).sum())
+    if n_readings >= n_numbers:
+        return None
+    per_pose = n_readings / max(len(used), 1) or 3.0
+    n_poses = f"{len(used)} pose{'s are' if len(used) != 1 else ' is'}"
+    least = math.ceil(2.0 * n_numbers / per_pose)
+    return f"{n_poses} too few for the {n_numbers} numbers of the model: measure {least} or more"
 
 
 def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.check import check_campaign
 from tests.laboratory.hidden_campaigns import copied, edit, edit_table, first_run_alone
 from tests.reduction.test_states import MANIFEST, folder_of
+
+ABSOLUTE = Path(__file__).parents[2] / "campaigns" / "absolute" / "02"
 
 
 def test_a_raw_run_is_understood(tmp_path: Path) -> None:
@@ -93,3 +97,21 @@ def test_swapped_joints_are_named(tmp_path: Path) -> None:
     edit_table(folder, swap)
     with pytest.raises(InputError, match="joint columns A1 and A2 swapped"):
         check_campaign(folder)
+
+
+def test_check_states_what_a_few_absolute_poses_lack(tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(ABSOLUTE, tmp_path / "few", ignore=shutil.ignore_patterns("store")))
+    table = folder / "raw" / "poses.csv"
+    lines = table.read_text().splitlines()
+    for n_poses in (1, 3):
+        table.write_text("\n".join(lines[: n_poses + 1]) + "\n")
+        result = check_campaign(folder)
+        assert not result.ready
+        assert result.n_states == n_poses
+        assert [run.id for run in result.runs] == ["poses"]
+        assert "measure 4 or more poses" in result.missing[0]
+        assert "numbers of the model" in result.missing[1]
+    table.write_text("\n".join([lines[0], *[lines[1]] * 6]) + "\n")
+    with pytest.raises(InputError) as caught:  # rows enough, of one pose: a mistake, and no table half measured
+        check_campaign(folder)
+    assert caught.value.code is FaultCode.POSES_TOO_FEW
