@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from stiffcal.campaign.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of
 from stiffcal.campaign.table_sniffing import SniffedColumn
 
 # Words that say where, not what; they are noted and taken off the name.
@@ -27,7 +28,7 @@ _TARGETS = re.compile(r"(led|marker|smr|reflector|reflektor|probe|tmac|tprobe|p|
 _QUATERNIONS = (("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz"))
 _RUNS = ("run", "lauf", "pose", "versuch", "series", "config", "configuration", "messung", "runid", "poseid")
 _TIMES = ("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt")
-_MASSES = ("kg", "mass", "masse", "weight", "gewicht")
+_MASSES = ("kg", "mass", "masse", "weight", "gewicht", "payload", "payloadmass", "nutzlast", "traglast")
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,13 @@ class Role:
     """In order."""
     places: frozenset[str] = frozenset()
     """Words in the names that say where ("base", "tool", …)."""
+    sigma: SigmaColumns | None = None
+    """The uncertainty of each reading, where the table holds it."""
+
+    @property
+    def all_columns(self) -> tuple[SniffedColumn, ...]:
+        """The columns, and those of their uncertainty."""
+        return self.columns + (self.sigma.columns if self.sigma is not None else ())
 
 
 @dataclass(frozen=True)
@@ -56,6 +64,8 @@ class Roles:
     """The column of the runs' names."""
     time: SniffedColumn | None = None
     """The column of the time."""
+    targets: tuple[tuple[str, Role], ...] = ()
+    """Where places of several targets are measured: each with its name, `position` is the first. Otherwise empty."""
     unused: tuple[SniffedColumn, ...] = field(default=())
     """Columns that were not recognised."""
 
@@ -83,18 +93,29 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     joints = Role(tuple(joint_columns)) if joint_columns else None
     joints = joints or _joints([column for column in columns if column not in assigned], plain)
     assigned |= set(joints.columns) if joints is not None else set()
-    triples = _triples([column for column in columns if column.values and column not in assigned], keys)
+    sigma = sigma_columns({column: _words(column.name)[0] for column in columns if column not in assigned})
+    free = [column for column in columns if column.values and column not in (assigned | set(sigma.values()))]
+    triples = _triples(free, keys)
+    targets = _targets(free, plain) if quaternion is None and "deflection" not in triples else ()
+    triples |= {"position": targets[0][1]} if targets else {}
+    targets = tuple((name, _with_sigma(role, plain, sigma)) for name, role in targets)
+    for signal in ("deflection", "position"):
+        if signal in triples:
+            triples[signal] = _with_sigma(triples[signal], plain, sigma, of_all=signal == "position")
+    assigned |= set(sigma.values())
     run = _single([column for column in columns if column not in assigned], plain, _RUNS)
     time = _single([column for column in columns if column.values and column not in assigned], plain, _TIMES)
     mass = _single([column for column in columns if column.values and column not in assigned], plain, _MASSES)
-    roles = [role for role in (joints, quaternion, *triples.values()) if role is not None]
-    used = {column for role in roles for column in role.columns} | {c for c in (run, time, mass) if c is not None}
+    further = [role for _, role in targets]
+    roles = [role for role in (joints, quaternion, *triples.values(), *further) if role is not None]
+    used = {column for role in roles for column in role.all_columns} | {c for c in (run, time, mass) if c is not None}
     return Roles(
         joints=joints,
         quaternion=quaternion,
         mass=None if mass is None else Role((mass,)),
         run=run,
         time=time,
+        targets=targets,
         unused=tuple(column for column in columns if column not in used),
         **triples,
     )
@@ -102,10 +123,29 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
 
 def _key(name: str) -> tuple[str, frozenset[str]]:
     """Take a name apart: the bare word in small letters, and the words that say where."""
+    kept, places = _words(name)
+    return "".join(kept), places
+
+
+def _words(name: str) -> tuple[list[str], frozenset[str]]:
+    """Take a name apart: its words in small letters, and those among them that say where."""
     words = [word for word in re.split(r"[^A-Za-z0-9]+", name.lower()) if word]
     places = frozenset(word for word in words if word in _PLACES)
-    kept = [word for word in words if word not in places]
-    return "".join(kept), places
+    return [word for word in words if word not in places], places
+
+
+def _targets(columns: list[SniffedColumn], plain: dict[str, str]) -> tuple[tuple[str, Role], ...]:
+    """Return the targets of a table that measures several, each with its name; empty where it does not."""
+    return tuple(
+        (target.name, Role(target.columns))
+        for target in numbered_targets({column: plain[column.header] for column in columns})
+    )
+
+
+def _with_sigma(role: Role, plain: dict[str, str], sigma: dict[str, SniffedColumn], of_all: bool = True) -> Role:
+    """Return a role of three readings with the columns of their uncertainty, where there are any."""
+    names = [plain[column.header] for column in role.columns]
+    return replace(role, sigma=sigma_of(names, sigma, of_all))
 
 
 def _joints(columns: list[SniffedColumn], plain: dict[str, str]) -> Role | None:

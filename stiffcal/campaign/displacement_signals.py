@@ -56,10 +56,16 @@ class PoseUnits(TomlTable):
 
 
 class PoseSigma(TomlTable):
-    """Standard uncertainty of one reading: position in its unit, rotation in its unit (rad for a quaternion)."""
+    """Standard uncertainty of one reading: position in its unit, rotation in its unit (rad for a quaternion).
+
+    Attributes
+    ----------
+    per_metre : added to that of the position for each metre between instrument and target, in the position's unit.
+    """
 
     position: StatedSigma | None = None
     rotation: StatedSigma | None = None
+    per_metre: Positive | None = None
 
 
 class Marker(TomlTable):
@@ -137,6 +143,8 @@ class Pose(Signal):
             raise WrongValueError(f"the orientation is given twice, as {' and '.join(written)}", "keep one of them")
         if (self.position is None) == (not self.markers):
             raise WrongValueError("a pose needs either position or markers", 'write position = ["X", "Y", "Z"]')
+        if self.markers and self.sigma is not None and self.sigma.per_metre is not None:
+            raise WrongValueError("sigma.per_metre belongs to a position, and markers are read", "remove per_metre")
         if self.markers and len(self.markers) < 3:
             raise WrongValueError(f"{len(self.markers)} markers do not give a pose", "give three or more")
         if self.markers and written:

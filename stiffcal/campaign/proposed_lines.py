@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from stiffcal.campaign.column_roles import Role, Roles
 from stiffcal.campaign.table_purpose import serves_absolute
 from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable
@@ -27,6 +29,9 @@ LARGEST_RADIAN = 6.6
 # A robot's give is below 5 cm; no reach is above 20 m.
 _LARGEST_DEFLECTION_M = 0.05
 _LARGEST_POSITION_M = 20.0
+_LARGEST_SIGMA_M = 5e-3
+"""An instrument that is less certain than this shows no elasticity."""
+_SIGMA_DOUBT = "sigma: one standard uncertainty of each reading"
 
 
 @dataclass(frozen=True)
@@ -87,8 +92,9 @@ def source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[ProposedL
         lines.append(ProposedLine(line, "seconds" if guessed else None))
     if absolute:
         payload = _load_lines(roles, PAYLOAD) if roles.mass is not None else []
-        return [*lines, _joints_line(roles), *payload, _moved_line(roles, TOOL)]
-    return [*lines, _joints_line(roles), *_load_lines(roles, TOOL), _moved_line(roles, TOOL)]
+        places = _target_tables(roles) if roles.targets else _moved_lines(roles, TOOL)
+        return [*lines, _joints_line(roles), *payload, *places]
+    return [*lines, _joints_line(roles), *_load_lines(roles, TOOL), *_moved_lines(roles, TOOL)]
 
 
 def run_lines(roles: Roles) -> list[ProposedLine]:
@@ -107,23 +113,22 @@ def signal_lines(roles: Roles, names: FrameNames = DEFAULT_NAMES) -> list[Propos
     """Return the lines of those signals that a log holds, every guess marked; empty where none is recognised."""
     lines = [_joints_line(roles)] if roles.joints is not None else []
     lines += _load_lines(roles, names.point) if roles.force is not None else []
-    return lines + (
-        [_moved_line(roles, names.body)] if roles.deflection is not None or roles.position is not None else []
-    )
+    moved = roles.deflection is not None or roles.position is not None
+    return lines + (_moved_lines(roles, names.body) if moved else [])
 
 
 def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
     """Return in which file the columns of each signal lie."""
-    signals = {
+    signals: dict[str, list[Role | None]] = {
         "joints": [roles.joints],
         "wrench": [roles.force, roles.moment],
         "dead_weight": [roles.mass if roles.force is None else None],
         "deflection": [roles.deflection, roles.rotation if roles.deflection is not None else None],
-        "pose": [roles.position, roles.quaternion] if roles.deflection is None else [None],
-    }
+        "pose": [roles.position, roles.quaternion] if roles.deflection is None and not roles.targets else [None],
+    } | {f"poses.{name}": [role] for name, role in roles.targets}
     sentences = []
     for signal, signal_roles in signals.items():
-        columns = {column for role in signal_roles if role is not None for column in role.columns}
+        columns = {column for role in signal_roles if role is not None for column in role.all_columns}
         files = [table.path.name for table in tables if columns & set(table.columns)]
         if len(files) > 1:
             raise InputError.at(
@@ -185,7 +190,7 @@ def _load_lines(roles: Roles, tool: str) -> list[ProposedLine]:
     return [ProposedLine(line, ", ".join(doubts), (frame,))]
 
 
-def _moved_line(roles: Roles, body: str) -> ProposedLine:
+def _moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
     doubts = []
     if roles.deflection is not None:
         size = max(column.size for column in roles.deflection.columns)
@@ -200,7 +205,8 @@ def _moved_line(roles: Roles, body: str) -> ProposedLine:
             units, rotation = f"{units}, rotation = {quoted(angle)}", f", rotation = {columns_text(roles.rotation)}"
         doubts += [] if roles.deflection.places else ["in base axes"]
         columns = f"translation = {columns_text(roles.deflection)}{rotation}"
-        line = f'deflection = {{ {columns}, units = {{ {units} }}, body = {quoted(body)}, axes = "base" }}'
+        sigma, why = _sigma(roles.deflection, "translation", written)
+        line = f'deflection = {{ {columns}, units = {{ {units} }}{sigma}, body = {quoted(body)}, axes = "base" }}'
         frames: tuple[str, ...] = (body,)
     else:
         assert roles.position is not None
@@ -211,9 +217,55 @@ def _moved_line(roles: Roles, body: str) -> ProposedLine:
         if roles.quaternion is not None:
             columns += f", quaternion_wxyz = {columns_text(roles.quaternion)}"
         units = f"{{ position = {quoted(written)} }}"
-        line = f"pose = {{ frame = {quoted(TRACKER)}, body = {quoted(body)}, {columns}, units = {units} }}"
+        sigma, why = _sigma(roles.position, "position", written)
+        line = f"pose = {{ frame = {quoted(TRACKER)}, body = {quoted(body)}, {columns}, units = {units}{sigma} }}"
         frames = (TRACKER, body)
-    return ProposedLine(line, ", ".join(doubts) if doubts else None, frames)
+    doubts += [_SIGMA_DOUBT] if sigma else []
+    return [ProposedLine(line, ", ".join(doubts) if doubts else None, frames), *why]
+
+
+def _target_tables(roles: Roles) -> list[ProposedLine]:
+    """Return a table for each of several targets."""
+    lines = []
+    for name, role in roles.targets:
+        size = max(column.size for column in role.columns)
+        written, guessed = unit_of_role(role, "position", "m" if size < _LARGEST_POSITION_M else "mm")
+        sigma, why = _sigma(role, "position", written)
+        doubt = f"{written}, judged by the values (up to {size:.4g})" if guessed else None
+        lines += [
+            ProposedLine(f"[sources.table.poses.{name}]"),
+            ProposedLine(f"frame = {quoted(TRACKER)}", frames=(TRACKER, name)),
+            ProposedLine(f"position = {columns_text(role)}"),
+            ProposedLine(f"units = {{ position = {quoted(written)} }}", doubt),
+            *([ProposedLine(sigma.removeprefix(", "), _SIGMA_DOUBT)] if sigma else []),
+            *why,
+        ]
+    return lines
+
+
+def _sigma(role: Role, key: str, written: str) -> tuple[str, list[ProposedLine]]:
+    """Return the entry with the columns of a signal's uncertainty, "" without; or why the columns are left out.
+
+    Parameters
+    ----------
+    role : readings. key : of `sigma`. written : the unit of the readings.
+    """
+    if role.sigma is None:
+        return "", []
+    columns = role.sigma.columns
+    named = quoted(columns[0].header) if len(columns) == 1 else columns_text(Role(columns))
+    factor = unit(written, "length").factor
+    typical = float(np.nanmedian([value for column in columns for value in column.values])) * factor
+    stated = sorted({column.unit for column in columns if column.unit is not None} - {written})
+    if stated:
+        why = f"is in {', '.join(stated)}, the readings in {written}"
+    elif typical > _LARGEST_SIGMA_M:
+        why = f"would be {1e3 * typical:.3g} mm"
+    elif not role.sigma.steady:
+        why = "varies as the scatter within single readings does; places may be uncertain by more"
+    else:
+        return f", sigma = {{ {key} = {named} }}", []
+    return "", [ProposedLine("", f"sigma = {{ {key} = {named} }} left out: it {why}")]
 
 
 def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine]:
@@ -242,7 +294,9 @@ def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine
 def _frames_to_estimate(roles: Roles, known: str | None) -> list[ProposedLine]:
     """Return the target and the tracker, both found by the fit, and where a payload hangs."""
     roughly = ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "approximate position of the target: it is estimated")
-    target = [*_table(TOOL, "flange"), ProposedLine("estimate = true"), ProposedLine(known) if known else roughly]
+    place = ProposedLine(known) if known else roughly
+    names = [name for name, _ in roles.targets] or [TOOL]
+    target = [line for name in names for line in [*_table(name, "flange"), ProposedLine("estimate = true"), place]]
     if roles.mass is not None:
         centre = ProposedLine("xyz_m = []", "to be filled in: centre of mass of the payload, m, in the flange frame")
         target += [*_table(PAYLOAD, "flange"), centre]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import gzip
+import math
 import re
 import zlib
 from collections import Counter
@@ -45,8 +46,8 @@ class SniffedColumn:
 
     @property
     def size(self) -> float:
-        """Largest absolute value; 0 where there is none."""
-        return max((abs(value) for value in self.values), default=0.0)
+        """Largest absolute value of those that are finite; 0 where there is none."""
+        return max((abs(value) for value in self.values if math.isfinite(value)), default=0.0)
 
 
 @dataclass(frozen=True)
@@ -253,7 +254,8 @@ def _column(header: str, unit_cell: str, cells: list[str], decimal: str) -> Snif
         name = TIME
     elif "_" in header and _is_unit(header.rsplit("_", 1)[1]) and len(header.rsplit("_", 1)[1]) > 1:
         name, written = header.rsplit("_", 1)  # dx_mm, A1_deg; not F_N, where one letter may be part of the name
-    return SniffedColumn(header, name, written, values if len(values) > 0.5 * len(cells) else ())
+    filled = sum(1 for cell in cells if cell)  # a target is hidden at times
+    return SniffedColumn(header, name, written, values if len(values) > 0.5 * filled else ())
 
 
 def _moments(cells: list[str]) -> tuple[float, ...]:

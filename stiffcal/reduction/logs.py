@@ -240,6 +240,11 @@ def _pose_readings(body: str, pose: Pose, block: Block) -> dict[str, Floats]:
     factor_of = {"position": length, "rotation": turn}
     for quantity, columns in pose.sigma_columns().items():
         readings[f"sigma.{quantity}.{body}"] = block(columns, factor_of[quantity])
+    if pose.sigma is not None and pose.sigma.per_metre is not None:
+        name = f"sigma.position.{body}"
+        near = pose.sigma.position if isinstance(pose.sigma.position, float) else 0.0
+        distance = np.linalg.norm(readings[f"position.{body}"], axis=0, keepdims=True)
+        readings[name] = readings.get(name, near * length) + pose.sigma.per_metre * length * distance
     return readings
 
 

@@ -328,6 +328,9 @@ def _sigma_in_words(signal: Any) -> str:
     units = getattr(signal, "units", None)
     texts = []
     for quantity, value in sigma.model_dump(exclude_none=True).items():
+        if quantity == "per_metre":
+            texts.append(f"plus {value:g} {getattr(units, 'position', '')} per m of distance")
+            continue
         unit = getattr(units, quantity, None) or {"rotation": "rad", "force": "N", "moment": "N·m"}.get(quantity, "")
         stated = f"{value:g} {unit}" if isinstance(value, float) else "by row"
         texts.append(f"{quantity} {stated}".strip())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -31,6 +32,7 @@ rad;rad;rad;rad;rad;rad;kN;kN;kN;µm;µm;µm;
 0,10;-1,20;1,10;0,00;0,50;0,10;0,00;0,30;0,00;0,5;500,1;-0,2;pose1
 """
 TOOL = (0.0, 0.0, 0.2)
+JOINTS_OF_SEVEN = tuple(f"q{number}" for number in range(1, 8))
 BRACKETS = (
     "run,J1 [deg],J2 [deg],J3 [deg],J4 [deg],J5 [deg],J6 [deg],Fx (N),Fy (N),Fz (N),Tx (Nm),Ty (Nm),Tz (Nm),"
     "X [mm],Y [mm],Z [mm]\n"
@@ -331,3 +333,67 @@ def test_a_time_that_does_not_advance_is_no_order_of_rows(tmp_path: Path) -> Non
     rows = "\n".join(f"2.02e13,{10 * k},{5 * k - 60},{20 + k},{k},{k},{k},1500,20,{900 + k}" for k in range(4))
     path = table(tmp_path, f"Timestamp,A1,A2,A3,A4,A5,A6,X,Y,Z\n{rows}\n")
     assert "time =" not in propose_campaign(tmp_path / "cell", [path], robot="irb4400").manifest
+
+
+def _places(names: Sequence[str], values: Sequence[Sequence[float]], folder: Path) -> Path:
+    """Write joint angles in rad and the given columns, a row each."""
+    lines = [",".join([*JOINTS_OF_SEVEN, *names])]
+    lines += [
+        ",".join(str(0.1 * row + 0.2 * k) for k in range(7)) + "," + ",".join(map(str, own))
+        for row, own in enumerate(values)
+    ]
+    return table(folder, "\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("names", "written"),
+    [
+        (
+            ("measurement_std_x", "measurement_std_y", "measurement_std_z"),
+            '["measurement_std_x", "measurement_std_y", "me',
+        ),
+        (("sigma_x", "sigma_y", "sigma_z"), '["sigma_x", "sigma_y", "sigma_z"]'),
+        (("std_marker_x", "std_marker_y", "std_marker_z"), '["std_marker_x", "std_marker_y", "std_marker_z"]'),
+        (("sx", "sy", "sz"), '["sx", "sy", "sz"]'),
+        (("uncertainty_mm",), '"uncertainty_mm"'),
+    ],
+)
+def test_columns_of_uncertainty_become_sigma(tmp_path: Path, names: Sequence[str], written: str) -> None:
+    rows = [[700.0 + row, 200.0, 300.0 - row, *([0.2 + 0.05 * row] * len(names))] for row in range(4)]
+    proposal = draft_campaign([_places(("marker_x", "marker_y", "marker_z", *names), rows, tmp_path)])
+    assert f"sigma = {{ position = {written}" in proposal.manifest
+    assert not proposal.unused
+
+
+@pytest.mark.parametrize(
+    ("names", "scale", "why"),
+    [
+        (("std_x", "std_y", "std_z"), (0.002, 0.01, 0.05), "varies as the scatter within single readings does"),
+        (("sigma_x", "sigma_y", "sigma_z"), (20.0, 20.0, 20.0), "would be 20 mm"),
+        (("sigma_x [um]", "sigma_y [um]", "sigma_z [um]"), (20.0, 20.0, 20.0), "is in um, the readings in mm"),
+        (("sigma_x", "sigma_y", "sigma_z"), (0.1, 0.0, 0.1), None),
+    ],
+)
+def test_uncertainties_that_are_none_of_the_places_are_left_out(
+    tmp_path: Path, names: Sequence[str], scale: Sequence[float], why: str | None
+) -> None:
+    rows = [[700.0 + row, 200.0, 300.0 - row, *([value] * 3)] for row, value in enumerate(scale)]
+    proposal = draft_campaign([_places(("x", "y", "z", *names), rows, tmp_path)])
+    lines = [line for line in proposal.manifest.splitlines() if "sigma" in line]
+    assert all(line.startswith(GUESS) for line in lines)
+    assert [why in line for line in lines] == [True] if why is not None else proposal.unused == tuple(names)
+
+
+@pytest.mark.parametrize("form", ["smr{}_{}", "{1}{0}", "{1}_{0}"])
+def test_each_of_several_targets_is_a_frame_and_may_be_hidden(tmp_path: Path, form: str) -> None:
+    names = [form.format(number, axis) for number in (1, 2, 3) for axis in "xyz"]
+    seen = [
+        [float("nan") if (row + column // 3) % 3 else 0.1 * column + row for column in range(9)] for row in range(6)
+    ]
+    proposal = draft_campaign([_places(names, seen, tmp_path)])
+    assert not proposal.unused
+    document = tomllib.loads(proposal.manifest)
+    poses, frames = document["sources"]["table"]["poses"], document["frames"]
+    assert [pose["position"] for pose in poses.values()] == [names[k : k + 3] for k in (0, 3, 6)]
+    assert all(pose["units"] == {"position": "m"} for pose in poses.values())
+    assert all(frames[name] == {"parent": "flange", "estimate": True, "xyz_m": [0.0, 0.0, 0.0]} for name in poses)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
+from stiffcal.reduction.registration import in_instrument_axes
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.small_campaign import NOISE_M, STIFFNESS, write_small_campaign
@@ -68,6 +69,16 @@ def test_the_store_keeps_them(tmp_path: Path) -> None:
     np.testing.assert_allclose(states.sigma[1, 0], [NOISE_M] * 3 + [2e-5] * 3, rtol=1e-5)
     np.testing.assert_allclose(states.sigma[2, 0], [POOR * NOISE_M] * 3 + [POOR * 2e-5] * 3, rtol=1e-5)
     assert states.setup.sigma.translation == pytest.approx(np.sqrt(np.nanmean(states.sigma[:, :, :3] ** 2)))
+
+
+def test_a_tracker_s_uncertainty_grows_with_distance(tmp_path: Path) -> None:
+    folder = with_poor_rows(tmp_path / "c", "\nsigma = { position = 0.02, per_metre = 0.006, rotation = 4.6e-4 }")
+    states = up_to_date_states(folder, RunContext()).states
+    distance = np.linalg.norm(in_instrument_axes(states).position, axis=2)
+    assert np.ptp(distance) > 0.1
+    np.testing.assert_allclose(states.sigma[:, :, :3], (2e-5 + 6e-6 * distance[..., None]).repeat(3, axis=2), rtol=1e-9)
+    assert np.isnan(states.sigma[:, :, 3:]).all()
+    assert states.setup.sigma.rotation == pytest.approx(4.6e-4)
 
 
 @pytest.mark.parametrize("cell", ["0", "-0.01", "nan"])

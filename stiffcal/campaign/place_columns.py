@@ -1,0 +1,141 @@
+"""Columns of measured targets by their names: one target or several, and the uncertainty of each reading."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.campaign.table_sniffing import SniffedColumn
+
+_UNCERTAINTY = ("sigma", "uncertainty", "unsicherheit", "unc")
+_SCATTER = ("std", "stddev", "stdev", "stabw", "sd", "scatter", "streuung")
+_JOINED = re.compile(rf"({'|'.join(_UNCERTAINTY + _SCATTER)}|s)(?P<of>[xyz]\d*)")
+_NUMBERED = re.compile(r"(?P<name>[a-z]*?)(?P<axis>[xyz])(?P<number>\d+)")
+_BODY = re.compile(
+    r"(?P<kind>led|marker|smr|reflector|reflektor|prism|prisma|probe|tmac|tprobe|target|ziel|p|pt|point|punkt|messpunkt)"
+    r"(?P<number>\d+)"
+)
+_BARE = ("", "p", "pos", "position", "target", "point", "punkt", "marker", "smr")
+_STEADY = 4.0
+"""Ratio of the 95 % to the 5 % quantile up to which columns of a standard deviation describe the instrument.
+
+Distances from 1 to 4 m make this of a tracker's or a camera's. A wider spread is that of standard deviations, each of a
+few samples: they state how steady one reading was, not by how much places of two readings differ."""
+
+
+@dataclass(frozen=True)
+class SigmaColumns:
+    """Columns with the uncertainty of readings."""
+
+    columns: tuple[SniffedColumn, ...]
+    """One, for all axes, or three."""
+    steady: bool
+    """Whether they describe the instrument; otherwise they only state how much each reading scattered."""
+
+
+@dataclass(frozen=True)
+class TargetColumns:
+    """Three coordinates of a target."""
+
+    name: str
+    """A frame's name, from the columns' names."""
+    columns: tuple[SniffedColumn, ...]
+    """x, y, z."""
+
+
+def numbered_targets(words: dict[SniffedColumn, str]) -> tuple[TargetColumns, ...]:
+    """Return the targets of a table that measures several, in the order of their numbers; empty where it does not.
+
+    Parameters
+    ----------
+    words : columns of numbers that are nothing else, each with its bare name (``smr1x``, ``x1``).
+
+    Examples
+    --------
+    >>> names = [f"{axis}{number}" for number in (1, 2) for axis in "xyz"]
+    >>> [target.name for target in numbered_targets({SniffedColumn(n, n, None, (0.0,)): n for n in names})]
+    ['target1', 'target2']
+    """
+    found: dict[tuple[str, int], dict[str, SniffedColumn]] = {}
+    for column, word in words.items():
+        after = _NUMBERED.fullmatch(word)
+        before = _BODY.fullmatch(word[:-1])
+        if before is not None and word[-1] in "xyz":
+            found.setdefault((before["kind"], int(before["number"])), {})[word[-1]] = column
+        elif after is not None and after["name"] in _BARE:
+            found.setdefault((after["name"], int(after["number"])), {})[after["axis"]] = column
+    complete = {key: axes for key, axes in found.items() if len(axes) == 3}
+    for kind in dict.fromkeys(kind for kind, _ in complete):
+        numbers = sorted(number for own, number in complete if own == kind)
+        if len(numbers) > 1:
+            name = kind if kind not in ("", "p", "pos", "position", "point", "punkt") else "target"
+            return tuple(
+                TargetColumns(f"{name}{number}", tuple(complete[kind, number][axis] for axis in "xyz"))
+                for number in numbers
+            )
+    return ()
+
+
+def sigma_columns(words: dict[SniffedColumn, list[str]]) -> dict[str, SniffedColumn]:
+    """Return the columns that hold the uncertainty of readings, by the bare name of what they belong to.
+
+    Parameters
+    ----------
+    words : columns with the words of their names, in small letters.
+
+    Examples
+    --------
+    >>> words = ["std", "marker", "x"], ["sigmax"], ["sy1"], ["uncertainty"], ["marker", "x"]
+    >>> list(sigma_columns({SniffedColumn(str(own), "", None, (0.1,)): own for own in words}))
+    ['markerx', 'x', 'y1', '']
+    """
+    found: dict[str, SniffedColumn] = {}
+    for column, pieces in words.items():
+        kept = [piece for piece in pieces if piece not in _UNCERTAINTY + _SCATTER]
+        joined = _JOINED.fullmatch("".join(pieces))
+        if joined is not None or len(kept) < len(pieces):
+            found.setdefault(joined["of"] if joined is not None else "".join(kept), column)
+    return found
+
+
+def sigma_of(names: Sequence[str], sigma: dict[str, SniffedColumn], of_all: bool = True) -> SigmaColumns | None:
+    """Return the columns with the uncertainty of three readings, None where there are none.
+
+    Columns with a value that is not positive are no such columns.
+
+    Parameters
+    ----------
+    names : bare names of x, y, z. sigma : as `sigma_columns` returns them.
+    of_all : whether columns that are called after the axes alone, or after nothing, are theirs too.
+    """
+    stems = {re.sub(r"[xyz](\d*)$", r"\1", name) for name in names}
+    choices = [tuple(names), *((stem,) for stem in sorted(stems) if stem)]
+    common = {name[:-1] for name in sigma if name[-1:] in ("x", "y", "z")}  # one set for whatever is measured
+    choices += [tuple(f"{stem}{axis}" for axis in "xyz") for stem in common] if of_all and len(common) == 1 else []
+    choices += [("",)] if of_all else []
+    for choice in choices:
+        columns = tuple(sigma[name] for name in choice if name in sigma)
+        if len(columns) == len(choice) and all(_is_positive(column) for column in columns):
+            return SigmaColumns(columns, _is_steady(columns))
+    return None
+
+
+def _is_positive(column: SniffedColumn) -> bool:
+    """Return whether a column of uncertainties is above 0 wherever there is a value."""
+    return bool(_finite(column)) and min(_finite(column)) > 0.0
+
+
+def _finite(column: SniffedColumn) -> list[float]:
+    """Return the values where a target was measured."""
+    return [value for value in column.values if math.isfinite(value)]
+
+
+def _is_steady(columns: Sequence[SniffedColumn]) -> bool:
+    """Return whether columns of uncertainties describe the instrument, by their names or by how little they vary."""
+    stated = [any(word in column.name.lower() for word in _UNCERTAINTY) for column in columns]
+    spread = [np.quantile(_finite(column), 0.95) / np.quantile(_finite(column), 0.05) for column in columns]
+    return all(stated) or max(spread) <= _STEADY
