@@ -138,4 +138,4 @@ def _is_steady(columns: Sequence[SniffedColumn]) -> bool:
     """Return whether columns of uncertainties describe the instrument, by their names or by how little they vary."""
     stated = [any(word in column.name.lower() for word in _UNCERTAINTY) for column in columns]
     spread = [np.quantile(_finite(column), 0.95) / np.quantile(_finite(column), 0.05) for column in columns]
-    return all(stated) or max(spread) <= _STEADY
+    return all(stated) or bool(max(spread) <= _STEADY)

@@ -125,7 +125,8 @@ def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
         "dead_weight": [roles.mass if roles.force is None else None],
         "deflection": [roles.deflection, roles.rotation if roles.deflection is not None else None],
         "pose": [roles.position, roles.quaternion] if roles.deflection is None and not roles.targets else [None],
-    } | {f"poses.{name}": [role] for name, role in roles.targets}
+    }
+    signals |= {f"poses.{name}": [role] for name, role in roles.targets}
     sentences = []
     for signal, signal_roles in signals.items():
         columns = {column for role in signal_roles if role is not None for column in role.all_columns}
