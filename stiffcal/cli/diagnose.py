@@ -104,8 +104,11 @@ def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path,
         for candidate in result.could_be:
             console.print(f"  {candidate.effect}: {places(candidate.where)}", soft_wrap=True)
         console.print("  measure more poses, or the same poses with loads along other axes")
-    for redundant in result.superfluous:
-        console.print(f"\nnot needed: {effect_words(redundant)}: the error without it is no larger")
+    if result.superfluous:
+        console.print("\nnot needed, the error without it is no larger:")
+        for redundant in result.superfluous:
+            console.print(f"  {effect_words(redundant)}", soft_wrap=True)
+        console.print(f"  to remove: {command_line('improve', folder, store=store)}", soft_wrap=True)
     if result.structure:
         console.print("\nthe remaining error depends on:")
         for dependence in result.structure:

@@ -157,8 +157,7 @@ def after_diagnosis(
     folder : the campaign folder. result : of its present model. store : where results are kept; None: in the folder.
     finished : the command, and its options, where the model needs no change.
     """
-    # What is missing comes first: with it, other effects may turn out to be needed, or not.
-    if result.missing or result.superfluous or result.everywhere is not None:
+    if result.missing or result.everywhere is not None:
         return command_line("improve", folder, store=store)
     if result.pattern is not None:
         from stiffcal.diagnosis.words import suggested_name

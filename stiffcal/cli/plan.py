@@ -12,6 +12,7 @@ from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, length, significant
+from stiffcal.wording import printed_unit
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -89,14 +90,17 @@ def show_plan(console: Console, result: PlanResult) -> None:
     """Draw the runs, the expected uncertainties, and what more runs would bring."""
     import numpy as np
 
-    from stiffcal.planning.wording import OWN_WEIGHT
+    from stiffcal.planning.wording import CANDIDATES, OWN_WEIGHT
 
     console.print(
-        f"{len(result.runs)} runs, {result.minutes:.0f} min, chosen from {result.candidates} pairs of pose and load; "
+        f"{len(result.runs)} runs, {result.minutes:.0f} min, chosen from {result.candidates} "
+        f"{CANDIDATES[result.experiment]}; "
         f"values from {result.values_from}"
     )
     driven = ("driven", "to ± [°]>") if result.experiment == "clamped" else ()
-    table = plain_table("run", "rank>", *(f"{name} [°]>" for name in result.joint_names), *driven, "largest force [N]>")
+    loaded = any(run.wrench[:, :3].any() for run in result.runs)
+    angle_titles = (f"{name} [°]>" for name in result.joint_names)
+    table = plain_table("run", "rank>", *angle_titles, *driven, *(("largest force [N]>",) if loaded else ()))
     for run in result.runs:
         force = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3]
         angles = [f"{angle:.1f}" for angle in np.degrees(run.joints)]
@@ -106,7 +110,7 @@ def show_plan(console: Console, result: PlanResult) -> None:
             if run.moved_joint is None or run.turn is None
             else (f"joint {run.moved_joint}", significant(float(np.degrees(run.turn)), 2))
         )
-        table.add_row(run.id, str(run.rank), *angles, *motor, load)
+        table.add_row(run.id, str(run.rank), *angles, *motor, *((load,) if loaded else ()))
     console.print(table)
     _show_expected(console, result)
     if result.separations:
@@ -132,8 +136,9 @@ def _show_expected(console: Console, result: PlanResult) -> None:
     table = plain_table("parameter", *(("±>", "unit") if with_units else ()), "± %>")
     for parameter in result.parameters:
         known = NOT_KNOWN if parameter.relative is None else significant(100.0 * parameter.relative, 2)
-        half = NOT_KNOWN if parameter.half_width is None else significant(parameter.half_width, 2)
-        table.add_row(parameter.name, *((half, parameter.unit) if with_units else ()), known)
+        unit, factor = printed_unit(parameter.unit)
+        half = NOT_KNOWN if parameter.half_width is None else significant(factor * parameter.half_width, 2)
+        table.add_row(parameter.name, *((half, unit) if with_units else ()), known)
     console.print(table)
     if with_units:
         console.print("for geometry and frames ± % is relative to the typical size of their errors")
@@ -144,7 +149,7 @@ def _show_expected(console: Console, result: PlanResult) -> None:
     for remedy in result.remedies or ():
         console.print(remedy_text(remedy))
     if result.prediction_half_width_m is not None:
-        what = "place" if with_units else "deflection"
+        what = "position" if with_units else "deflection"
         without = ", without parameters that are not identified" if result.not_identified else ""
         console.print(f"{what} at {result.predicted_at}: ± {length(result.prediction_half_width_m)}{without}")
 

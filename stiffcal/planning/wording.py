@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from stiffcal.planning.results import AnotherHour, Remedy
 
 OWN_WEIGHT = "own weight"
+CANDIDATES = {"load": "pairs of pose and load", "absolute": "poses", "clamped": "pairs of pose and driven joint"}
+"""What a plan chooses from, by its experiment."""
 # A half width that becomes smaller by less than this share of itself stays.
 LEAST_SHARE = 5e-4
 
@@ -29,8 +31,7 @@ def another_hour_text(n_runs: int, hour: AnotherHour) -> str:
     """
     count = f"{hour.runs} more" if hour.runs > 1 else "1 more, the minimum"
     if hour.smaller < LEAST_SHARE:
-        head = f"after {n_runs} runs another hour ({count}) does not reduce the largest half width"
-        return f"{head}: more runs of this kind do not reduce it"
+        return f"after {n_runs} runs another hour ({count}) does not reduce the largest half width"
     text = (
         f"after {n_runs} runs another hour ({count}) reduces the largest half width by "
         f"{significant(100.0 * hour.smaller, 2)} %"

@@ -70,6 +70,8 @@ class PagesHeading:
     """ISO date, which the PDF carries as its own."""
     maker: str
     """What made the pages."""
+    has_contents: bool = True
+    """Whether the last page lists the sections."""
 
 
 def write_pages(

@@ -9,14 +9,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.errors import Progress, no_progress
-from stiffcal.planning.wording import OWN_WEIGHT, another_hour_text, direction_and_sizes, indices_text, remedy_text
+from stiffcal.planning.wording import (
+    CANDIDATES,
+    OWN_WEIGHT,
+    another_hour_text,
+    direction_and_sizes,
+    indices_text,
+    remedy_text,
+)
 from stiffcal.report.blocks import Facts, Items, Paragraph, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.building import PagesHeading, write_pages
 from stiffcal.report.figures.gain import draw_gain
-from stiffcal.wording import length, significant
+from stiffcal.wording import length, printed_unit, significant
 
 if TYPE_CHECKING:
-    from stiffcal.planning.results import PlanResult, RunToMeasure
+    from stiffcal.planning.results import ExpectedParameter, PlanResult, RunToMeasure
 
 NOT_KNOWN = "–"
 BOX = "□"
@@ -47,7 +54,8 @@ def build_run_sheet(
     InputError : `output` cannot be written.
     """
     kind = KINDS[plan.experiment]
-    heading = PagesHeading(title=f"Run sheet, {robot}", kind=kind, campaign=campaign, date=date, maker="stiffcal")
+    heading = PagesHeading(title=f"Run sheet, {robot}", kind=kind, campaign=campaign, date=date, maker="stiffcal",
+        has_contents=False)  # fmt: skip
     loads = () if plan.experiment == "absolute" else (_steps(plan),)
     sections = (_overview(plan, sources), _runs(plan), *loads, _expected(plan))
     write_pages(heading, sections, output, progress)
@@ -58,7 +66,7 @@ def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
         ("Runs", f"{len(plan.runs)}, {plan.minutes:.0f} min"),
         ("Log", ", ".join(sources) or NOT_KNOWN),
         ("Values of the plan", plan.values_from),
-        ("Chosen from", f"{plan.candidates} pairs of pose and load, efficiency {plan.efficiency:.2f}"),
+        ("Chosen from", f"{plan.candidates} {CANDIDATES[plan.experiment]}, efficiency {plan.efficiency:.2f}"),
     ]
     minutes, state = plan.runs[0].minutes, plan.runs[0].minutes_per_state
     reading = {
@@ -88,28 +96,32 @@ def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
 
 def _runs(plan: PlanResult) -> ReportSection:
     clamped = plan.experiment == "clamped"
+    loaded = any(run.wrench[:, :3].any() for run in plan.runs)
     columns = (
         TableColumn("run", align="left"),
         TableColumn("rank"),
         *(TableColumn(name, "°") for name in plan.joint_names),
         *((TableColumn("driven", align="left"), TableColumn("to ±", "°")) if clamped else ()),
-        TableColumn("force, base axes", "N", align="left", width=1.0),
+        *((TableColumn("force, base axes", "N", align="left", width=1.0),) if loaded else ()),
         TableColumn("done", align="left"),
     )
     rows = []
     for run in plan.runs:
-        rows += [("intermediate pose", "", *_degrees(joints), "", "") for joints in run.approach]
+        empty = ("",) * (len(columns) - 2 - len(plan.joint_names))
+        rows += [("intermediate pose", "", *_degrees(joints), *empty) for joints in run.approach]
         largest = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3] + 0.0
-        force = ", ".join(f"{component:.0f}" for component in largest) if largest.any() else OWN_WEIGHT
+        force = _true_minus(", ".join(f"{component:.0f}" for component in largest)) if largest.any() else OWN_WEIGHT
         motor = (
             ()
             if run.moved_joint is None or run.turn is None
             else (f"joint {run.moved_joint}", significant(float(np.degrees(run.turn)), 2))
         )
-        rows.append((run.id, str(run.rank), *_degrees(run.joints), *motor, force, BOX))
-    caption = "Runs in measuring order; force: largest of each run" + (
-        ", as expected at the fixture." if clamped else "."
-    )
+        rows.append((run.id, str(run.rank), *_degrees(run.joints), *motor, *((force,) if loaded else ()), BOX))
+    caption = "Runs in measuring order."
+    if loaded:
+        caption = f"Runs in measuring order; force: largest of each run{', as expected at the fixture' * clamped}."
+    else:
+        caption += " The robot is loaded by its own weight alone."
     return ReportSection("Runs", (TableBlock(columns, tuple(rows), caption),))
 
 
@@ -123,6 +135,9 @@ def _steps(plan: PlanResult) -> ReportSection:
     for run in plan.runs:
         alike.setdefault(_load(run), []).append(run.id)
     rows = tuple((", ".join(ids), direction, steps) for (direction, steps), ids in alike.items())
+    if plan.experiment == "clamped":
+        caption = "Force to expect at the fixture while the joint is driven, in order, along the direction."
+        return ReportSection("Expected forces", (TableBlock(columns, rows, caption),))
     caption = (
         "Load steps in order, along the direction; 0 is unloaded. Unloaded states before and after are not listed."
     )
@@ -137,13 +152,7 @@ def _expected(plan: PlanResult) -> ReportSection:
         TableColumn("±", "%"),
         TableColumn("unit", align="left"),
     )
-    rows = tuple(
-        (
-            parameter.name, significant(parameter.value), _number(parameter.half_width),
-            _number(None if parameter.relative is None else 100.0 * parameter.relative), parameter.unit,
-        )
-        for parameter in plan.parameters
-    )  # fmt: skip
+    rows = tuple(_parameter_row(parameter) for parameter in plan.parameters)
     blocks: list[Paragraph | TableBlock | PictureBlock] = [TableBlock(columns, rows, "Expected after all runs.")]
     if plan.not_identified:
         blocks.append(Paragraph(f"Not identifiable with this equipment: {', '.join(plan.not_identified)}."))
@@ -151,7 +160,7 @@ def _expected(plan: PlanResult) -> ReportSection:
     if plan.observability is not None:
         blocks.append(Paragraph(f"{_sentence(indices_text(plan.observability))}."))
     if plan.prediction_half_width_m is not None:
-        what = "Place" if plan.experiment == "absolute" else "Deflection"
+        what = "Position" if plan.experiment == "absolute" else "Deflection"
         blocks.append(
             Paragraph(f"{what} at {plan.predicted_at}: ± {length(plan.prediction_half_width_m, significant)}.")
         )
@@ -160,15 +169,26 @@ def _expected(plan: PlanResult) -> ReportSection:
             Paragraph(f"If {entry.truth} is true, {entry.rival} fits worse by χ² = {significant(entry.chi_square, 2)}.")
         )
     if any(point.worst_relative is not None for point in plan.gain):
-        caption = "The largest of these half widths over the number of runs, highest rank first."
+        caption = (
+            "Largest half width of all parameters identified by then, over the number of runs, highest rank first."
+        )
         blocks.append(PictureBlock(partial(draw_gain, plan.gain), caption))
     if plan.another_hour is not None:
         blocks.append(Paragraph(f"{_sentence(another_hour_text(len(plan.runs), plan.another_hour))}."))
     return ReportSection("Expected results of these runs", tuple(blocks))
 
 
+def _parameter_row(parameter: ExpectedParameter) -> tuple[str, ...]:
+    """Return a parameter with its half width, in the unit that people read."""
+    unit, factor = printed_unit(parameter.unit)
+    half = None if parameter.half_width is None else factor * parameter.half_width
+    share = _number(None if parameter.relative is None else 100.0 * parameter.relative)
+    return parameter.name, _true_minus(significant(factor * parameter.value)), _number(half), share, unit
+
+
 def _load(run: RunToMeasure) -> tuple[str, str]:
-    return direction_and_sizes(run.wrench) or (OWN_WEIGHT, "0")
+    direction, sizes = direction_and_sizes(run.wrench) or (OWN_WEIGHT, "0")
+    return _true_minus(direction), _true_minus(sizes)
 
 
 def _sentence(text: str) -> str:
@@ -176,7 +196,11 @@ def _sentence(text: str) -> str:
 
 
 def _degrees(joints: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[str, ...]:
-    return tuple(f"{angle + 0.0:.2f}" for angle in np.degrees(joints))
+    return tuple(_true_minus(f"{angle + 0.0:.2f}") for angle in np.degrees(joints))
+
+
+def _true_minus(number: str) -> str:
+    return number.replace("-", "−")
 
 
 def _number(value: float | None) -> str:

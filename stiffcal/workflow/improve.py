@@ -100,7 +100,8 @@ def improve_campaign(
         suspects_not_checked=diagnosed.suspects_not_checked,
         summary=diagnosed.summary,
         heldout_rms=judged.rms,
-        noise=judged.noise,
+        # the verdict's: what is missing swells the scatter of repeats about the present model
+        noise=judged.noise if diagnosed.noise is None else diagnosed.noise,
         before_after=diagnosed.before_after if dry_run else recorder.before_after(),
     )
 

@@ -40,7 +40,7 @@ def test_an_error_above_the_noise_is_diagnosed(error: Rms, noise: Rms | None, co
 
 def test_a_missing_effect_leads_to_improve_and_a_complete_model_to_the_report() -> None:
     assert after_diagnosis(FOLDER, diagnosis(missing=["an effect"]), "kept") == "stiffcal improve campaign --store kept"
-    assert after_diagnosis(FOLDER, diagnosis(superfluous=["an effect"]), None) == "stiffcal improve campaign"
+    assert after_diagnosis(FOLDER, diagnosis(superfluous=["an effect"]), None) == "stiffcal report campaign"
     assert after_diagnosis(FOLDER, diagnosis(everywhere="an effect"), None) == "stiffcal improve campaign"
     assert after_diagnosis(FOLDER, diagnosis(), None) == "stiffcal report campaign"
     assert after_diagnosis(FOLDER, diagnosis(), None, finished=("view",)) == "stiffcal view campaign"

@@ -119,6 +119,7 @@ def test_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         "campaign": NAMED["campaign"],
         "date": "#",
         "maker": "*m*",
+        "has_contents": True,
         "logo": "",
     }
     (tmp_path / "page.pdf").write_bytes(set_pages({**head, "sections": sections}, tmp_path, "2026-11-22"))

@@ -111,7 +111,7 @@ def test_the_run_sheet_on_paper_has_every_run(irb4400: Path, tmp_path: Path) -> 
     for run in plan.runs:
         assert run.id in text
         for angle in np.degrees(run.joints):
-            assert f"{angle:.2f}" in text
+            assert f"{angle:.2f}".replace("-", "−") in text
     assert all(parameter.name in text for parameter in plan.parameters)
     with pytest.raises(InputError) as raised:
         plan_campaign(irb4400, request=PlanRequest(sheet=tmp_path / "runs.docx"))

@@ -41,6 +41,9 @@ _MOST_WORST = 10
 def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the residuals every way they were sorted."""
     validation = content.validate
+    if validation is not None and validation.noise is not None:
+        # one noise in a report: what is missing swells the scatter of repeats
+        validation = replace(validation, noise=content.known_noise)
     blocks: list[Block] = []
     if content.states is None and validation is not None:
         return LeftOut(_TITLE, "there are no load states to draw")
@@ -190,7 +193,7 @@ def _worst(validation: ValidateResult) -> list[Block]:
 def _covariate_blocks(content: ReportContent, states: ReportStates) -> list[Block]:
     """Return the pictures of the residual against each covariate, several to a sheet."""
     fit_noise = None if content.identify is None else content.identify.noise
-    noise = wording.part(fit_noise if content.validate is None else content.validate.noise, "translation")
+    noise = wording.part(fit_noise if content.validate is None else content.known_noise, "translation")
     caption = "Residual against {}. Without a trend, the residual does not depend on the variable."
     if noise is not None:
         caption += " Grey band: ± two standard deviations of the noise."

@@ -103,7 +103,7 @@ def _next_step(content: ReportContent) -> str:
     diagnosis = content.diagnose
     if diagnosis is None:
         return "stiffcal diagnose DIR"
-    if diagnosis.missing or diagnosis.superfluous:
+    if diagnosis.missing:
         return "stiffcal improve DIR"
     if diagnosis.undecided:
         return "repeat the poses on which the result depends, then stiffcal diagnose DIR"
@@ -111,7 +111,8 @@ def _next_step(content: ReportContent) -> str:
         return "test the pattern under “Missing effects”: stiffcal effects new NAME --from DIR"
     if diagnosis.unexplained:
         return "see “Missing effects”: variables on which the remaining error depends"
-    return "none: use the model (stiffcal predict, map, compensate)"
+    removes = "; stiffcal improve DIR removes what is not needed" if diagnosis.superfluous else ""
+    return f"none: use the model (stiffcal predict, map, compensate){removes}"
 
 
 def _overview(content: ReportContent) -> list[Block]:
