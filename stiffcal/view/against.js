@@ -3,7 +3,7 @@
 
   S.againstPanel = function () {
     const { data } = S, states = data.states;
-    const names = data.variables.map((variable) => [variable.name, variable.unit ? `${variable.label} [${variable.unit}]` : variable.label]);
+    const names = data.variables.map((variable) => [variable.name, S.withUnit(variable)]);
     const component = S.scalar ? [] : [["component", "component of the residual"]];
     const groups = [["Residual", S.residualKeys()], ["Variable", names]], coloured = [["Variable", [...names, ...component]], ["Residual", S.residualKeys().filter(([key]) => key !== "r.all")]];
     const x = S.choice("x axis", [["Variable", [...names, ...component]], ["Residual", S.residualKeys()]], (value) => S.set({ x: value }));
@@ -16,8 +16,9 @@
       id: "against", title: "2 Residual against any variable", height: 420,
       about: "Band: noise, ± 2σ. Points outside it are what the model does not explain.",
       how: "Drag a rectangle: select states in all panels; with Shift they are added. Left and right arrows: step through the states; Enter selects one; Escape clears the selection.",
-      controls: [x, y, colour, kind], draw, table, key,
-      depends: () => S.everything() + (brush ? brush.key() : ""),
+      controls: [x, y, colour, kind], draw, table,
+      key: S.onKeys({ ArrowRight: () => S.goTo(S.state.at + 1), ArrowLeft: () => S.goTo(S.state.at - 1) }, () => [S.state.at]),
+      depends: () => S.everything() + (brush?.key() ?? ""),
     });
     const heading = S.make("h3", {}, "What explains the residual, by its share of the variance (all states)");
     panel.section.insertBefore(heading, panel.details);
@@ -28,15 +29,6 @@
       if (click && states.length) S.goTo(states[0]);
       S.select(states, event.shiftKey && states.length > 0);
     });
-
-    function key(event) {
-      if (event.key === "ArrowRight") S.goTo(S.state.at + 1);
-      else if (event.key === "ArrowLeft") S.goTo(S.state.at - 1);
-      else if (event.key === "Escape") S.select([]);
-      else if (event.key === " " || event.key === "Enter") S.select([S.state.at], event.shiftKey);
-      else return false;
-      return true;
-    }
 
     /** Number of the colour of each point, and the legend. @param {number} count @param {(q: any, p: number) => number} valueOf */
     function colours(count, valueOf) {
@@ -84,8 +76,7 @@
       const sigma = up.sigma > 0 ? 2 * up.sigma : 0;
       if (sigma && !oneSided) { yEnds[0] = Math.min(yEnds[0], -1.2 * sigma); yEnds[1] = Math.max(yEnds[1], 1.2 * sigma); }
       const ends = across.levels.length ? [-0.5, across.levels.length - 0.5] : S.span(xs.map((value, p) => (Number.isFinite(shown[p]) ? value : NaN)));
-      const words = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
-      const { toX, toY } = S.axes(g, box, { x: ends, y: yEnds, xLabel: words(across), yLabel: words(up), xNames: across.levels, yNames: up.levels });
+      const { toX, toY } = S.axes(g, box, { x: ends, y: yEnds, xLabel: S.withUnit(across), yLabel: S.withUnit(up), xNames: across.levels, yNames: up.levels });
       if (sigma) {
         g.fillStyle = theme.band;
         g.fillRect(box.x, toY(sigma), box.w, toY(oneSided ? 0 : -sigma) - toY(sigma));
@@ -133,13 +124,20 @@
       listed = key;
       const variable = (share) => S.variableByName.get(share.variable);
       const named = (component) => data.evidence[/^e\d+$/.test(component) ? Number(component.slice(1)) - 1 : -1]?.name;
-      const button = (share, words) => S.make("li", {}, S.make("button", { type: "button", onclick: () => S.set({ x: share.variable, y: `r.${share.component}` }) }, words));
+      const button = (share, words) => S.make("li", {}, S.button({ onclick: () => S.set({ x: share.variable, y: `r.${share.component}` }) }, words));
       // what the diagnosis reads of each missing effect stands first, whatever share a curve over its variable explains
       const first = data.evidence.map((one, k) => ({ component: `e${k + 1}`, variable: one.variable })).filter(variable);
       const isFirst = (share) => first.some((one) => one.component === share.component && one.variable === share.variable);
       const words = (share) => `${S.scalar ? "" : named(share.component) ? `along ${named(share.component)} ` : `${share.component} `}against ${variable(share).label}`;
+      // whatever is constant in each run explains what differs between few runs
+      const range = (values) => Math.max(...values) - Math.min(...values), runs = S.members.filter((members) => members.length > 1);
+      const perRun = ({ name, values }) => {
+        const most = 0.02 * range(values.filter(Number.isFinite));
+        return name !== "run" && runs.length > 2 && runs.every((members) => !(range(members.map((i) => values[i]).filter(Number.isFinite)) > most));
+      };
+      const remark = (share) => (perRun(variable(share)) ? `, constant in each of ${runs.length} runs` : "");
       const rows = [...first.map((share) => button(share, `missing: ${words(share)}`)),
-        ...model.shares.filter((share) => variable(share) && !isFirst(share)).slice(0, 8).map((share) => button(share, `${words(share)}: ${S.percent(share.share)}`))];
+        ...model.shares.filter((share) => variable(share) && !isFirst(share)).slice(0, 8).map((share) => button(share, `${words(share)}: ${S.percent(share.share)}${remark(share)}`))];
       proposals.replaceChildren(...(rows.length ? rows : [S.make("li", {}, "No variable explains more than 2 % of the residual.")]));
     }
 
@@ -151,7 +149,7 @@
         if (S.nSelected && !S.selected[i]) continue;
         rows.push([data.runs[states.run[i]].name, states.row[i], cell(across, p), cell(up, p), states.used[i] ? "used" : states.why[i] || "reference"]);
       }
-      return { head: ["run", "row", `${across.label}${across.unit ? ` [${across.unit}]` : ""}`, `${up.label}${up.unit ? ` [${up.unit}]` : ""}`, "state"], rows };
+      return { head: ["run", "row", S.withUnit(across), S.withUnit(up), "state"], rows };
     }
   };
 })(stiffcal);

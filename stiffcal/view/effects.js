@@ -19,7 +19,7 @@
     });
     let find = () => -1;
     panel.canvas.addEventListener("click", (event) => {
-      const effect = data.effects[find(event.clientY - panel.canvas.getBoundingClientRect().top)];
+      const effect = data.effects[find(event.offsetY)];
       if (effect && allowed(effect)) turn(effect, S.state.off.includes(effect.name));
     });
     let partial = { key: "", values: [] };

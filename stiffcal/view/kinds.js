@@ -82,17 +82,19 @@
     let points = [], brush = null, at = -1;
     const chosen = (near, event) => S.select([...new Set(near.flatMap((point) => point.members))].sort((a, b) => a - b), event.shiftKey);
     const linked = panel.series.some((s) => s.run || s.rows), sweeps = panel.series.some((s) => s.sweep);
+    const step = (by) => { if (points.length) at = (at + by + points.length + (by < 0 && at < 0)) % points.length; S.redraw(); };
     const made = S.panel({
       id: `kind${number}`, title: `${panel.title ? `${panel.title}, ` : ""}${panel.y_label}${panel.x_label ? ` over ${panel.x_label}` : ""}`, about: caption, height: 340,
       how: linked ? `Drag a rectangle, or click on a point: select the states of these points in all panels; with Shift they are added. Left and right arrows: go from point to point; Enter selects; Escape clears the selection. ${sweeps ? "A point of a clamped run is an average over cycles; of it are the states of its sweep that are nearest in torque." : ""}` : "",
       draw: (canvas) => {
         points = drawPanel(canvas, panel);
         const g = canvas.getContext("2d");
-        brush.draw(g);
+        brush?.draw(g);
         if (at >= 0 && points[at]) { g.strokeStyle = S.theme.ink; g.strokeRect(points[at].px - 7, points[at].py - 7, 14, 14); }
         return S.nSelected && points.length ? `${points.filter(isChosen).length} of ${points.length} points are of selected states.` : "";
       },
-      depends: () => `${S.version}/${at}/${brush ? brush.key() : ""}`, key: linked ? key : undefined,
+      depends: () => `${S.version}/${at}/${brush?.key() ?? ""}`,
+      key: linked ? S.onKeys({ ArrowRight: () => step(1), ArrowLeft: () => step(-1) }, () => points[at]?.members) : undefined,
       table: () => ({
         head: ["series", panel.x_label || "place", panel.y_label, "low", "high"],
         rows: panel.series.flatMap((s, k) => (s.x ? [...s.x.keys()].map((i) => {
@@ -101,16 +103,7 @@
         }) : [[s.label || s.kind_.toLowerCase(), "", NaN, s.low, s.high]])),
       }),
     });
-    function key(event) {
-      if (event.key === "ArrowRight" || event.key === "ArrowLeft") {
-        const n = points.length;
-        if (n) at = event.key === "ArrowRight" ? (at + 1) % n : (at + n - 1 + (at < 0)) % n;
-        S.redraw();
-      } else if ((event.key === "Enter" || event.key === " ") && points[at]) chosen([points[at]], event);
-      else if (event.key === "Escape") S.select([]);
-      else return false;
-      return true;
-    }
+    if (!linked) return;
     brush = S.brush(made.canvas, () => ({ px: points.map((point) => point.px), py: points.map((point) => point.py) }), (near, event) => chosen(near.map((k) => points[k]), event));
   }
 

@@ -31,7 +31,7 @@
     let find = () => -1;
     const choose = (id) => { if (selectable(S.modelById.get(id))) S.set({ model: id, off: [] }); };
     panel.canvas.addEventListener("click", (event) => {
-      const row = rows()[find(event.clientY - panel.canvas.getBoundingClientRect().top)];
+      const row = rows()[find(event.offsetY)];
       if (row && row.id) choose(row.id);
     });
     function key(event) {
@@ -55,7 +55,12 @@
       numbers.textContent = S.visible(`${model.label}: ${S.error(model.heldout_rms)} rms ${S.leftOut()}${model.fit_rms ? `, ${S.error(model.fit_rms)} of the fit` : ""}; noise ${S.error(data.noise)}.`);
       numbers.dataset.heldout = String(S.main(model.heldout_rms) ?? "");
       numbers.dataset.fit = String(S.main(model.fit_rms) ?? "");
-      if (listed !== model.id) { listed = model.id; compare(model, before(model)); }
+      if (listed !== model.id) {
+        // of a first fit the table shows what follows: all that is missing added
+        const earlier = before(model), all = data.models.find((entry) => entry.kind === "all" && entry.values.length);
+        listed = model.id;
+        if (!earlier && all && model.present) compare(all, model); else compare(model, earlier);
+      }
       const present = data.models.find((entry) => entry.present), own = S.main(present?.heldout_rms), judged = S.main(data.diagnosed);
       const other = own > 0 && judged > 0 && Math.abs(judged / own - 1) > 0.02 && data.models.some((entry) => entry.kind === "with" || entry.kind === "all");
       return (data.refits_missing ? `Candidates of the diagnosis: ${data.refits_missing}.` : "") + (other ? `The diagnosis leaves out other groups of poses than the fits' errors do; the present fit has ${S.error(data.diagnosed)} there, which candidates compare with.` : "");
@@ -97,8 +102,9 @@
       const unit = S.si();
       return {
         head: ["model", `held-out rms [${unit}]`, ...(S.data.rotation ? ["held-out rms [rad]"] : []), `fit rms [${unit}]`, ...(S.data.rotation ? ["fit rms [rad]"] : []), "show"],
-        rows: data.models.map((model) => [model.label, ...[model.heldout_rms, model.fit_rms].flatMap((rms) => [S.main(rms) ?? NaN, ...(S.data.rotation ? [rms?.rotation ?? NaN] : [])]),
-          selectable(model) ? S.make("button", { type: "button", onclick: () => S.set({ model: model.id, off: [] }), "aria-label": S.visible(`Show ${model.label}`) }, "show") : "not stored"]),
+        rows: [{ label: "no model", heldout_rms: data.zero, fit_rms: null }, ...data.models, { label: "noise", heldout_rms: data.noise, fit_rms: data.noise }].map((model) => [
+          model.label, ...[model.heldout_rms, model.fit_rms].flatMap((rms) => [S.main(rms) ?? NaN, ...(S.data.rotation ? [rms?.rotation ?? NaN] : [])]),
+          !model.id ? "–" : selectable(model) ? S.button({ onclick: () => S.set({ model: model.id, off: [] }), "aria-label": S.visible(`Show ${model.label}`) }, "show") : "not stored"]),
       };
     }
   };

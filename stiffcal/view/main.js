@@ -7,7 +7,7 @@
     const { data } = S, present = data.models.find((model) => model.present), all = data.models.find((model) => model.kind === "all" && S.isDrawable(model));
     if (!present || !all || !S.isDrawable(present)) return [];
     const button = (model, text) => {
-      const made = S.make("button", { type: "button", className: "step", onclick: () => S.set({ model: model.id, off: [] }) }, `${text}: ${S.error(model.heldout_rms)}`);
+      const made = S.button({ className: "step", onclick: () => S.set({ model: model.id, off: [] }) }, `${text}: ${S.error(model.heldout_rms)}`);
       S.onChange(() => made.setAttribute("aria-pressed", String(S.state.model === model.id && !S.state.off.length)));
       return made;
     };
@@ -18,7 +18,7 @@
   function controls(drawable) {
     const { data } = S;
     const model = S.choice("Model shown in all panels", drawable.map((entry) => [entry.id, entry.label]), (value) => S.set({ model: value, off: [] }));
-    const clear = S.make("button", { type: "button", onclick: () => S.select([]) }, "Clear the selection");
+    const clear = S.button({ onclick: () => S.select([]) }, "Clear the selection");
     const count = S.make("span", { id: "count", role: "status" });
     bar.append(...steps(), model.element, clear, count);
     S.onChange(() => {

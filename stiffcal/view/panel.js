@@ -22,6 +22,21 @@
     return element;
   };
 
+  /** A button; see `S.make`. */
+  S.button = (set, text) => S.make("button", { type: "button", ...set }, text);
+  /**
+   * What keys do on a canvas: move, select with Enter or Space, clear with Escape.
+   * @param {Object<string, () => void>} moves by key @param {() => Iterable<number>|undefined} chosen the states to select
+   */
+  S.onKeys = (moves, chosen) => (event) => {
+    const states = event.key === "Enter" || event.key === " " ? chosen() : undefined;
+    if (moves[event.key]) moves[event.key]();
+    else if (states) S.select(states, event.shiftKey);
+    else if (event.key === "Escape") S.select([]);
+    else return false;
+    return true;
+  };
+
   /** A choice with a label. @param {string} label @param {any[]} options value and text, or a heading with a list of them */
   S.choice = function (label, options, change) {
     const made = ([value, text]) => (Array.isArray(text) ? S.make("optgroup", { label: S.visible(value) }, ...text.map(made)) : S.make("option", { value }, text));
@@ -86,7 +101,7 @@
    */
   S.brush = function (canvas, points, choose) {
     const brush = { from: null, to: null };
-    const where = (event) => { const rect = canvas.getBoundingClientRect(); return [event.clientX - rect.left, event.clientY - rect.top]; };
+    const where = (event) => [event.offsetX, event.offsetY];
     canvas.addEventListener("pointerdown", (event) => { brush.from = brush.to = where(event); canvas.setPointerCapture(event.pointerId); });
     canvas.addEventListener("pointermove", (event) => { if (brush.from) { brush.to = where(event); S.redraw(); } });
     canvas.addEventListener("pointercancel", () => { brush.from = null; S.redraw(); });
@@ -136,8 +151,8 @@
     const note = S.make("p", { className: "note", id: `${options.id}-note` });
     const section = S.make("section", { id: options.id, className: "panel", "aria-labelledby": `${options.id}-title` },
       S.make("div", { className: "heading" }, S.make("h2", { id: `${options.id}-title` }, options.title),
-        S.make("button", { type: "button", onclick: () => S.savePicture(options.id, canvas), title: "Save this picture" }, "PNG"),
-        S.make("button", { type: "button", onclick: csv, title: "Save the numbers of this picture" }, "CSV")),
+        S.button({ onclick: () => S.savePicture(options.id, canvas), title: "Save this picture" }, "PNG"),
+        S.button({ onclick: csv, title: "Save the numbers of this picture" }, "CSV")),
       ...(options.about ? [S.make("p", { className: "about" }, options.about)] : []),
       ...(options.how ? [S.make("details", { className: "how" }, S.make("summary", {}, "Mouse and keys"), S.make("p", { className: "about" }, options.how))] : []),
       ...(options.controls ? [S.make("div", { className: "controls" }, ...options.controls.map((entry) => entry.element || entry))] : []),

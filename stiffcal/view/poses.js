@@ -16,22 +16,14 @@
       id: "poses", title: "5 Poses", height, least: 80 + 42 * words.length,
       about: `Error by run and ${of}, rms in ${unit} over the drawn states.`,
       how: "A click on a cell: select its states in all panels; with Shift they are added. Up and down arrows: choose a run; Enter selects it; Escape clears the selection.",
-      draw, table, key, depends: () => `${S.shownKey()}/${S.state.run}/${S.version}`,
+      draw, table, depends: () => `${S.shownKey()}/${S.state.run}/${S.version}`,
+      key: S.onKeys({ ArrowDown: () => S.stepRun(1), ArrowUp: () => S.stepRun(-1) }, () => S.members[S.state.run]),
     });
     let place = null;
     panel.canvas.addEventListener("click", (event) => {
-      const rect = panel.canvas.getBoundingClientRect();
-      const k = Math.floor((event.clientX - rect.left - place.left) / place.w), run = runs[Math.floor((event.clientY - rect.top - HEAD) / place.h)];
+      const k = Math.floor((event.offsetX - place.left) / place.w), run = runs[Math.floor((event.offsetY - HEAD) / place.h)];
       if (run !== undefined) S.select(k >= 0 ? cell(run, k) : S.members[run], event.shiftKey);
     });
-    function key(event) {
-      if (event.key === "ArrowDown") S.stepRun(1);
-      else if (event.key === "ArrowUp") S.stepRun(-1);
-      else if (event.key === "Enter" || event.key === " ") S.select(S.members[S.state.run], event.shiftKey);
-      else if (event.key === "Escape") S.select([]);
-      else return false;
-      return true;
-    }
     /** (row, column) rms, SI. */
     function errors() {
       const move = S.residual().move, used = data.states.used;
@@ -142,7 +134,7 @@
       id: "compliance", title, height: 360,
       about: "How large an effect appears in each run against its fitted size, ± 95 % from the noise. A trend, or scatter far beyond the bars, is an effect that the model lacks, also one outside the catalogue.",
       how: "1 plus the part of the residual along the effect, as a share of the effect. A click on a point, or left and right arrows and Enter: select its run in all panels.",
-      controls: [effect, over], draw, table, key, depends: () => `${S.shownKey()}/${S.state.joint}/${S.state.over}/${S.version}/${S.state.run}`,
+      controls: [effect, over], draw, table, key: S.onKeys({ ArrowRight: () => step(1), ArrowLeft: () => step(-1) }, () => points.find(isHere)?.members), depends: () => `${S.shownKey()}/${S.state.joint}/${S.state.over}/${S.version}/${S.state.run}`,
     });
     const proposals = S.make("ol", { className: "proposals" });
     panel.section.insertBefore(S.make("h3", {}, "Where it follows an angle, by the share of the scatter between runs"), panel.details);
@@ -154,7 +146,7 @@
       if (listed === S.shownKey()) return;
       listed = S.shownKey();
       const { found, pairs, poses, chance } = ranked(), piece = whole() ? "runs" : "pieces";
-      const rows = found.slice(0, 5).map(({ joint, over: at, share, n }) => S.make("li", {}, S.make("button", { type: "button", onclick: () => S.set({ joint, over: at }) },
+      const rows = found.slice(0, 5).map(({ joint, over: at, share, n }) => S.make("li", {}, S.button({ onclick: () => S.set({ joint, over: at }) },
         `${data.effects[joint].name} over ${angles[at].label}: ${S.percent(share)} of ${n} ${piece}, ${share > chance ? "more than" : "no more than"} chance`)));
       proposals.replaceChildren(...(rows.length ? rows : [S.make("li", {}, pairs ? `It scatters by more than the noise, but no parabola over an angle explains more than ${S.percent(LEAST_SHARE)} of that.`
         : data.runs.length > 2 && data.runs.length < FEWEST ? `Fewer than ${FEWEST} runs: too few to judge by.` : "No effect scatters between runs by more than the noise allows.")]));
@@ -162,19 +154,13 @@
     }
     const whole = () => data.runs.length > 2;
     panel.canvas.addEventListener("click", (event) => {
-      const rect = panel.canvas.getBoundingClientRect(), x = event.clientX - rect.left, y = event.clientY - rect.top;
-      const near = points.filter((point) => Math.hypot(point.px - x, point.py - y) < 12)[0];
+      const near = points.find((point) => Math.hypot(point.px - event.offsetX, point.py - event.offsetY) < 12);
       if (near) S.select(near.members, event.shiftKey);
     });
-    function key(event) {
-      const sorted = [...points].sort((a, b) => a.angle - b.angle), at = sorted.findIndex((point) => point.members.includes(S.state.at));
-      if (!sorted.length) return false;
-      if (event.key === "ArrowRight") S.goTo(sorted[(at + 1) % sorted.length].members[0]);
-      else if (event.key === "ArrowLeft") S.goTo(sorted[(at + sorted.length - 1 + (at < 0)) % sorted.length].members[0]);
-      else if ((event.key === "Enter" || event.key === " ") && at >= 0) S.select(sorted[at].members, event.shiftKey);
-      else if (event.key === "Escape") S.select([]);
-      else return false;
-      return true;
+    const isHere = (point) => point.members.includes(S.state.at);
+    function step(by) {
+      const all = [...points].sort((a, b) => a.angle - b.angle), at = all.findIndex(isHere);
+      if (all.length) S.goTo(all[(at + by + all.length + (by < 0 && at < 0)) % all.length].members[0]);
     }
     /** States that are judged together: a run, or where one run holds all, as many pieces of like counts along the variable. */
     const PIECES = 12;
@@ -209,21 +195,21 @@
       propose();
       const { g, width, height } = S.begin(canvas), found = values(), angle = chosenAngle();
       const box = { x: 74, y: 16, w: width - 92, h: height - 62 };
-      const { toX, toY } = S.axes(g, box, { x: S.span(found.map((entry) => entry.angle)), y: S.span([1, ...found.flatMap((entry) => [entry.value - (entry.half || 0), entry.value + (entry.half || 0)])]), xLabel: `${angle.label}${angle.unit ? ` [${angle.unit}]` : ""}, mean`, yLabel: "apparent over fitted size" });
+      const { toX, toY } = S.axes(g, box, { x: S.span(found.map((entry) => entry.angle)), y: S.span([1, ...found.flatMap((entry) => [entry.value - (entry.half || 0), entry.value + (entry.half || 0)])]), xLabel: `${S.withUnit(angle)}, mean`, yLabel: "apparent over fitted size" });
       g.strokeStyle = S.theme.accent; g.setLineDash([5, 4]); g.beginPath(); g.moveTo(box.x, toY(1)); g.lineTo(box.x + box.w, toY(1)); g.stroke(); g.setLineDash([]);
       points = found.map((entry) => ({ ...entry, px: toX(entry.angle), py: toY(entry.value) }));
       for (const point of points) {
         const chosen = point.members.some((i) => S.selected[i]);
         g.strokeStyle = S.theme.series[0]; g.beginPath(); g.moveTo(point.px, toY(point.value - point.half)); g.lineTo(point.px, toY(point.value + point.half)); g.stroke();
         g.beginPath(); S.marker(g, chosen ? 2 : 0, point.px, point.py, chosen ? 6 : 4); g.fillStyle = chosen ? S.theme.warm : S.theme.series[0]; g.fill();
-        if (point.members.includes(S.state.at)) { g.beginPath(); g.rect(point.px - 8, point.py - 8, 16, 16); g.strokeStyle = S.theme.ink; g.stroke(); }
+        if (isHere(point)) { g.beginPath(); g.rect(point.px - 8, point.py - 8, 16, 16); g.strokeStyle = S.theme.ink; g.stroke(); }
       }
       const left = pieces(angle).length - found.length;
       return `${data.effects[chosenEffect()].name}, ${found.length} ${data.runs.length > 2 ? "runs" : "pieces"}${left ? `; ${left} more, in which it is too small to be judged, are left out` : ""}.`;
     }
     function table() {
       const angle = chosenAngle();
-      return { head: ["run or piece", `${angle.label}${angle.unit ? ` [${angle.unit}]` : ""}`, "apparent over fitted", "± 95 %"], rows: values().map((entry) => [entry.name, entry.angle, entry.value, entry.half]) };
+      return { head: ["run or piece", S.withUnit(angle), "apparent over fitted", "± 95 %"], rows: values().map((entry) => [entry.name, entry.angle, entry.value, entry.half]) };
     }
   };
 })(stiffcal);

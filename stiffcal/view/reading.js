@@ -6,7 +6,7 @@
     const rawHead = S.make("h3", {}, "Raw rows as they stand in the file"), rawLines = S.make("pre", { id: "raw-rows", role: "region", tabIndex: 0, "aria-label": "Raw rows" });
     const about = S.make("p", { className: "note", id: "reading-note" });
     const copied = S.make("span", { role: "status" });
-    const copy = S.make("button", { type: "button", onclick: async () => {
+    const copy = S.button({ onclick: async () => {
       try { await navigator.clipboard.writeText(lines.textContent); copied.textContent = " copied"; }
       catch { getSelection().selectAllChildren(lines); copied.textContent = " selected: copy with Ctrl+C"; }
     } }, "Copy the lines");
@@ -19,10 +19,10 @@
       ...(rawLines.hidden ? [] : rawLines.textContent.split("\n").map((line) => [line])), ...lines.textContent.split("\n").map((line) => [line])]);
     S.place(S.make("section", { id: "reading", className: "panel", "aria-labelledby": "reading-title" },
       S.make("div", { className: "heading" }, S.make("h2", { id: "reading-title" }, "6 Reading"),
-        S.make("button", { type: "button", onclick: picture, title: "Save this panel as a picture" }, "PNG"), S.make("button", { type: "button", onclick: csv, title: "Save the readings of the selected states, of all where none is selected" }, "CSV")),
+        S.button({ onclick: picture, title: "Save this panel as a picture" }, "PNG"), S.button({ onclick: csv, title: "Save the readings of the selected states, of all where none is selected" }, "CSV")),
       S.make("p", { className: "about" }, "The chosen state between its neighbours, in SI units, and where it stands in the logs."),
-      S.make("div", { className: "controls" }, S.make("button", { type: "button", onclick: () => S.goTo(S.state.at - 1) }, "Previous state"),
-        S.make("button", { type: "button", onclick: () => S.goTo(S.state.at + 1) }, "Next state")),
+      S.make("div", { className: "controls" }, S.button({ onclick: () => S.goTo(S.state.at - 1) }, "Previous state"),
+        S.button({ onclick: () => S.goTo(S.state.at + 1) }, "Next state")),
       about, S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Reading and its neighbours" }, table), rawHead, rawLines,
       S.make("h3", {}, "Leave the selected states out"), lines, S.make("p", {}, copy, copied)));
 

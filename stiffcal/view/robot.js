@@ -38,7 +38,7 @@
     }));
     const still = matchMedia("(prefers-reduced-motion: reduce)");
     S.stopPlaying = () => { clearInterval(timer); timer = 0; };
-    const play = S.make("button", { type: "button", onclick: () => {
+    const play = S.button({ onclick: () => {
       if (timer) S.stopPlaying(); else timer = setInterval(next, 400);
       play.textContent = timer ? "Stop" : "Play run";
       play.setAttribute("aria-pressed", String(Boolean(timer)));
@@ -61,7 +61,7 @@
     const largest = data.effects.filter((effect) => effect.share >= 0.01).sort((a, b) => b.share - a.share).slice(0, 5).map((effect) => `${effect.name} ${S.percent(effect.share)}`);
     const standing = (largest.length ? ` Largest shares of the deflection: ${largest.join(", ")}.` : "")
       + (data.suspects.length ? ` Missing: ${data.suspects.join(", ")}${nowhere.length ? " (the set-up has no place on the robot)" : ""}.` : "");
-    const small = (label, text, change) => S.make("button", { type: "button", "aria-label": label, title: label, onclick: change }, text);
+    const small = (label, text, change) => S.button({ "aria-label": label, title: label, onclick: change }, text);
     const view = S.make("span", { role: "group", "aria-label": "Camera", className: "camera" },
       small("Turn left", "◂", () => S.set({ turn: S.state.turn - 0.2 })), small("Turn right", "▸", () => S.set({ turn: S.state.turn + 0.2 })),
       small("Tilt up", "▴", () => S.set({ tilt: Math.min(S.state.tilt + 0.15, 1.5) })), small("Tilt down", "▾", () => S.set({ tilt: Math.max(S.state.tilt - 0.15, -1.5) })),
@@ -72,8 +72,8 @@
       id: "robot", title: "1 Robot", height: 420,
       about: "At rest (dashed) and deformed. Size of discs (drives), rings (bearings) and links: share of the deflection at the tool. Diamond: where an effect is missing.",
       how: "Drag or arrow keys: turn. + and −, or the wheel after a click: zoom. N and P: next and previous state.",
-      controls: [run, S.make("button", { type: "button", onclick: () => step(-1) }, "Previous state"),
-        S.make("button", { type: "button", onclick: next }, "Next state"), play, view, exaggeration, ...arrows],
+      controls: [run, S.button({ onclick: () => step(-1) }, "Previous state"),
+        S.button({ onclick: next }, "Next state"), play, view, exaggeration, ...arrows],
       draw, table, key,
       depends: () => { const s = S.state; return [s.model, s.kind, s.off, s.mode, s.run, s.at, s.scale, s.arrows, s.turn, s.tilt, s.zoom, S.version].join(); },
     });

@@ -167,7 +167,12 @@
       state.model = (drawable.find((model) => model.present) || drawable[0] || { id: "" }).id;
     }
     const names = data.effects.map((effect) => effect.name);
-    state.off = state.off.filter((name) => names.includes(name));
+    if (!["part", "refit"].includes(state.mode)) state.mode = "part";
+    // parts are those of the present model, and each refit leaves one effect out: of nothing else there is a picture
+    const refits = data.models.filter((model) => model.kind === "without").map((model) => model.effect);
+    state.off = state.off.filter((name) => names.includes(name) && (state.mode === "part" || refits.includes(name)));
+    if (state.mode === "refit") state.off = state.off.slice(0, 1);
+    if (state.off.length) state.model = (drawable.find((model) => model.present) || { id: state.model }).id;
     const proposed = S.modelById.get(state.model)?.shares?.[0];
     const keys = new Set([...S.residualKeys().map(([key]) => key), ...data.variables.map((variable) => variable.name), ...(S.scalar ? [] : ["component"])]);
     const [missing] = data.evidence;
@@ -182,7 +187,6 @@
     state.joint = Math.max(-1, Math.min(data.effects.length - 1, Math.round(state.joint)));
     state.over = Math.max(-1, Math.min(data.joints.length - 1, Math.round(state.over)));
     if (S.n) state.run = data.states.run[state.at];
-    if (!["part", "refit"].includes(state.mode)) state.mode = "part";
     if (!["fit", "heldout"].includes(state.kind)) state.kind = "heldout";
     if (!(state.zoom > 0.05 && state.zoom < 50)) state.zoom = 1;
   };

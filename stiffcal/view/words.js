@@ -28,6 +28,8 @@
     if (even) return raised ? `(${text(value)} ± ${text(half)})${raised}` : `${text(value)} ± ${text(half)}`;
     return `${text(value)} (${open}${[low, high].filter((end) => end !== null).map(text).join(" … ")})${raised}`;
   };
+  /** A quantity with its unit, as axes and tables name it. @param {{label: string, unit: string}} quantity */
+  S.withUnit = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
   /** A count, in groups of three digits. @param {number} n */
   S.count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, "\u00a0");
   /** A length. @param {number|null} metres */

@@ -144,7 +144,7 @@ def _with_states(
     torque = torques_about_joints(states, robot)
     variables = _variables(data, drawn, torque, content.measure == "motor_angle")
     moved = moved_torque(robot, states, torque)
-    if np.isfinite(moved).any():
+    if np.isfinite(moved).any() and torque.shape[1] > 1:
         variables.insert(
             0, ViewVariable(name="moved_torque", label="torque on the moved joint", unit="N·m", values=moved)
         )
