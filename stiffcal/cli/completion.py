@@ -5,10 +5,9 @@ Why not typer's own completion: it starts stiffcal at every press of the tab key
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping
 
-from stiffcal.cli.log import LOG, VERBOSE
+from stiffcal.cli.option_names import OPTIONS, WITH_EVERY_COMMAND
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -58,14 +57,8 @@ def completion_script(shell: str, commands: Mapping[str, str]) -> str:
 
 
 def options_of(name: str) -> list[str]:
-    """Return the long options of a command, as its parser knows them."""
-    import typer
-
-    app = typer.Typer(add_completion=False, rich_markup_mode=None)
-    app.command()(getattr(importlib.import_module(f"stiffcal.cli.{name}"), name))
-    parameters = typer.main.get_command(app).params
-    words = [word for one in parameters for word in (*one.opts, *one.secondary_opts) if word.startswith("--")]
-    return sorted({*words, "--help", LOG, VERBOSE})
+    """Return the long options of a command."""
+    return sorted([*OPTIONS[name].split(), *WITH_EVERY_COMMAND.split()])
 
 
 def _fish(commands: Mapping[str, str], options: Mapping[str, list[str]]) -> str:

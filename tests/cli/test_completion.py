@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import importlib
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
+import typer
 
 from stiffcal.cli.app import COMMANDS, main
 from stiffcal.cli.completion import SHELLS, completion_script, options_of
+from stiffcal.cli.log import LOG, VERBOSE
 
 
 def completed(script: Path, *words: str) -> list[str]:
@@ -54,6 +57,15 @@ def test_every_shell_has_every_command_and_option(shell: str, capsys: pytest.Cap
     for name in COMMANDS:
         assert name in text
         assert all(option.removeprefix("--") in text for option in options_of(name))
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_listed_options_are_those_that_the_command_parses(name: str) -> None:
+    app = typer.Typer(add_completion=False, rich_markup_mode=None)
+    app.command()(getattr(importlib.import_module(f"stiffcal.cli.{name}"), name))
+    parameters = typer.main.get_command(app).params
+    words = [word for one in parameters for word in (*one.opts, *one.secondary_opts) if word.startswith("--")]
+    assert options_of(name) == sorted({*words, "--help", LOG, VERBOSE})
 
 
 @pytest.mark.parametrize("words", [[], ["tcsh"], ["bash", "zsh"]], ids=len)

@@ -1,0 +1,40 @@
+"""Each command's own options, for the completion script: listed here, so that printing it imports no command."""
+
+WITH_EVERY_COMMAND = "--help --json --log --verbose"
+OPTIONS = {
+    "init": "--from --kind --robot --tool --urdf",
+    "check": "--quick --run --store",
+    "ingest": "--store",
+    "identify": "--coupling --dual-quaternions --loss --no-update --store",
+    "validate": "--model --no-update --store --thresholds",
+    "diagnose": "--no-update --store",
+    "improve": "--dry-run --no-update --store --yes",
+    "compare": "--no-update",
+    "trend": "--max-change --no-update --output",
+    "history": "--restore --store --yes",
+    "plot": "--against --no-update --output --run --store",
+    "report": "--no-update --output --store",
+    "view": "--no-raw --no-update --open --output --store",
+    "run": "--store",
+    "batch": "--jobs --junit --markdown --no-report --reports --scheduler --store --thresholds",
+    "export": (
+        "--convention --cycle-ms --filter --leave-out --no-update --output --raw-text --sensor --store --strict "
+        "--target --tool --zeroed-at"
+    ),
+    "predict": "--at --load-path --no-update --note --output --points --poses --store",
+    "map": (
+        "--at --load --mass --no-update --output --plane --points --pose --slices --stiffness --store --table --target"
+    ),
+    "compensate": (
+        "--acts-on --filter --force --frame --judge --never-zeroed --no-sag --no-update --normal --output --path "
+        "--picture --position-only --sag --segments --start --store --target --tool --zeroed"
+    ),
+    "plan": "--campaign --criterion --for --force --no-update --output --program --runs --store --tell",
+    "simulate": "--from --seed",
+    "effects": "--from --output",
+    "add": "--all --curved --joints --links --pairs --start",
+    "remove": "--all --joints --links --pairs",
+    "trust": "--edit --hash --list --revoke --store --yes",
+    "demo": "",
+    "doctor": "",
+}
