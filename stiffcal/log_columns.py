@@ -25,6 +25,35 @@ Options: TypeAlias = Mapping[str, object]
 """The manifest's options of a format: the table ``csv = {…}``, ``hdf5 = {…}`` of a source."""
 
 
+def single_character(options: Options, key: str, file: str) -> str | None:
+    """Return the character that an option of text logs gives, a tab for "tab"; None where it is not given.
+
+    Parameters
+    ----------
+    options : of the manifest's ``csv``. key : "delimiter" or "decimal".
+    file : how to call the file in a fault.
+
+    Raises
+    ------
+    InputError : it is not one character that can stand between cells or digits.
+
+    Examples
+    --------
+    >>> single_character({"delimiter": "tab"}, "delimiter", "log.csv") == chr(9)
+    True
+    >>> single_character({"delimiter": ";"}, "delimiter", "log.csv"), single_character({}, "decimal", "log.csv")
+    (';', None)
+    """
+    value = options.get(key)
+    if value is None:
+        return None
+    text = "\t" if value in ("tab", "\\t") else str(value)
+    if len(text) != 1 or not text.isascii() or text in '"\n\r' or text.isalnum():
+        reason = f"{value!r} is not a valid single character"
+        raise InputError.at(FaultCode.OPTION_INVALID, file, f"csv.{key}", reason, "correct it")
+    return text
+
+
 @dataclass(frozen=True)
 class WantedColumns:
     """The columns that are to be read."""

@@ -10,10 +10,12 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing
+from stiffcal.log_columns import single_character
 
 Column = Floats | Sequence[str]
 
@@ -55,7 +57,7 @@ def dialect_of(
     Raises
     ------
     InputError
-        the preamble has another number of lines than the manifest skips.
+        the preamble has another number of lines than the manifest skips, or an option is not one character.
     """
     options = source.options_of("csv")
     skipped = options.get("skip_rows") or 0
@@ -63,10 +65,9 @@ def dialect_of(
     lines = tuple(preamble) or tuple("simulated" for _ in range(skipped))
     if len(lines) != skipped:
         raise _wrong_preamble(place, len(lines), skipped)
-    decimal = str(options.get("decimal") or ".")
-    delimiter = str(options.get("delimiter") or (";" if decimal == "," else ","))
+    decimal = single_character(options, "decimal", MANIFEST_FILE) or "."
     return Dialect(
-        delimiter="\t" if delimiter == "tab" else delimiter,
+        delimiter=single_character(options, "delimiter", MANIFEST_FILE) or (";" if decimal == "," else ","),
         decimal=decimal,
         encoding=str(options.get("encoding") or "utf-8"),
         preamble=lines,

@@ -17,6 +17,7 @@ from stiffcal.campaign.plan_file import PLAN_FILE
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
+from stiffcal.log_columns import single_character
 from stiffcal.workflow.plan_sheet import write_sheet
 
 if TYPE_CHECKING:
@@ -99,9 +100,11 @@ def _empty_tables(folder: Path, campaign: Campaign) -> list[str]:
         path = folder / name
         if options.keys() - {"delimiter", "decimal"} or not path.resolve().is_relative_to(folder.resolve()):
             continue
+        comma = single_character(options, "decimal", MANIFEST_FILE) == ","
+        delimiter = single_character(options, "delimiter", MANIFEST_FILE) or (";" if comma else ",")
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.writer(stream, delimiter=str(options.get("delimiter") or ","), lineterminator="\n")
+            writer = csv.writer(stream, delimiter=delimiter, lineterminator="\n")
             writer.writerow([csv_cell.escaped(name) for name in source.columns()])
         written.append(name)
     return written

@@ -32,6 +32,9 @@ def test_the_planned_folder_is_about_itself_and_can_be_planned_further(tmp_path:
     source.mkdir()
     for name in ("campaign.toml", "robot.toml"):
         shutil.copy(KR240 / name, source)
+    written = (source / "campaign.toml").read_text(encoding="utf-8")
+    tabbed = written.replace('sampling = "states"', 'sampling = "states"\ncsv = { delimiter = "tab" }', 1)
+    (source / "campaign.toml").write_text(tabbed, encoding="utf-8")
     (source / "model.toml").write_text(SPRINGS, encoding="utf-8")
     (source / "plan.toml").write_text(PLAN, encoding="utf-8")
     plan = plan_campaign(source, request=PlanRequest(force=800.0, campaign=out))
@@ -47,7 +50,7 @@ def test_the_planned_folder_is_about_itself_and_can_be_planned_further(tmp_path:
     # the header waits next to the table, which is not there yet
     assert "raw/table_empty.csv" in (plan.files or [])
     assert not (out / "raw" / "table.csv").exists()
-    header = (out / "raw" / "table_empty.csv").read_text(encoding="utf-8").strip().split(",")
+    header = (out / "raw" / "table_empty.csv").read_text(encoding="utf-8").strip().split("\t")
     assert tuple(header) == load_campaign(out, check_files=False).manifest.sources["table"].columns()
     further = plan_campaign(out)
     assert [run.id for run in further.runs] == ["run04", "run05", "run06"]

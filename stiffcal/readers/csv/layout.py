@@ -17,6 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import COLUMNS
+from stiffcal.log_columns import single_character
 from stiffcal.measurements.scope_export import NAME, PROPERTIES, is_scope_header, scope_columns, scope_units
 from stiffcal.readers import Options, WantedColumns, check_columns, check_options
 from stiffcal.readers.csv.lines import LogText, find_codec
@@ -136,7 +137,7 @@ def open_log(
 def _read_layout(text: LogText, path: Path, options: Options, display_name: str, wanted: WantedColumns) -> LogLayout:
     skip = options.get("skip_rows") or 0
     assert isinstance(skip, int)
-    decimal = _single(options, "decimal", display_name) or "."
+    decimal = single_character(options, "decimal", display_name) or "."
     if decimal not in ".,":
         raise InputError.at(
             FaultCode.OPTION_INVALID,
@@ -171,7 +172,7 @@ def _read_layout(text: LogText, path: Path, options: Options, display_name: str,
             "name a log of text lines, or its format",
         )
     header = decode_line(text, line, display_name)
-    delimiter = _single(options, "delimiter", display_name) or _find_delimiter(header, wanted, decimal)
+    delimiter = single_character(options, "delimiter", display_name) or _find_delimiter(header, wanted, decimal)
     header_line = text.line_number
     cells = LogLayout((), {}, delimiter, decimal, "", 0, False).split(header)
     COLUMNS.check(len(cells), display_name, f"line {header_line}")
@@ -242,22 +243,6 @@ def decode_line(text: LogText, line: bytes, display_name: str) -> str:
         raise InputError.at(
             FaultCode.ENCODING_WRONG, display_name, place, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"'
         ) from None
-
-
-def _single(options: Options, key: str, display_name: str) -> str | None:
-    value = options.get(key)
-    if value is None:
-        return None
-    text = "\t" if value in ("tab", "\\t") else str(value)
-    if len(text) != 1 or not text.isascii() or text in '"\n\r' or text.isalnum():
-        raise InputError.at(
-            FaultCode.OPTION_INVALID,
-            display_name,
-            f"csv.{key}",
-            f"{value!r} is not a valid single character",
-            "correct it",
-        )
-    return text
 
 
 def _find_delimiter(header: str, wanted: WantedColumns, decimal: str) -> str:
