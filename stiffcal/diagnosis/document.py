@@ -294,8 +294,8 @@ def _pattern_sentence(pattern: CompliancePattern | None) -> str:
 
 
 def lower_tenth(share: float) -> float:
-    """Return the percentage next below a share, in tenths: 1.0 is "at least 99.9 %"."""
-    return (math.ceil(1000.0 * share) - 1) / 10.0
+    """Return the percentage next below a share, in tenths: 1.0 is "at least 99.9 %", nothing is at least nothing."""
+    return max(math.ceil(1000.0 * share) - 1, 0) / 10.0
 
 
 def share_in_words(search: Search) -> str:

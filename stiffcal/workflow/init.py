@@ -93,8 +93,7 @@ def init_campaign(
     if lacks_tool:
         unused.append(
             "the position of the tool point is in no table: write xyz_m under [frames.tool] in campaign.toml, in m in "
-            "the "
-            "flange frame, or start with --tool X,Y,Z"
+            "the flange frame, or start with --tool X,Y,Z"
         )
     return InitResult(warnings=unused, files=files, guessed=guessed)
 

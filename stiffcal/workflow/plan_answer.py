@@ -20,7 +20,6 @@ from stiffcal.workflow.plan_goals import LOOK_ALIKES
 from stiffcal.workflow.plan_model import PlanModel
 from stiffcal.workflow.plan_tracker import tracker_warnings
 
-# χ² by which a model must fit better for a test of two to decide: five standard deviations.
 # One-sided 95 % of the normal distribution.
 ONE_SIDED = 1.645
 # How often each run is repeated at most where a plan does not separate two models.
