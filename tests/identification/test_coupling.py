@@ -26,16 +26,22 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.robots import SIX_STIFFNESS
-from tests.laboratory.rod_states import bending_swing, five_rods, placed, six_axes_with_beams, with_effect, with_rods
+from tests.laboratory.rod_states import (
+    NOISE,
+    SWING,
+    bending_swing,
+    five_rods,
+    placed,
+    swinging_robot,
+    with_effect,
+    with_rods,
+)
 from tests.laboratory.simulated_states import joint_springs, played
-
-SWING = {"EI2": 4e6, "EI3": 6e6, "GJ": 3e6, "EA": 1.5e9}
-NOISE = Sigma(translation=10e-6, rotation=20e-6)
 
 
 @pytest.fixture(scope="module")
 def robot() -> CompliantRobot:
-    return with_effect(joint_springs(six_axes_with_beams(), SIX_STIFFNESS), bending_swing(**SWING))
+    return swinging_robot()
 
 
 @pytest.fixture(scope="module")

@@ -13,22 +13,18 @@ from stiffcal.documents import document_of
 from stiffcal.identification.measured_links import link_results, measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.links.compliance import carried_to_target
-from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.beam import beam_compliance
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node
 from stiffcal.model.equilibrium import solve_balance
-from tests.laboratory.robots import SIX_STIFFNESS
-from tests.laboratory.rod_states import bending_swing, five_rods, six_axes_with_beams, with_effect, with_rods
-from tests.laboratory.simulated_states import joint_springs, played
-
-SWING = {"EI2": 4e6, "EI3": 6e6, "GJ": 3e6, "EA": 1.5e9}
-NOISE = Sigma(translation=10e-6, rotation=20e-6)
+from tests.laboratory.rod_states import NOISE, SWING, bending_swing, five_rods, swinging_robot, with_effect, with_rods
+from tests.laboratory.simulated_states import played
 
 
 @pytest.fixture(scope="module")
 def robot() -> CompliantRobot:
-    return with_effect(joint_springs(six_axes_with_beams(), SIX_STIFFNESS), bending_swing(**SWING))
+    return swinging_robot()
 
 
 @pytest.fixture(scope="module")

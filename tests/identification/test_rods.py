@@ -10,14 +10,15 @@ import pytest
 from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
 from stiffcal.identification.observation import evaluate, free_columns, observe
 from stiffcal.identification.rows import GAUGE, LENGTH
-from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
-from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.rod_states import (
+    NOISE,
+    SWING,
     bending_swing,
     five_rods,
     gauge_instead,
-    six_axes_with_beams,
+    swinging_robot,
     tilting_bearing,
     with_effect,
     with_rods,
@@ -25,12 +26,9 @@ from tests.laboratory.rod_states import (
 )
 from tests.laboratory.simulated_states import joint_springs, played
 
-SWING = {"EI2": 4e6, "EI3": 6e6, "GJ": 3e6, "EA": 1.5e9}
-NOISE = Sigma(translation=10e-6, rotation=20e-6)
-
 
 def true_robot() -> CompliantRobot:
-    return with_effect(joint_springs(six_axes_with_beams(), SIX_STIFFNESS), bending_swing(**SWING))
+    return swinging_robot()
 
 
 def model(robot: CompliantRobot, *added: object) -> CompliantRobot:

@@ -19,7 +19,14 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place, StateOrder, link_node
 from stiffcal.model.equilibrium import solve_balance
+from tests.laboratory.robots import SIX_STIFFNESS
+from tests.laboratory.simulated_states import joint_springs
 from tests.laboratory.small_campaign import robot_text
+
+SWING = {"EI2": 4e6, "EI3": 6e6, "GJ": 3e6, "EA": 1.5e9}
+"""Of the swing of most of these campaigns, N·m² and N."""
+NOISE = Sigma(translation=10e-6, rotation=20e-6)
+"""Of their tracker."""
 
 # Two pairs on opposite sides, long ones and short ones, and a fifth: paper 000's pattern.
 STARTS = np.array([[0.05, 0.0, 0.1], [0.05, 0.11, 0.0], [0.05, -0.11, 0.0], [0.1, 0.0, 0.12], [0.1, 0.0, -0.12]])
@@ -54,6 +61,11 @@ def tilting_bearing(joint: int = 2, **values: float) -> PlacedEffect:
 def with_effect(robot: CompliantRobot, *added: PlacedEffect) -> CompliantRobot:
     """Return the robot with more effects."""
     return replace(robot, placed=(*robot.placed, *added))
+
+
+def swinging_robot() -> CompliantRobot:
+    """Return the medium six-axis robot with the published joint stiffness and a swing that bends."""
+    return with_effect(joint_springs(six_axes_with_beams(), SIX_STIFFNESS), bending_swing(**SWING))
 
 
 def with_rods(
