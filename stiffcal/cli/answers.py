@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from stiffcal.cli.log import record
 from stiffcal.cli.progress import ProgressBar
+from stiffcal.cli.standard_error import for_terminal
 from stiffcal.cli.supervision import current
 from stiffcal.escapes import shell
 from stiffcal.escapes.json_text import document_text
@@ -31,10 +32,10 @@ class Answer:
         self.progress = ProgressBar()
 
     def notify(self, text: str, level: str = "INFO") -> None:
-        """Write one line to standard error: a step that is run first, a file that was written."""
+        """Write a sentence to standard error: a step that is run first, a file that was written."""
         self.progress.stop()
         record(text, level, is_printed=True)
-        sys.stderr.write(escaped(mask(text)) + "\n")
+        sys.stderr.write(for_terminal(escaped(mask(text))) + "\n")
         sys.stderr.flush()
 
     def give(self, result: Shown, show: Callable[[AnswerConsole, Shown], None], then: str = "") -> None:

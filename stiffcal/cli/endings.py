@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from stiffcal import __version__
+from stiffcal.cli.standard_error import for_terminal
 from stiffcal.cli.streams import StandardStream
 from stiffcal.errors import Fault, InputError, one_line
 from stiffcal.escapes import shell
@@ -39,7 +40,7 @@ def report_input_error(error: InputError, as_json: bool) -> None:
         if _print_document(document):
             return
     for fault in error.faults:
-        sys.stderr.write(str(fault) + "\n")
+        sys.stderr.write(for_terminal(str(fault)) + "\n")
 
 
 def report_usage(error: typer.TyperException, command: str, as_json: bool) -> None:
@@ -48,7 +49,7 @@ def report_usage(error: typer.TyperException, command: str, as_json: bool) -> No
     reason = mask(one_line(" ".join(error.format_message().split())).rstrip("."))
     fault = Fault(FaultCode.COMMAND_LINE, "", "command line", reason, mend)
     if not (as_json and _print_document({"error": fault.as_document()})):
-        sys.stderr.write(f"{fault}\n")
+        sys.stderr.write(for_terminal(str(fault)) + "\n")
 
 
 def report_fault(error: Exception, arguments: list[str], as_json: bool) -> int:
@@ -59,7 +60,7 @@ def report_fault(error: Exception, arguments: list[str], as_json: bool) -> int:
     mend = f"please report it with the log file {log}" if log else "please report it; no log file could be written"
     fault = Fault(FaultCode.INTERNAL_FAULT, log or "", "stiffcal", reason, mend)
     if not (as_json and _print_document({"error": fault.as_document()})):
-        sys.stderr.write(f"{reason}; {mend} (--debug shows the traceback) [{fault.code}]\n")
+        sys.stderr.write(for_terminal(f"{reason}; {mend} (--debug shows the traceback) [{fault.code}]") + "\n")
     return INTERNAL_FAULT
 
 

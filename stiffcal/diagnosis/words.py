@@ -14,7 +14,7 @@ from stiffcal.diagnosis.scan import Trial
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
-from stiffcal.wording import drift_unit, significant
+from stiffcal.wording import drift_unit, printed_unit, significant
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
 
@@ -158,6 +158,6 @@ def values_in_words(trial: Trial, by_temperature: bool = False) -> str:
     for symbol, value in fitted_values(trial).items():
         spec = trial.candidate.effect.spec(symbol)
         if value != 0.0:
-            unit, factor = drift_unit(spec.unit, by_temperature) or ("" if spec.unit == "1" else spec.unit, 1.0)
+            unit, factor = drift_unit(spec.unit, by_temperature) or printed_unit(spec.unit)
             texts.append(f"{symbol} {significant(value * factor)} {unit}".rstrip())
     return f" ({', '.join(texts[:6])})" if texts else ""

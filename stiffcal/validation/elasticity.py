@@ -46,7 +46,7 @@ _REASONS: dict[JointVerdict, str] = {
     "identified": "the error in regions left out decreases with it, also with eccentricities of all joints in the "
     "model",
     "unknown-scale": "only weight acts on it, and a common scale of the link moments is unknown",
-    "no-torque": "weight produces no torque on it in these poses",
+    "no-torque": "weight produces no torque there in these poses",
     "not-above-zero": "its compliance is less than two standard deviations above zero",
     "error-not-lower": "the error in regions left out does not decrease with it",
     "like-eccentricity": "eccentricities of joints explain the same places",
