@@ -172,7 +172,9 @@ def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice]
 
 
 def _shares(relative: Rms) -> str:
-    return ", ".join(f"{name} {share(value)}" for name, value in relative.items() if value is not None)
+    words = {"motor_angle": "motors' angles", "length": "rods' lengths"}
+    known = ((name, value) for name, value in relative.items() if value is not None)
+    return ", ".join(f"{words.get(name, name)} {share(value)}" for name, value in known)
 
 
 def _worst(worst: Sequence[WorstState]) -> str:

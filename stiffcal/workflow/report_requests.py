@@ -46,6 +46,9 @@ def with_requests(content: ReportContent, data: Ingested, context: RunContext) -
     if settings.logo is not None:
         from stiffcal.report.logo import rasterised
 
+        if not (folder / settings.logo).exists():
+            reason, mend = f"no such file: {settings.logo}", "add it, or correct the name"
+            raise InputError.at(FaultCode.FILE_MISSING, MANIFEST_FILE, "report.logo", reason, mend)
         written = read_regular(folder / settings.logo, settings.logo)
         content = replace(content, logo=rasterised(written, settings.logo, (MANIFEST_FILE, "report.logo")))
     return content
