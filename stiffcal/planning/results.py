@@ -154,6 +154,8 @@ class PlanResult(CommandResult):
     """Where the model's values are from, in words."""
     minutes: float
     """Time for the whole plan, warm-up included."""
+    warm_up_minutes: float
+    """Of these before the first run."""
     runs: list[RunToMeasure]
     """In the order of measuring."""
     parameters: list[ExpectedParameter]

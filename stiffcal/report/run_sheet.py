@@ -63,7 +63,7 @@ def build_run_sheet(
 
 def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
     facts = [
-        ("Runs", f"{len(plan.runs)}, {plan.minutes:.0f} min"),
+        ("Runs", f"{len(plan.runs)}, {plan.minutes:.0f} min{_warm_up(plan)}"),
         ("Log", ", ".join(sources) or NOT_KNOWN),
         ("Values of the plan", plan.values_from),
         ("Chosen from", f"{plan.candidates} {CANDIDATES[plan.experiment]}, efficiency {plan.efficiency:.2f}"),
@@ -78,6 +78,7 @@ def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
         f"listed angle; stop at the limits of the sensor. {minutes:g} min a run.",
     }[plan.experiment]
     notes = [
+        *((f"Move all joints for {plan.warm_up_minutes:g} min before the first run.",) if plan.warm_up_minutes else ()),
         "Poses and joint moves were checked only against joint limits, keep-out boxes and link capsules of plan.toml.",
         "They were not checked against neighbouring links, cables, the load, or people.",
         reading,
@@ -92,6 +93,10 @@ def _overview(plan: PlanResult, sources: tuple[str, ...]) -> ReportSection:
         ),
     ]
     return ReportSection("Before the first run", (Facts(tuple(facts)), Items(tuple(notes))))
+
+
+def _warm_up(plan: PlanResult) -> str:
+    return f", {plan.warm_up_minutes:g} min of warm-up included" if plan.warm_up_minutes else ""
 
 
 def _runs(plan: PlanResult) -> ReportSection:

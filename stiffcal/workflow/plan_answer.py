@@ -71,6 +71,7 @@ def answer_of(
         candidates=len(chosen.candidates.joints),
         values_from=model.values_from,
         minutes=plan.warm_up_minutes + purpose.n_runs * minutes_per_run,
+        warm_up_minutes=plan.warm_up_minutes,
         runs=runs,
         parameters=parameters,
         blocked_moves=[],

@@ -64,7 +64,8 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
     """Write the run sheet as CSV: run, rank, row in the run, state, joint angles (degrees), forces (N, base axes).
 
     Forces of clamped robots are those to be expected at the fixture. Then follow the minutes that the state takes, and
-    what to log. The first and the last row of every load run are unloaded. Rows with number 0 are poses on the way.
+    what to log. The first and the last row of every load run are unloaded. Rows with number 0 are the warm-up and
+    poses on the way.
 
     Parameters
     ----------
@@ -81,7 +82,10 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
     head = ["run", "rank", "row", "state", *(f"{csv_cell.escaped(name)} [deg]" for name in plan.joint_names)]
     head += [f"{axis} [N]" for axis in ("Fx", "Fy", "Fz")] + ["minutes", "log"]
     log = csv_cell.escaped(" ".join(sources))
-    rows = []
+    rows: list[list[object]] = []
+    if plan.warm_up_minutes:
+        nothing = [""] * (len(plan.joint_names) + 3)
+        rows.append(["", "", 0, "warm-up: move all joints", *nothing, f"{plan.warm_up_minutes:g}", ""])
     for run in plan.runs:
         for joints in run.approach:
             rows.append([run.id, run.rank, 0, "intermediate pose", *_degrees(joints), "", "", "", "", ""])

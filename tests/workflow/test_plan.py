@@ -84,12 +84,15 @@ def test_refined_joint_angles_are_better_and_possible(irb4400: Path, monkeypatch
     assert first.max() <= 25.0 + 1e-9
 
 
-def test_minutes_decide_on_the_number_of_runs(irb4400: Path) -> None:
+def test_minutes_decide_on_the_number_of_runs(irb4400: Path, tmp_path: Path) -> None:
     text = "minutes = 100.0\nwarm_up_minutes = 30.0\nminutes_per_run = 5.0\nminutes_per_step = 2.0\n" + LOAD
-    plan = plan_campaign(with_plan(irb4400, text))
+    sheet = tmp_path / "runs.csv"
+    plan = plan_campaign(with_plan(irb4400, text), request=PlanRequest(sheet=sheet))
     # two load steps and two unloaded states: 13 min each
     assert len(plan.runs) == 5
     assert plan.minutes == pytest.approx(95.0)
+    first, *_ = csv.DictReader(sheet.read_text(encoding="utf-8").splitlines())
+    assert (first["run"], first["state"], first["minutes"]) == ("", "warm-up: move all joints", "30")
 
 
 def test_the_run_sheet_has_every_state(irb4400: Path, tmp_path: Path) -> None:
