@@ -95,6 +95,7 @@ class CampaignOutcome:
     name: str
     """As in campaign.toml; the folder's name where that could not be read."""
     state: CampaignState
+    """Whether the thresholds hold, or how the campaign ended."""
     steps: dict[str, BatchStep] = field(default_factory=dict)
     """Those that ended, by name."""
     failed_at: str | None = None
@@ -149,10 +150,15 @@ class BatchCounts:
     """How many campaigns ended how."""
 
     campaigns: int
+    """All of them."""
     held: int
+    """Those in which every threshold holds."""
     not_held: int
+    """Those in which a threshold does not hold."""
     broken: int
+    """Those that ended in an error, a fault of the program, or with a lost process."""
     unchanged: int
+    """Those in which nothing had to be computed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,6 +168,7 @@ class BatchWorkers:
     kind: Literal["processes", "dask"]
     """Processes on this machine, or threads of a Dask cluster."""
     count: int
+    """How many worked at once."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -203,7 +203,9 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
 
 
 def _show_found_later(console: AnswerConsole, result: DiagnoseResult) -> None:
-    """Explain a missing effect whose row in the ranking has another verdict: it was judged next to another one."""
+    """Explain rows whose verdict is not the answer's: judged next to another effect, or significant and too small."""
+    from stiffcal.diagnosis.results import supported_but_not_named
+
     ranked = [(effect, result.finding_of(effect)) for effect in result.missing]
     later = [effect_words(effect) for effect, finding in ranked if finding is None or finding.verdict != "supported"]
     first = [
@@ -212,4 +214,12 @@ def _show_found_later(console: AnswerConsole, result: DiagnoseResult) -> None:
     if later and first:
         text = f"each row adds one effect to the present model; {', '.join(later)} was found after adding "
         text += ", ".join(first)
+        if len(first) == 1 and result.heldout_rms_with_missing is not None:
+            (before,) = (found.heldout_rms_after for _, found in ranked if found and found.verdict == "supported")
+            text += f": {deviation(before)} in held-out poses becomes {deviation(result.heldout_rms_with_missing)}"
+        console.print(f"  {text}", soft_wrap=True)
+    not_named = supported_but_not_named(result)
+    if not_named is not None:
+        text = f"{not_named.effect} ({places(not_named.where)}) lowers the error significantly and is not named: "
+        text += "the rest has no explanation"
         console.print(f"  {text}", soft_wrap=True)

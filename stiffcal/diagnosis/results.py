@@ -207,6 +207,7 @@ class SearchPace:
     seconds: float
     """Spent on them, the models' own fits not counted."""
     candidates_per_second: float
+    """`candidates` over `seconds`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -367,6 +368,15 @@ class EarlierDiagnosis:
     def finding_of(self, effect: EffectAt | ProposedEffect | EffectEvidenceSummary) -> Finding | None:
         """Return the finding of an effect at its place, None where it is not among the first."""
         return finding_of(self.findings, effect)
+
+
+def supported_but_not_named(diagnosis: DiagnoseResult) -> Finding | None:
+    """Return the first finding where it is significant and the answer still names no effect, else None."""
+    leading = next(iter(diagnosis.findings), None)
+    named = diagnosis.missing or diagnosis.undecided or diagnosis.could_be
+    if leading is None or leading.verdict != "supported" or named or not diagnosis.unexplained:
+        return None
+    return leading
 
 
 def finding_of(

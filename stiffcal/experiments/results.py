@@ -39,6 +39,7 @@ class HeldoutSection:
     scheme: str
     """How it was done, in words."""
     n_readings: int
+    """Readings that were judged."""
     rms: dict[str, Number]
     """By measure: "torque", N·m, and "motor_angle", rad."""
     noise: dict[str, Number]

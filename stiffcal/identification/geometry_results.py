@@ -67,10 +67,13 @@ class OffsetsAlone:
     mean: float
     """Distance from the calibrated robot's targets that this leaves over the measured poses, m."""
     median: float
+    """m."""
     p95: float
     """95 % are nearer."""
     max: float
+    """m."""
     rms: float
+    """Root mean square, m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,11 +23,15 @@ class TargetDistance:
     target: str
     """Its frame's name."""
     mean: float
+    """m."""
     median: float
+    """m."""
     p95: float
     """95 % of the places are nearer."""
     max: float
+    """m."""
     rms: float
+    """Root mean square, m."""
     n: int
     """Places."""
 
@@ -37,11 +41,15 @@ class DistanceSummary:
     """Distances between predicted and measured places of all targets, m."""
 
     mean: float
+    """m."""
     median: float
+    """m."""
     p95: float
     """95 % of the places are nearer."""
     max: float
+    """m."""
     rms: float
+    """Root mean square, m."""
     n: int
     """Places."""
     by_target: list[TargetDistance]
@@ -55,11 +63,15 @@ class RegionDistance:
     region: int
     """From 1, as the regions are left out."""
     mean: float
+    """m."""
     median: float
+    """m."""
     p95: float
     """95 % of the places are nearer."""
     max: float
+    """m."""
     rms: float
+    """Root mean square, m."""
     n: int
     """Places."""
 

@@ -65,6 +65,7 @@ class ThresholdCheck:
     value: Number
     """In `unit`; None where it is not known."""
     unit: str
+    """Of `limit` and `value`."""
     held: bool | None
     """None where it cannot be judged."""
     says: str

@@ -54,6 +54,7 @@ class CampaignQuery:
     """A text that a campaign sends to a database."""
 
     sha256: str
+    """Of the text."""
     trusted: bool
     """Whether the user has allowed it."""
     place: str

@@ -15,12 +15,17 @@ class Definition:
     play: str
     """The segment whose slope lies below `slope_share` of the outer slope."""
     friction: str
+    """Half the distance of the two directions' torques."""
     reversal_error: str
+    """In words."""
     angle: str
+    """From where angles count, in words."""
     curve: str
+    """The law of torque over angle, in words."""
     left_out: str
     """Which poses are not used."""
     slope_share: float
+    """Share of the outer slope below which a segment counts as play."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +67,9 @@ class RunLeftOut:
     """A run that is not used for its joint."""
 
     run: str
+    """The run's id."""
     why: str
+    """The reason, in words."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,6 +79,7 @@ class JointResult:
     joint: int
     """From 1."""
     play_found: bool
+    """Whether play is significant."""
     play: float
     """rad."""
     play_std: float
@@ -89,6 +97,7 @@ class JointResult:
     spread_between_poses: Number
     """Standard deviation of the play between poses, rad."""
     friction_found: bool
+    """Whether friction is significant."""
     friction: Number
     """N·m."""
     friction_std: Number
@@ -96,6 +105,7 @@ class JointResult:
     reversal_error: Number
     """rad."""
     torque_from: TorqueSource
+    """What measured the torque."""
     curve: TorqueOverAngle
     chord_stiffness: float
     """Torque over angle from end to end of what was reached, play left out, N·m/rad: one over joint-compliance."""
@@ -138,13 +148,17 @@ class ClampedRunResult:
     """One joint in one pose."""
 
     run: str
+    """The run's id."""
     joint: int
     """From 1."""
     used: bool
+    """Whether the joint's values rest on it."""
     left_out: str
     """Why it is not used, "" where it is."""
     half_sweeps: int
+    """Motions from one end to the other."""
     cycles: int
+    """Motions there and back."""
     motion: float
     """Whole range of the joint's angle, rad."""
     play: Number
@@ -162,12 +176,14 @@ class ClampedRunResult:
     friction: Number
     """N·m; null where one direction alone was driven."""
     friction_found: bool
+    """Whether friction is significant."""
     law: SeriesLaw
     rms_torque: float
     """Of what the law leaves, N·m."""
     noise_torque: float
     """Scatter of repeats, N·m."""
     torque_from: TorqueSource
+    """What measured the torque."""
     lever: Number
     """Of the force about the moved joint, m; null without a force sensor."""
     weight: float

@@ -52,8 +52,11 @@ class JointFrictionResult:
     joint: int
     """From 1."""
     name: str
+    """The joint's."""
     method: Literal["steady velocities", "weight and inertia modelled"]
+    """From stretches of steady velocity, or from the whole motion."""
     n_readings: int
+    """Readings that were used."""
     n_speeds: int | None
     """Null where no velocity was constant."""
     lowest_speed: float

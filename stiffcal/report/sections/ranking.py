@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, Finding
+from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, Finding, supported_but_not_named
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -75,6 +75,9 @@ def _table(diagnosis: DiagnoseResult | EarlierDiagnosis, most: int) -> TableBloc
     ]  # fmt: skip
     if later and len(later) < len(diagnosis.missing):
         caption += f" {wording.capital(wording.listing(later))} was found with the first in the model."
+    if isinstance(diagnosis, DiagnoseResult) and (not_named := supported_but_not_named(diagnosis)) is not None:
+        name = wording.capital(wording.effect_at(not_named))
+        caption += f" {name} is significant and not named: the rest has no explanation."
     if len(findings) > most:
         caption += f" {len(findings) - most} more rank below; stiffcal diagnose --json lists them."
     if not any(row[-1] for row in rows):
