@@ -108,7 +108,11 @@ def compensate_campaign(
         raise error.of_load(str(options.path), "", "give smaller loads") from error
     _check_reached(path, corrected)
     result = CompensateResult(
-        warnings=[*fitted.warnings, *_warnings(path, corrected, options)],
+        warnings=[
+            *fitted.warnings,
+            *(fitted.load_point_notes if path.wrench.any() and options.forces.frame is None else ()),
+            *_warnings(path, corrected, options),
+        ],
         values_from=fitted.source,
         target=target,
         wanted=wanted,

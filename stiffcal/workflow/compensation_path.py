@@ -249,6 +249,9 @@ def _wrench(
 ) -> Floats:
     has_columns = any(name in table.numbers for name in AXES)
     options_given = [name for name in ("everywhere", "segments", "log") if getattr(forces, name) is not None]
+    corrects_geometry = any(placed.changes_geometry for placed in fitted.robot.placed)
+    if not options_given and not has_columns and corrects_geometry and forces.filter_hz is None and forces.tool is None:
+        return np.zeros((len(table), 6))  # the calibrated robot under its own weight
     if len(options_given) + has_columns != 1:
         mend = "give the forces once: columns Fx … Tz of the path, --force, --segments or --log"
         reason = "no forces are given" if not options_given and not has_columns else "forces are given more than once"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.signals import DeadWeight, Wrench
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
@@ -58,6 +59,14 @@ class FittedRobot:
         if not self.campaign.chain.masses_known and self.robot.deformed:
             sentences.append("robot.toml gives no masses: the sag under weight is left out")
         return (*sentences, *self.cautions)
+
+    @property
+    def load_point_notes(self) -> tuple[str, ...]:
+        """Where given forces act, in words, if campaign.toml has no load that states it; else empty."""
+        signals = [signal for _, _, signal in self.campaign.manifest.signals()]
+        if any(isinstance(signal, Wrench | DeadWeight) for signal in signals):
+            return ()
+        return ("campaign.toml has no load: given forces act at the origin of the flange",)
 
     def frame(self, name: str, option: str) -> Attachment:
         """Return the body of the robot that a frame is fixed on, and its pose there.

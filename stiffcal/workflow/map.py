@@ -105,7 +105,7 @@ def map_campaign(
         raise error.of_load("command line", "--load", "give a smaller load") from error
     reached = workspace.status == REACHED
     result = MapResult(
-        warnings=[*fitted.warnings, *_nothing_reached(reached)],
+        warnings=[*fitted.warnings, *fitted.load_point_notes, *_nothing_reached(reached)],
         values_from=fitted.source,
         target=target,
         wrench=task.wrench,

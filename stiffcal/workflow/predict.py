@@ -99,7 +99,7 @@ def predict_campaign(
     parts = link_parts(fitted.robot, angles, loads.wrench, setup, order, fitted.link_compliances)
     path = None if load_path is None else _load_path(campaign, load_path, loads, prediction, corners)
     result = PredictResult(
-        warnings=[*fitted.warnings, *_unknown_twists(fitted, parts)],
+        warnings=[*fitted.warnings, *fitted.load_point_notes, *_unknown_twists(fitted, parts)],
         values_from=fitted.source,
         target=fitted.setup.target_names[0],
         states=_states(loads, prediction, parts),

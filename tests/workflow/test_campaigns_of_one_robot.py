@@ -106,7 +106,7 @@ def test_a_path_of_joint_angles_is_corrected_for_geometry_and_sag(
     folder, truth = (measured[1] if which else measured[0]), measured[2]
     rows = ["A1,A2,A3,A4,A5,A6", *(",".join(f"{angle:.9g}" for angle in row) for row in PATH_DEG)]
     (tmp_path / "path.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
-    wish = CompensateRequest(tmp_path / "path.csv", Forces("0,0,0"))
+    wish = CompensateRequest(tmp_path / "path.csv", Forces())  # geometry and weight alone need no forces
     corrected = compensate_campaign(folder, wish)
     assert corrected.wanted == "nominal robot"
     chain = load_campaign(folder, check_files=False).chain
@@ -121,6 +121,8 @@ def test_a_path_of_joint_angles_is_corrected_for_geometry_and_sag(
     taught = compensate_campaign(folder, replace(wish, sag=False))
     assert taught.wanted == "unloaded robot"
     assert np.abs(taught.found.joints - np.radians(PATH_DEG)).max() < 1e-9
+    loaded = compensate_campaign(folder, replace(wish, forces=Forces("0,0,-300")))
+    assert any("act at the origin of the flange" in warning for warning in loaded.warnings) is bool(which)
 
 
 def test_lines_out_of_reach_are_one_line_of_the_answer(measured: tuple[Path, Path, Truth], tmp_path: Path) -> None:
