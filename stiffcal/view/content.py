@@ -26,8 +26,9 @@ class ViewRun:
     files: list[str] = field(default_factory=list)
     """Its logs, relative to the campaign folder."""
     source: str = ""
-    """The source whose rows are its states, for ``[[exclude]]``; "" where states were found in logs sampled over
-    time."""
+    """The source that `ViewStates.first_row` counts in, for ``[[exclude]]``; "" where none is known."""
+    is_sampled: bool = False
+    """True where its states were found in logs sampled over time, False where they are rows of a table."""
     own_file: bool = False
     """True where that source has a file of its own for this run."""
     first_row: str = ""
@@ -148,12 +149,16 @@ class ViewStates:
     """(n,) index into the runs."""
     row: Integers
     """(n,) data row of the table, or number of the hold."""
+    first_row: Integers
+    """(n,) first data row of the run's source that it is of; 0 where not known."""
+    last_row: Integers
+    """(n,) the last one: between them are the rows that it was averaged over, of torque over motion the whole pass."""
     used: Booleans
     """(n,) False for states set aside and references."""
     why: list[str]
     """(n,) why a state is not used; "" where it is."""
     lines: list[str]
-    """(n,) the raw row as it stands in its file; "" where that is no text."""
+    """(n,) the raw row, or the middle one of several, as it stands in its file; "" where that is no text."""
     line_number: Integers
     """(n,) line of that row in the file, from 1; 0 where it is no text."""
     measured: Floats

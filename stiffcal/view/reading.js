@@ -26,21 +26,31 @@
       about, S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Reading and its neighbours" }, table), rawHead, rawLines,
       S.make("h3", {}, "Leave the selected states out"), lines, S.make("p", {}, copy, copied)));
 
+    /** Rows and ranges of rows as the manifest has them: 3, "7-9". @param {number[][]} rows first and last of each state */
+    function joined(rows) {
+      const found = [];
+      for (const [first, last] of rows.sort((a, b) => a[0] - b[0])) {
+        const before = found[found.length - 1];
+        if (before && first <= before[1] + (last > first)) before[1] = Math.max(before[1], last);
+        else found.push([first, last]);
+      }
+      return found.map(([first, last]) => (last > first ? `"${first}-${last}"` : first));
+    }
     /** The lines of campaign.toml that leave the selected states out. */
     function exclusion() {
       if (!data.raw) return "# readings are left out of this page (--no-raw)";
       const chosen = [...S.selected.keys()].filter((i) => S.selected[i]), groups = new Map();
       for (const i of chosen.length ? chosen : [S.state.at]) {
         const run = data.runs[states.run[i]];
-        if (!run.source) continue;
+        if (!states.first_row[i] || data.measure === "torque") continue;
         const key = JSON.stringify([run.source, run.own_file ? run.name : ""]);
         if (!groups.has(key)) groups.set(key, []);
-        groups.get(key).push(states.row[i]);
+        groups.get(key).push([states.first_row[i], states.last_row[i]]);
       }
-      if (!groups.size) return "# these states were found in logs sampled over time and have no row of their own:\n# leave their run out of the fit with holdout = true under [[runs]]";
+      if (!groups.size) return `# ${data.measure === "torque" ? "a gap in a log of moving joints is bridged by a line, which leaves no reading out" : "these states were found in several logs and have no rows of their own"}:\n# leave their run out of the fit with holdout = true under [[runs]]`;
       return [...groups].map(([key, rows]) => {
         const [source, run] = JSON.parse(key);
-        return ["[[exclude]]", `source = ${S.tomlText(source)}`, ...(run ? [`run = ${S.tomlText(run)}`] : []), `rows = [${rows.sort((a, b) => a - b).join(", ")}]`, 'why = "…"'].join("\n");
+        return ["[[exclude]]", `source = ${S.tomlText(source)}`, ...(run ? [`run = ${S.tomlText(run)}`] : []), `rows = [${joined(rows).join(", ")}]`, 'why = "…"'].join("\n");
       }).join("\n\n");
     }
     let listed = "", visible = true;
@@ -53,14 +63,15 @@
       const neighbours = [near(i - 1), i, near(i + 1)];
       const used = states.used[i] ? "used" : states.why[i] ? `not used: ${states.why[i]}` : "reference of its run";
       const line = states.line_number[i], first = line ? ` (line ${line})` : run.first_row ? ` (data row 1 is ${run.first_row})` : "";
-      const place = run.source ? `data row ${states.row[i]}${first}` : `${data.measure === "torque" ? "mean" : "hold"} ${states.row[i]}`;
+      const [from, to] = [states.first_row[i], states.last_row[i]], name = `${data.measure === "torque" ? "mean" : "hold"} ${states.row[i]}`;
+      const place = !run.source ? name : run.is_sampled ? `${name}${from ? `${data.measure === "torque" ? " of the pass in" : ","} data rows ${from} to ${to}, the middle one in line ${line || "–"}` : ""}` : `data row ${states.row[i]}${first}`;
       about.textContent = S.visible(`Run ${run.name}, ${place}${run.files.length ? ` of ${run.files.join(", ")}` : ""}; ${used}.`);
       lines.textContent = exclusion();
-      const raw = neighbours.filter((j) => j !== undefined && states.lines[j]);
+      const raw = neighbours.filter((j) => j !== undefined && states.lines[j] && (j === i || states.line_number[j] !== line));
       rawHead.hidden = rawLines.hidden = !raw.length;
       rawLines.textContent = [`columns: ${run.columns.map(S.visible).join(" | ")}`, ...raw.map((j) => `line ${states.line_number[j]}${j === i ? " (chosen)" : ""}: ${S.visible(states.lines[j])}`)].join("\n");
       const cells = names.map((name) => [name, ...neighbours.map((j) => (j === undefined ? "–" : Number.isFinite(data.readings[name][j]) ? String(Number(data.readings[name][j].toPrecision(7))).replace("-", "−") : "–"))]);
-      S.fill(table, ["quantity", "previous", "chosen", "next"], [["run", ...neighbours.map((j) => (j === undefined ? "–" : data.runs[states.run[j]].name))], ["row", ...neighbours.map((j) => (j === undefined ? "–" : String(states.row[j])))], ...cells], data.raw ? (run.source ? "As read, in SI units" : "Averages over the state, in SI units") : "Readings are left out of this page (--no-raw).");
+      S.fill(table, ["quantity", "previous", "chosen", "next"], [["run", ...neighbours.map((j) => (j === undefined ? "–" : data.runs[states.run[j]].name))], ["row", ...neighbours.map((j) => (j === undefined ? "–" : String(states.row[j])))], ...cells], data.raw ? (run.source && !run.is_sampled ? "As read, in SI units" : "Averages over the state, in SI units") : "Readings are left out of this page (--no-raw).");
     };
     S.onChange(list);
     new IntersectionObserver((entries) => { visible = entries[entries.length - 1].isIntersecting; if (visible) list(); }).observe(table);

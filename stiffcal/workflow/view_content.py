@@ -37,7 +37,7 @@ from stiffcal.workflow.view_evidence import picked_evidence, view_evidence
 from stiffcal.workflow.view_models import place_words, tables_of_states, view_models
 from stiffcal.workflow.view_motors import motor_states, moved_torque
 from stiffcal.workflow.view_rows import content_of_rows
-from stiffcal.workflow.view_runs import view_runs, with_raw_rows
+from stiffcal.workflow.view_runs import rows_of_logs, spans_of_sweeps, view_runs, with_raw_rows
 from stiffcal.workflow.view_sample import picked_model, sample_of
 
 if TYPE_CHECKING:
@@ -164,8 +164,13 @@ def _with_states(
     nothing = np.zeros((len(pick), 0))
     positions, target = _shape(robot, shown) if own is None else (nothing, nothing)
     runs, lines, line_number = content.runs, [""] * len(pick), np.zeros(len(pick), dtype=np.int64)
+    rows = np.zeros((len(states), 2), dtype=np.int64)
     if raw:
-        runs, lines, line_number = with_raw_rows(data, runs, states.run[pick], states.row[pick])
+        spans = spans_of_sweeps(states.run, np.where(np.isfinite(moved), states.time, np.nan))
+        runs, rows = rows_of_logs(data, runs, states.run, spans)
+        of_table = np.array([bool(run.source) and not run.is_sampled for run in runs])[states.run]
+        rows[of_table] = states.row[of_table, np.newaxis]
+        runs, lines, line_number = with_raw_rows(data, runs, states.run[pick], rows[pick].sum(axis=1) // 2)
     missing = [model for model in models if model.kind in ("with", "all")]
     return replace(
         content,
@@ -176,6 +181,8 @@ def _with_states(
         states=ViewStates(
             run=states.run[pick],
             row=states.row[pick],
+            first_row=rows[pick, 0],
+            last_row=rows[pick, 1],
             used=drawn.used[pick],
             why=[str(text) for text in states.set_aside[pick]],
             lines=lines,

@@ -14,6 +14,7 @@ from stiffcal.view.content import ViewContent, ViewEffect, ViewRun, ViewStates, 
 from stiffcal.workflow.evidence import REFITS, ROW_REFITS
 from stiffcal.workflow.steps import Ingested
 from stiffcal.workflow.view_models import ResidualTables, view_models
+from stiffcal.workflow.view_runs import rows_of_logs, with_raw_rows
 from stiffcal.workflow.view_sample import picked_model, sample_of
 
 if TYPE_CHECKING:
@@ -55,23 +56,35 @@ def content_of_rows(
     total = float(np.nansum(rows.measured[rows.judged] ** 2))
     drawn = np.full(len(run), -1, dtype=np.int64)
     drawn[pick] = np.arange(len(pick))
+    runs = [
+        ViewRun(name=name, chain=np.zeros((0, 3)), holdout=name in described and described[name].holdout,
+                files=_files(data, name) if content.raw else [])
+        for name in names
+    ]  # fmt: skip
+    of_log, lines, line_number = (
+        np.zeros((len(run), 2), dtype=np.int64),
+        [""] * len(pick),
+        np.zeros(len(pick), np.int64),
+    )
+    if content.raw and "pass_start_s" in rows.readings:
+        spans = np.stack([rows.readings["pass_start_s"], rows.readings["pass_end_s"]], axis=1)
+        runs, of_log = rows_of_logs(data, runs, run, spans)
+        runs, lines, line_number = with_raw_rows(data, runs, run[pick], of_log[pick].sum(axis=1) // 2)
     return replace(
         content,
         n_states=len(run),
         fitted_rows=drawn[rows.fitted],
         direction=rows.direction,
-        runs=[
-            ViewRun(name=name, chain=np.zeros((0, 3)), holdout=name in described and described[name].holdout,
-                    files=_files(data, name) if content.raw else [])
-            for name in names
-        ],
+        runs=runs,
         states=ViewStates(
             run=run[pick],
             row=number[pick],
+            first_row=of_log[pick, 0],
+            last_row=of_log[pick, 1],
             used=rows.judged[pick],
             why=["" if judged else _NO_EFFECT for judged in rows.judged[pick].tolist()],
-            lines=[""] * len(pick),
-            line_number=np.zeros(len(pick), dtype=np.int64),
+            lines=lines,
+            line_number=line_number,
             measured=_as_states(rows.measured)[pick],
             force=np.zeros((len(pick), 0)),
             shape=np.zeros((len(pick), 0)),

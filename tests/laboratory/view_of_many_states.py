@@ -49,6 +49,8 @@ def with_many_states(content: ViewContent, drawn: int, n_states: int) -> ViewCon
             states,
             run=states.run[pick] + len(content.runs) * (np.arange(drawn) // n),
             row=np.arange(drawn),
+            first_row=np.arange(drawn) + 1,
+            last_row=np.arange(drawn) + 1,
             used=states.used[pick],
             why=[states.why[k] for k in pick],
             lines=[",".join(f"{cell:.9g}" for cell in row) for row in generator.normal(size=(drawn, RAW_COLUMNS))],

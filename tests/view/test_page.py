@@ -135,6 +135,14 @@ def test_a_clamped_page_draws_the_motor_of_the_fit_and_of_candidates(tmp_path: P
         assert rms_of(residual) == pytest.approx(model["heldout_rms"]["motor_angle"], rel=0.02)
         assert np.nanmax(np.abs(residual[:, 1:])) == 0.0
     assert sum(effect["share"] for effect in document["effects"]) == pytest.approx(1.0, abs=0.02)
+    # a state names the rows of the log that it was averaged over: their mean time is its time
+    states, run = document["states"], document["runs"][0]
+    time = np.genfromtxt(folder / run["files"][0], delimiter=",", names=True)["t"]
+    first, last, of_run = (array(states[name], arrays).astype(int) for name in ("first_row", "last_row", "run"))
+    state_time = array(document["readings"]["time_s"], arrays)
+    for k in np.flatnonzero(of_run == 0)[5:-5:20]:
+        assert time[first[k] - 1 : last[k]].mean() == pytest.approx(state_time[k], abs=1.5 * (time[1] - time[0]))
+        assert states["lines"][k].startswith(f"{time[(first[k] + last[k]) // 2 - 1]:.2f}")
     # candidates with a form of their own have units
     units = {value["name"]: value["unit"] for model in document["models"] for value in model["values"]}
     assert units["encoder-drift.j1.rad_per_K"] == "rad/K"
