@@ -23,7 +23,7 @@ from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, Propo
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, MOST_UNDERSTATED, PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import (
     candidate_in_words,
     error_in_words,
@@ -94,6 +94,8 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     adequate = None if search.before is None else not search.tried and search.before.adequate
     if search.contradicted:
         adequate = False
+    if _too_few_to_judge(search):
+        adequate = None
     pattern = find_pattern(search.final if search.found else scan.fit, states) if search.unexplained else None
     remainder = what_it_follows(search.final_scan if search.found else scan, states)
     with_missing = fitted_rms(states, search.final) if search.found else before
@@ -312,6 +314,16 @@ def share_in_words(search: Search) -> str:
     return f"{verb} {share} % ({interval}) of the {avoidable}"
 
 
+def _too_few_to_judge(search: Search) -> bool:
+    """Return whether absolute places are fitted to within the noise, and miss by far where they are left out.
+
+    So it is where the poses hardly outnumber the parameters: what they are fitted to says nothing of the model.
+    """
+    if search.before is None or search.tried or search.unexplained or not search.first.fit.data.absolute.any():
+        return False
+    return search.before.ratio > MOST_UNDERSTATED
+
+
 def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     """Return the answer in one or two sentences."""
     measure = leading_measure(before)
@@ -323,6 +335,12 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
         return (
             "Nothing is supported; without a known noise it cannot be judged whether the model is good enough "
             f"({against})."
+        )
+    if _too_few_to_judge(search):
+        return (
+            f"Whether anything is missing cannot be judged: {len(search.first.folds)} poses determine the "
+            f"{search.first.n_columns} parameters of the model and leave too few to validate it ({against}); measure "
+            "more poses."
         )
     if not search.tried and not search.unexplained and search.before is not None and not search.before.adequate:
         return (

@@ -53,6 +53,7 @@ LENGTH_FACTORS = {
     25.4: "in inches",
     1.0 / 25.4: "in millimetres",
 }
+ANGLE_FACTORS = {np.pi / 180.0: "degrees", 180.0 / np.pi: "radians"}
 # Of a single row, the unit that the others have.
 OTHER_UNIT = {25.4: " where the others are in millimetres", 1.0 / 25.4: " where the others are in inches"}
 TURNS = {np.pi / 2: "90°", -np.pi / 2: "−90°", np.pi: "180°"}
@@ -200,7 +201,9 @@ def _of_the_table(states: LoadStates, chain: Chain, places: _Places, usual: floa
     some = np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_ROWS)).astype(np.int64))
     changes = [*_changes_of_the_table(states.select(some), chain, places.at(some)), *_moved_places(places, some)]
     left = [(_meet(change.places).usual(change.places), change) for change in changes]
-    least = min(distance for distance, _ in left)
+    # places that shrink to a point are near to anything: what is left is held against their own spread as well
+    left = [(distance, change) for distance, change in left if distance <= MUCH_BETTER * _spread(change.places)]
+    least = min((distance for distance, _ in left), default=np.inf)
     if least > MUCH_BETTER * usual:
         return None
     # of changes that explain it alike the likeliest mistake comes first
@@ -209,6 +212,11 @@ def _of_the_table(states: LoadStates, chain: Chain, places: _Places, usual: floa
     missed = f"joint angles and positions differ by {1e3 * usual:.3g} mm"
     reason = f"{missed}, and with {change.words} by {1e3 * distance:.2g} mm{also}"
     return Fault(change.code, MANIFEST, change.place, reason, change.mend)
+
+
+def _spread(places: _Places) -> float:
+    """Return the rms distance of the measured places from their mean, m."""
+    return float(np.sqrt(np.nansum(np.nanvar(places.measured, axis=(0, 1)))))
 
 
 def _changes_of_the_table(states: LoadStates, chain: Chain, places: _Places) -> Iterator[_Change]:
@@ -228,6 +236,12 @@ def _changes_of_the_table(states: LoadStates, chain: Chain, places: _Places) -> 
             mend = f"correct theta_deg of joint {name} in robot.toml by {words}, or the column of its angle"
             what = f"the zero of joint {name} moved by {words}"
             yield _Change(code, f"joint {name}", what, mend, turned(joint, 1.0, turn))
+    for factor, words in ANGLE_FACTORS.items():
+        yield _Change(
+            FaultCode.UNIT_IMPLAUSIBLE, "joints.units.position", f"joint angles read as {words}",
+            f"all joint angles are in {words}: correct units of the joints",
+            _places(replace(states, joints=factor * states.joints), chain),
+        )  # fmt: skip
     for factor, words in LENGTH_FACTORS.items():
         yield _Change(
             FaultCode.UNIT_IMPLAUSIBLE, "units.position", f"places multiplied by {factor:.4g}",

@@ -106,18 +106,29 @@ def register_frames(
             )  # fmt: skip
     mask = readings.reference if chosen is None else chosen
     states = readings.select(mask & readings.used & np.isfinite(readings.position).all(axis=(1, 2)))
-    problem = _RegistrationProblem(manifest, chain, states, names, tracker)
     n_poses = _different_poses(states.joints)
-    least = 3 if problem.full_pose or len(names) == 1 else 4
+    full_pose = bool(np.isfinite(states.rotation).all())
+    least = 3 if full_pose or len(names) == 1 else 4
     if n_poses < least:
         found = f"{n_poses} different unloaded pose{' is' if n_poses == 1 else 's are'} too few"
         raise InputError.at(
             FaultCode.POSES_TOO_FEW,
             "campaign.toml", f"frames.{names[0]}.estimate",
-            found if n_poses else "no target was measured in any unloaded pose",
+            found if n_poses else _not_measured(readings.select(mask & readings.used)),
             f"measure {least} or more poses that differ in position and orientation, or give the frame",
         )  # fmt: skip
-    return problem.solve(n_poses)
+    return _RegistrationProblem(manifest, chain, states, names, tracker).solve(n_poses)
+
+
+def _not_measured(states: LoadStates) -> str:
+    """Return which targets no unloaded pose shows, or that no pose shows all of them."""
+    seen = np.isfinite(states.position).all(axis=2).any(axis=0)
+    lacking = [name for name, is_seen in zip(states.setup.target_names, seen, strict=True) if not is_seen]
+    if len(lacking) == len(seen):
+        return "no target was measured in any unloaded pose"
+    if lacking:
+        return f"{' and '.join(lacking)} {'was' if len(lacking) == 1 else 'were'} measured in no unloaded pose"
+    return "no unloaded pose shows all targets"
 
 
 def _tracker_frame(manifest: Manifest) -> str | None:

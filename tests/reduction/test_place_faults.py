@@ -121,6 +121,19 @@ def test_a_whole_table_in_another_unit_is_named(reduced: Reduce) -> None:
     assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, "units.position")
 
 
+def test_all_angles_in_another_unit_are_named(reduced: Reduce) -> None:
+    """With such small angles all places seem to lie near one point: a smaller unit of length would fit as well."""
+    fault = fault_of(reduced, "01", all_of(*(scaled(f"A{k}", np.pi / 180.0) for k in range(1, 7))))
+    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, "joints.units.position")
+    assert "radians" in fault.mend
+
+
+def test_a_target_that_no_pose_shows_is_named(reduced: Reduce) -> None:
+    fault = fault_of(reduced, "03", all_of(*(scaled(f"{axis}2", np.nan) for axis in "XYZ")))
+    assert fault.code is FaultCode.POSES_TOO_FEW
+    assert fault.reason == "target2 was measured in no unloaded pose"
+
+
 def test_angles_of_a_row_in_radians_are_named(reduced: Reduce) -> None:
     change = all_of(*(scaled(f"A{k}", np.pi / 180.0, slice(ROW, ROW + 1)) for k in range(1, 7)))
     fault = fault_of(reduced, "01", change)
