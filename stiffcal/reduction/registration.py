@@ -122,7 +122,7 @@ def register_frames(
 
 def _not_measured(states: LoadStates) -> str:
     """Return which targets no unloaded pose shows, or that no pose shows all of them."""
-    seen = np.isfinite(states.position).all(axis=2).any(axis=0)
+    seen: Booleans = np.asarray(np.isfinite(states.position).all(axis=2).any(axis=0))
     lacking = [name for name, is_seen in zip(states.setup.target_names, seen, strict=True) if not is_seen]
     if len(lacking) == len(seen):
         return "no target was measured in any unloaded pose"
