@@ -127,6 +127,18 @@ def held_to_residuals(cause: ChangeCause, set_up: Mapping[str, float], elsewhere
     return replace(cause, verdict=verdict, causes=causes, explains_residuals=alike)
 
 
+def grown_since(reduced_chi2: Sequence[float | None], since: int) -> int | None:
+    """Return the number of the first campaign with grown residuals; None where they have not grown with a change.
+
+    Parameters
+    ----------
+    reduced_chi2 : one a campaign; None where the noise is not known: then nothing can be said.
+    since : number of the first campaign after the change, as the chart has it; scatter moves it by a campaign.
+    """
+    near = (since, since - 1, since + 1)
+    return next((k for k in near if 0 < k < len(reduced_chi2) and grew(reduced_chi2, k)), None)
+
+
 def grew(reduced_chi2: Sequence[float | None], since: int) -> bool:
     """Return whether residuals over noise are larger in every campaign since a change, by a fifth in the mean.
 

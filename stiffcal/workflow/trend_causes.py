@@ -15,7 +15,7 @@ from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.effect import Kind, ParameterRole
-from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew, held_to_residuals
+from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew, grown_since, held_to_residuals
 from stiffcal.workflow.identify import fit_now
 
 GAIN = "wrench-scale"
@@ -69,11 +69,11 @@ def change_cause(
     # in units of each parameter's own size: numbers near one
     scaled = [Hypothesis(h.directions / sizes, h.joints, h.effect) for h in hypotheses]
     misfit = [campaign.fit.reduced_chi2 for campaign in campaigns]
-    has_grown = grew(misfit, since)
-    cause = cause_of(change / sizes, covariance / np.outer(sizes, sizes), scaled, since, has_grown)
-    if not has_grown:
+    grown = grown_since(misfit, since)
+    cause = cause_of(change / sizes, covariance / np.outer(sizes, sizes), scaled, since, grown is not None)
+    if grown is None:
         return cause
-    before = [value for value in misfit[:since] if value is not None]
+    before = [value for value in misfit[:grown] if value is not None]
     return held_to_residuals(cause, *_restoring(campaigns[-1], fit, before))
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from stiffcal.arrays import Floats
-from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew, held_to_residuals
+from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew, grown_since, held_to_residuals
 
 VARIANCE = 1e-4 * np.eye(6)
 """1 % on the difference of the means of six relative parameters."""
@@ -54,6 +54,9 @@ def test_joints_alone_are_not_named_where_the_residuals_have_grown() -> None:
     assert grew([1.0, 1.1, 0.9, 1.5, 1.4], 3)
     assert not grew([1.0, 1.1, 0.9, 1.05, 1.0], 3)
     assert not grew([1.0, 1.1, 0.9, 1.5, None], 3)
+    # the chart dates a change a campaign too early or too late
+    assert [grown_since([1.0, 1.1, 0.9, 1.5, 1.4], k) for k in (1, 2, 3, 4)] == [None, 3, 3, 3]
+    assert grown_since([1.0, 1.1, 0.9, 1.05, 1.0], 3) is None
 
 
 @pytest.mark.parametrize(
