@@ -109,7 +109,7 @@ def show_elasticity(console: AnswerConsole, elasticity: Elasticity | None) -> No
     """Print which joints' compliance absolute places identify, and of the others why it is not claimed."""
     if elasticity is None:
         return
-    console.print(f"elasticity: {elasticity.why}", soft_wrap=True)
+    console.print(elasticity.why, soft_wrap=True)
     reasons: dict[JointVerdict, list[JointElasticity]] = {}
     for joint in elasticity.joints:
         if joint.verdict != "identified":

@@ -107,7 +107,8 @@ def check_identifiability(
     in_noise = np.zeros(p, dtype=np.bool_) if noise_dominated is None else noise_dominated
     is_redundant = np.zeros(p, dtype=np.bool_) if redundant is None else redundant
     # One standard uncertainty, all else known, is 1 / length.
-    for i in np.flatnonzero((length * upper < 1.0) | in_noise | is_redundant | before.same_motion | before.undriven):
+    reach = np.multiply(length, upper, out=np.zeros(p), where=length > 0.0)
+    for i in np.flatnonzero((reach < 1.0) | in_noise | is_redundant | before.same_motion | before.undriven):
         identifiable[i], left_out[i] = False, True
         reason = "only the noise of the force sensor acts on it" if in_noise[i] else "no load in these data acts on it"
         reason = UNDRIVEN if before.undriven[i] else reason
@@ -137,9 +138,8 @@ def check_identifiability(
             members = np.flatnonzero(takes_part)
             identifiable[members] = False
             ambiguities.append(_name_ambiguity(blind[members], length[members], [names[i] for i in members]))
-        hidden = [
-            i for i in remaining if identifiable[i] and _std_with_others_free(factor, remaining, int(i)) > upper[i]
-        ]
+        spread = _std_with_others_free(factor, remaining)
+        hidden = [i for i in remaining if identifiable[i] and spread[i] > upper[i]]
         for i in hidden:
             identifiable[i], left_out[i] = False, True
             ambiguities.append(Ambiguity((names[i],), "", "its effect cannot be separated from the other parameters"))
@@ -195,13 +195,14 @@ def _blind_direction(unit: Floats, left_out: Booleans, column: int) -> Floats:
     return blind
 
 
-def _std_with_others_free(factor: Floats, remaining: NDArray[np.int64], column: int) -> float:
-    """Return the standard uncertainty of one parameter with all others free."""
+def _std_with_others_free(factor: Floats, remaining: NDArray[np.int64]) -> Floats:
+    """Return (p,) the standard uncertainty of each parameter that remains, all of these free; 0 of the others."""
     columns = factor[:, remaining]
     scale = column_scale(columns)
     inverse = np.linalg.pinv(columns / scale, rcond=1e-13)
-    index = int(np.flatnonzero(remaining == column)[0])
-    return float(np.sqrt(np.sum(inverse[index] ** 2)) / scale[index])
+    spread = np.zeros(factor.shape[1])
+    spread[remaining] = np.sqrt(np.sum(inverse**2, axis=1)) / scale
+    return spread
 
 
 def _no_better_than(factor: Floats, left_out: Booleans, tolerance: Floats) -> list[int]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.identification.finite_columns import check_finite
 from stiffcal.identification.readings import Observations, observe
 from stiffcal.identification.weight_columns import weight_column
 from stiffcal.mechanics.kinematics import cross
@@ -102,7 +103,9 @@ def evaluate(
     rigid : take columns on the undeformed chain and predict nothing: the first-order pass.
     """
     for rows in blocks(data.run, data.n_states, keep_runs=True):
-        yield _evaluate_block(robot, data.subset(rows), rows, columns, with_sensitivity, rigid)
+        block = _evaluate_block(robot, data.subset(rows), rows, columns, with_sensitivity, rigid)
+        check_finite(block.columns, robot, [(column.placed, column.symbol) for column in columns])
+        yield block
 
 
 def _evaluate_block(
@@ -295,7 +298,7 @@ def _frame_columns(
         placed_effect = model.placed[column.placed]
         if not placed_effect.effect.moves_frames:
             continue
-        step = 1e-3 * placed_effect.effect.spec(column.symbol).typical
+        step = 1e-3 * placed_effect.effect.spec(column.symbol).size
         # From where the frame is now: the inputs hold its present values already.
         inputs = placed_effect.effect.adjusted(placed_effect.place, loaded.inputs, {column.symbol: step})
         moved = replace(loaded, inputs=inputs)
@@ -331,7 +334,7 @@ def _difference_columns(
         spec = placed_effect.effect.spec(column.symbol)
         neutral = spec.typical if column.role is ParameterRole.NONLINEAR else spec.neutral
         value = placed_effect.values.get(column.symbol, neutral)
-        step = 1e-4 * max(abs(value), spec.typical)
+        step = 1e-4 * max(abs(value), spec.size)
         shifted = model.with_values({placed_effect.parameter_name(column.symbol): value + step})
         loaded, unloaded = rests(shifted, data)
         sensitivities[row] = (predicted(shifted, data, loaded, unloaded) - prediction) / step

@@ -72,6 +72,11 @@ class ParameterSpec:
     all of it, at any load; None elsewhere. Joints that are measured by themselves are compared with these.
     """
 
+    @property
+    def size(self) -> float:
+        """A usual size of it, for steps of differences; 1 of a parameter that is typically zero, such as a phase."""
+        return abs(self.typical) or 1.0
+
     def amplitude_of(self, value: float) -> float:
         """Return what the law multiplies with at a value of the parameter."""
         return 1.0 / value if self.inverse else value - self.neutral

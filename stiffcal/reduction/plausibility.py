@@ -24,6 +24,8 @@ LARGEST_ANGLE_RAD = 4.0 * np.pi
 # Physics, section 0: no robot holds 3·10⁵ N; the strongest sensors in use end near 10⁵ N.
 LARGEST_FORCE_N = 3e5
 LARGEST_MOMENT_NM = 1e5
+# The strongest industrial arm carries 2300 kg.
+LARGEST_MASS_KG = 3e3
 # A loaded arm gives millimetres; a displacement of half a metre is a unit.
 LARGEST_DEFLECTION_M = 0.3
 LARGEST_DEFLECTION_RAD = 0.2
@@ -206,6 +208,9 @@ class LogQuality:
                 reason = f"quaternion of length {length[off[0]]:.4g}"
                 self._fail(name, row_numbers[off[0]], reason, "name its four columns, w first")
             return
+        if kind == "mass" and (negative := np.flatnonzero(values[0] < 0.0)).size:
+            reason = f"a mass of {values[0, negative[0]]:.4g} kg"
+            self._fail(name, row_numbers[negative[0]], reason, "write the mass that hangs on the tool, positive")
         largest, reason, mend = _BOUNDS.get(kind, (np.inf, "", ""))
         if name in ("joints.velocity", "joints.torque", "joints.current") or not np.isfinite(largest):
             return
@@ -326,6 +331,11 @@ _BOUNDS: dict[str, tuple[float, str, str]] = {
         LARGEST_MOMENT_NM,
         "a load of {value:.4g} N (or N*m) in column {channel}",
         "correct units.force or units.moment, or the columns",
+    ),
+    "mass": (
+        LARGEST_MASS_KG,
+        "a mass of {value:.4g} kg in column {channel}",
+        'grams read as kilograms? write units = { mass = "g" }',
     ),
     "position": (
         LARGEST_POSITION_M,

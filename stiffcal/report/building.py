@@ -116,6 +116,8 @@ def _title(content: ReportContent) -> str:
 
 def _kind(content: ReportContent) -> str:
     """Return the line under the title: the work that the report is about."""
+    if content.absolute_alone:
+        return "Calibration by absolute poses"
     if content.states is not None:
         return "Load-deflection calibration"
     text = ", and ".join(page.subject for page in content.readings_alone or content.pages)

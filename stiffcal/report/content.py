@@ -100,7 +100,7 @@ class ReportRun:
     tags: tuple[str, ...] = ()
     """The manifest's words for the run."""
     kind: str = "load"
-    """Kind of experiment: "load", "clamped", "friction", "free"."""
+    """Kind of experiment: "load", "absolute" (each row a run), "clamped", "friction", "free"."""
 
 
 @dataclass(frozen=True)
@@ -391,6 +391,11 @@ class ReportContent:
     def parameters_on_pages(self) -> frozenset[str]:
         """The names of the parameters that pages of kinds of experiment show: others need not show them again."""
         return frozenset(name for page in self.pages for name in page.parameters)
+
+    @property
+    def absolute_alone(self) -> bool:
+        """Whether all runs are absolute poses."""
+        return bool(self.runs) and all(run.kind == "absolute" for run in self.runs)
 
     @property
     def readings_alone(self) -> tuple[Page, ...]:

@@ -110,7 +110,8 @@ def report_content(
             run.id, np.full(len(data.joint_names), np.nan), holdout=run.holdout, tags=run.tags, kind=run.experiment
         )
         for run in data.campaign.manifest.runs
-        if run.id not in {info.name for info in states.runs}
+        # Rows of absolute runs are runs of their own.
+        if run.experiment != "absolute" and run.id not in {info.name for info in states.runs}
     )
     diagnosis, _ = current_diagnosis(data, identified)
     named = (
@@ -234,7 +235,11 @@ def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
     for info, members in zip(states.runs, states.members(), strict=True):
         if not members.size:
             # States count runs by number: a run of which nothing is left keeps its place.
-            rows.append(ReportRun(info.name, np.full(states.joints.shape[1], np.nan), holdout=info.holdout))
+            rows.append(
+                ReportRun(
+                    info.name, np.full(states.joints.shape[1], np.nan), holdout=info.holdout, kind=info.experiment
+                )
+            )
             continue
         joints = np.mean(states.joints[members], axis=0)
         angles = chain.model_angles(joints[None])
@@ -242,7 +247,7 @@ def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
         target, _ = attached_poses(chain, angles, states.setup.targets[0])
         has_extent = float(np.ptp(stick[0], axis=0).max()) > 0.0  # a joint on a bench has none: nothing to draw
         figure, end = (stick[0], target[0]) if has_extent else (None, None)
-        rows.append(ReportRun(info.name, joints, figure, end, info.holdout, info.tags))
+        rows.append(ReportRun(info.name, joints, figure, end, info.holdout, info.tags, info.experiment))
     return tuple(rows)
 
 

@@ -196,6 +196,7 @@ def test_stuck_and_saturated_channels_are_remarked_on() -> None:
         ("translation", 1.0, "a displacement of 1 m"),
         ("position.target", 1800.0, "millimetres"),
         ("lengths", 5.0, "micrometres"),
+        ("mass", 5e3, "a mass of 5000 kg in column 2; grams"),
     ],
 )
 def test_what_cannot_be_has_row_and_column(signal: str, value: float, words: str) -> None:
@@ -203,3 +204,9 @@ def test_what_cannot_be_has_row_and_column(signal: str, value: float, words: str
     values[1, 7] = value
     with pytest.raises(InputError, match=f"line 8.*{words}"):
         watch(sampled=False).update(np.arange(0, 10), np.full(10, np.nan), {signal: values})
+
+
+def test_a_payload_is_not_negative() -> None:
+    masses = np.where(np.arange(10) == 7, -5.0, 0.0)[None]
+    with pytest.raises(InputError, match="line 8: a mass of -5 kg"):
+        watch(sampled=False).update(np.arange(0, 10), np.full(10, np.nan), {"mass": masses})

@@ -39,7 +39,9 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if len(content.runs) <= MOST_RUNS_HERE:
         blocks.append(runs_table(content))
     else:
-        blocks.append(Paragraph(f"The {len(content.runs)} runs with their joint angles are listed in an appendix."))
+        blocks.append(
+            Paragraph(f"The {len(content.runs)} {_noun(content)}s with their joint angles are listed in an appendix.")
+        )
     if len(warnings := warnings_of(content)) > MOST_WARNINGS:
         blocks += [SubheadingBlock("Warnings"), Items(tuple(warnings))]
     blocks.append(SubheadingBlock("Readings set aside"))
@@ -59,8 +61,9 @@ def warnings_of(content: ReportContent) -> list[str]:
 def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
     rows = [("robot", f"{content.provenance.robot}, {wording.count(len(content.joint_names), 'joint')}")]
     holdouts = [run.name for run in content.runs if run.holdout]
-    runs = wording.count(len(content.runs), "run")
-    rows.append(("runs", runs + (f"; never fitted (holdout): {wording.listing(holdouts)}" if holdouts else "")))
+    noun = _noun(content)
+    runs = wording.count(len(content.runs), noun)
+    rows.append((f"{noun}s", runs + (f"; never fitted (holdout): {wording.listing(holdouts)}" if holdouts else "")))
     states = content.states
     if states is None or not states.used.any():
         fit = content.identify
@@ -77,7 +80,7 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
     if load.max() > 0.0:
         rows.append(("loads", f"up to {wording.digits(float(load.max()))} N"))
     if np.isfinite(deflection).any():  # clamped states have none
-        rows.append(("largest deflection", wording.length(float(np.nanmax(deflection)))))
+        rows.append((_largest(content), wording.length(float(np.nanmax(deflection)))))
     rows.append(("measured", "displacement and rotation" if states.has_rotation else "displacement, no rotation"))
     return tuple(rows)
 
@@ -109,7 +112,7 @@ def runs_table(content: ReportContent) -> TableBlock:
     columns = [TableColumn("run", align="left"), *(TableColumn(name, "°") for name in angles)]
     states = content.states
     if states is not None:
-        columns += [TableColumn("states"), TableColumn("largest load", "N"), TableColumn("largest deflection", "mm")]
+        columns += [TableColumn("states"), TableColumn("largest load", "N"), TableColumn(_largest(content), "mm")]
         if states.set_aside is not None and (states.set_aside != "").any():
             columns.append(TableColumn("set aside", "states"))
     rows = []
@@ -121,11 +124,21 @@ def runs_table(content: ReportContent) -> TableBlock:
             cells += _run_cells(states, number)
         rows.append(tuple(cells[: len(columns)]))
     caption = "Runs: logged joint angles (mean over the run), loads and deflections."
+    if content.absolute_alone:
+        caption = "Poses: logged joint angles, loads and distances of the measured from the nominal places."
     if not finite:
         columns += [TableColumn("experiment", align="left"), TableColumn("tags", align="left", width=1.0)]
         rows = [(*row, run.kind, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]
         caption = "Runs with moving joints, without load states."
     return TableBlock(tuple(columns), tuple(rows), caption)
+
+
+def _noun(content: ReportContent) -> str:
+    return "pose" if content.absolute_alone else "run"
+
+
+def _largest(content: ReportContent) -> str:
+    return "largest distance from the nominal robot" if content.absolute_alone else "largest deflection"
 
 
 def _run_cells(states: ReportStates, number: int) -> list[str]:

@@ -44,7 +44,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     elasticity = None if content.validate is None else content.validate.elasticity
     if elasticity is not None and elasticity.verdict != "identified":
         # the table below lists what the fit gives, whether or not something else explains the same places
-        blocks.append(Paragraph(f"Elasticity of the joints: {elasticity.why}."))
+        blocks.append(Paragraph(f"{wording.capital(elasticity.why)}."))
     points = [f"Warning: {text}" for text in warnings_of(content)]
     if len(points) > MOST_WARNINGS:
         first = points[: MOST_WARNINGS - 1]
@@ -180,11 +180,11 @@ def _fit_sentences(content: ReportContent) -> list[str]:
     fit = content.identify
     if content.readings_alone:
         return [_readings_sentence(content, fit)]
-    text = (
-        f"The model ({wording.model_words(fit.model)}) was fitted to "
-        f"{wording.count(fit.n_states, 'load state')} in {wording.count(fit.n_runs, 'run')} of "
-        f"{the_robot(content.provenance.robot)}"
-    )
+    states = f"{wording.count(fit.n_states, 'load state')} in {wording.count(fit.n_runs, 'run')}"
+    if content.absolute_alone:
+        states = wording.count(fit.n_states, "pose")
+    model, robot = wording.model_words(fit.model), the_robot(content.provenance.robot)
+    text = f"The model ({model}) was fitted to {states} of {robot}"
     return [f"{text}; residual of the fit: {wording.measure_text(fit.rms)} rms."]
 
 
@@ -233,13 +233,15 @@ def _heldout_sentences(content: ReportContent) -> list[str]:
     validation = content.validate
     if validation is None:
         return ["The error in new poses is not known yet (no validation)."]
+    whole = "an error of the nominal robot" if content.absolute_alone else "a deflection"
     error = (
-        f"Error in held-out poses: {wording.measure_text(validation.rms)} rms at a deflection of "
+        f"Error in held-out poses: {wording.measure_text(validation.rms)} rms at {whole} of "
         f"{wording.measure_text(validation.zero_model)}"
     )
     left = validation.relative.translation
     if left is not None:
-        error += f": {wording.percent(1.0 - left)} of the deflection is predicted"
+        what = "that error" if content.absolute_alone else "the deflection"
+        error += f": {wording.percent(1.0 - left)} of {what} is predicted"
     sentences = [f"{error}."]
     if content.known_noise == validation.noise:  # else the answer above states the noise
         sentences.append(noise_sentence(validation))
