@@ -29,6 +29,7 @@ MOST_NESTED = 20  # tables in tables: twice what any of our files needs
 WHOLE_NUMBERS = range(-(2**63), 2**63)  # TOML 1.0: what a reader has to hold
 _MANY = frozenset({"runs", "exclude", "rows", "campaigns", "parameters"})
 """Keys of lists and tables that grow with what was measured; all others are a robot's or an instrument's."""
+_SYNTAX_MEND = "correct that line: text in quotes, decimal points, each key and table once"
 _DEEP = "tables or lists are nested too deeply"
 
 _PLACE = re.compile(r"\s*\(at (?P<place>line \d+, column \d+|end of document)\)$")
@@ -95,7 +96,7 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
             file,
             place,
             f"not valid TOML: {complaint[:1].lower()}{complaint[1:]}",
-            _syntax_mend(complaint),
+            _SYNTAX_MEND,
         ) from None
     except ValueError:  # of more digits than Python reads at all
         reason = "an integer with thousands of digits"
@@ -152,11 +153,3 @@ def validate(document: dict[str, Any], file: str, model: type[Model]) -> Model:
         return model.model_validate(document)
     except ValidationError as error:
         raise InputError(*faults_of(error, file, model, document)) from None
-
-
-def _syntax_mend(parsers_words: str) -> str:
-    if "overwrite" in parsers_words or "declare" in parsers_words.lower() or "twice" in parsers_words:
-        return "a key or table is given twice: keep one"
-    if "Invalid value" in parsers_words:
-        return "put text in quotes, and write decimal points, not commas"
-    return "correct that line"
