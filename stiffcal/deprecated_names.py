@@ -10,6 +10,7 @@ import functools
 import importlib
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -23,6 +24,15 @@ METHODS = {"driver": "covariate", "shape_grid": "nonlinear_grid"}
 
 MEMBERS = {"AMPLITUDE": "AMPLITUDE", "SHAPE": "NONLINEAR", "SETUP": "SETUP"}
 """Members of `Sort`, and of `ParameterRole` that is meant now."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A class of version 0.1 that plugins could import and that no command read."""
+
+    text: str
+    meaning: str
+    check: str
 
 
 def warn(text: str, stacklevel: int = 3) -> None:
@@ -45,7 +55,8 @@ def old_names(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
     Parameters
     ----------
     module : the module's full name.
-    names : old name to new name, with the module's full name and a dot before it where that is another one.
+    names : old name to new name, with the module's full name and a dot before it where that is another one. What is in
+        this module has no new name: nothing uses it any more.
     """
 
     def find_old(name: str) -> Any:
@@ -53,7 +64,7 @@ def old_names(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
         if new is None:
             raise AttributeError(f"module {module!r} has no attribute {name!r}")
         place, _, word = new.rpartition(".")
-        warn(f"{module}.{name} is called {new}")
+        warn(f"{module}.{name} is not used any more" if place == __name__ else f"{module}.{name} is called {new}")
         value = getattr(importlib.import_module(place or module), word)
         if name == "Sort":  # one of its members has another name, too
             return SimpleNamespace(**{old: getattr(value, member) for old, member in MEMBERS.items()})

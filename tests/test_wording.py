@@ -6,7 +6,8 @@ import re
 
 import pytest
 
-from stiffcal.wording import estimate, printed_unit
+from stiffcal.printed_units import printed_unit
+from stiffcal.wording import estimate
 
 
 def _read(text: str) -> list[float]:

@@ -12,13 +12,14 @@ from pathlib import Path, PurePosixPath
 from stiffcal.campaign.absolute_checks import absolute_faults
 from stiffcal.campaign.explain import key_path
 from stiffcal.campaign.frame_checks import frame_fault, frame_faults
-from stiffcal.campaign.manifest import Manifest, Source
+from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import escapes, link_fault, links_outside
 from stiffcal.campaign.run_checks import MOST_COMPARED, MOST_FAULTS, choices, exclusion_faults, run_faults
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, JointSignals, Lengths, Pose, Signal, Wrench
+from stiffcal.campaign.source import Source
 from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode

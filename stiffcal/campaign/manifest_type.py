@@ -15,8 +15,9 @@ from pydantic import Field, create_model
 
 from stiffcal.campaign.experiment_kinds import experiment_kind, kind_names
 from stiffcal.campaign.file_formats import format_names, log_format
-from stiffcal.campaign.manifest import Manifest, Run, Source, SourceFiles
+from stiffcal.campaign.manifest import Manifest, Run
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.source import Source, SourceFiles
 from stiffcal.campaign.toml_reading import validate
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError

@@ -41,6 +41,11 @@ class TomlTable(BaseModel):
 
     look_alikes: ClassVar[dict[str, str]] = {}
 
+    def options_under(self, name: str) -> dict[str, object]:
+        """Return what is written in the table that lies under a key of this one, empty where there is none."""
+        options = getattr(self, name, None) if name in type(self).model_fields else None
+        return dict(options.model_dump(exclude_unset=True)) if isinstance(options, TomlTable) else {}
+
 
 def at_most(count: int, mend: str) -> AfterValidator:
     """Make a check that a list has at most `count` entries: more than any robot needs, and few enough to work on."""

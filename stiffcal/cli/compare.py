@@ -14,7 +14,8 @@ from stiffcal.cli.options import AsJson, NoUpdate
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import places, significant
-from stiffcal.wording import listing, printed_unit
+from stiffcal.printed_units import printed_unit
+from stiffcal.wording import listing
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, interval, share, significant
+from stiffcal.printed_units import LINK_COMPLIANCE, printed_unit
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import LINK_COMPLIANCE, printed_unit
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -12,7 +12,7 @@ from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, length, significant
-from stiffcal.wording import printed_unit
+from stiffcal.printed_units import printed_unit
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.wording import interval, places, significant
-from stiffcal.wording import printed_unit
+from stiffcal.printed_units import printed_unit
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -14,7 +14,8 @@ from stiffcal.diagnosis.scan import Trial
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
-from stiffcal.wording import drift_unit, printed_unit, significant
+from stiffcal.printed_units import drift_unit, printed_unit
+from stiffcal.wording import significant
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
 

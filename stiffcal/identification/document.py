@@ -19,8 +19,8 @@ from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
+from stiffcal.printed_units import drift_unit
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import drift_unit
 
 # So many springs of one effect in the noise are named in one line.
 JOINTLY_UNIDENTIFIABLE = 4

@@ -20,7 +20,8 @@ from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
-from stiffcal.reduction.plausibility import LogQuality, check_displacements
+from stiffcal.reduction.plausibility import LogQuality
+from stiffcal.reduction.reading_bounds import check_displacements
 from stiffcal.reduction.repeated_rows import repeated_rows
 from stiffcal.reduction.rezeroed import rezeroed_runs
 from stiffcal.reduction.rezeroed_tables import rezeroed_table

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Run, Source
+from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.source import Source
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import WantedColumns

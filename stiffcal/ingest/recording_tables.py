@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.source import Source
 from stiffcal.reduction.logs import Rows
 
 _SI = {

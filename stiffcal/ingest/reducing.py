@@ -11,7 +11,8 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import frames_to_estimate, holding, measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Run, Source
+from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.source import Source
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
 from stiffcal.experiments import all_kinds
 from stiffcal.fault_codes import FaultCode
@@ -36,7 +37,8 @@ from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
 from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
 from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
-from stiffcal.reduction.states import load_states, tabled_states
+from stiffcal.reduction.states import load_states
+from stiffcal.reduction.tabled_states import tabled_states
 from stiffcal.store import TableStream, Writing
 
 PIECE_BYTES = 1 << 22  # what a reader of text takes at a time

@@ -27,7 +27,6 @@ from stiffcal.model.effect_values import TX as TX
 from stiffcal.model.effect_values import TY as TY
 from stiffcal.model.effect_values import TZ as TZ
 from stiffcal.model.effect_values import Covariate as Covariate
-from stiffcal.model.effect_values import Evidence as Evidence
 from stiffcal.model.effect_values import Inputs as Inputs
 from stiffcal.model.effect_values import Kind as Kind
 from stiffcal.model.effect_values import NodeLoads as NodeLoads
@@ -318,4 +317,6 @@ class DocumentedEffect(Effect):
         return inspect.getdoc(type(self)) or ""
 
 
-__getattr__ = old_names(__name__, {"Driver": "Covariate", "Sort": "ParameterRole"})
+__getattr__ = old_names(
+    __name__, {"Driver": "Covariate", "Sort": "ParameterRole", "Evidence": "stiffcal.deprecated_names.Evidence"}
+)

@@ -121,15 +121,6 @@ class Observed:
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """What was measured, in words with numbers; made by an effect's ``evidence``."""
-
-    text: str
-    meaning: str
-    check: str
-
-
-@dataclass(frozen=True)
 class Covariate:
     """What the residual is to be plotted against."""
 

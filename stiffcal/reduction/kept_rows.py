@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.source import Source
 from stiffcal.campaign.toml_reading import LARGEST, SMALLEST
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode

@@ -13,25 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.errors import Fault, InputError
+from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.load_states import members_of
 from stiffcal.reduction.coarse_clock import coarse_clock
 from stiffcal.reduction.frozen import FrozenChannels
+from stiffcal.reduction.reading_bounds import first_impossible
 
-# Twice around is more than any industrial joint turns, cable hoses allow ±400° at most; 90 rad are 14 turns.
-LARGEST_ANGLE_RAD = 4.0 * np.pi
-# Physics, section 0: no robot holds 3·10⁵ N; the strongest sensors in use end near 10⁵ N.
-LARGEST_FORCE_N = 3e5
-LARGEST_MOMENT_NM = 1e5
-# The strongest industrial arm carries 2300 kg.
-LARGEST_MASS_KG = 3e3
-# A loaded arm gives millimetres; a displacement of half a metre is a unit.
-LARGEST_DEFLECTION_M = 0.3
-LARGEST_DEFLECTION_RAD = 0.2
-# Trackers measure to 100 m.
-LARGEST_POSITION_M = 200.0
-QUATERNION_SLACK = 1e-3
 GAP = 10.0  # times the usual interval
 MOST_GAPS = 3  # that are listed one by one
 HOUR_S = 3600.0  # what daylight saving takes or gives
@@ -200,30 +187,9 @@ class LogQuality:
         ------
         InputError : with the line of the first such reading.
         """
-        kind = name.split(".")[0]
-        if kind == "quaternion":
-            length = np.sqrt(np.einsum("cn,cn->n", values, values))
-            off = np.flatnonzero(np.abs(length - 1.0) > QUATERNION_SLACK)
-            if off.size:
-                reason = f"quaternion of length {length[off[0]]:.4g}"
-                self._fail(name, row_numbers[off[0]], reason, "name its four columns, w first")
-            return
-        if kind == "mass" and (negative := np.flatnonzero(values[0] < 0.0)).size:
-            reason = f"a mass of {values[0, negative[0]]:.4g} kg"
-            self._fail(name, row_numbers[negative[0]], reason, "write the mass that hangs on the tool, positive")
-        largest, reason, mend = _BOUNDS.get(kind, (np.inf, "", ""))
-        if name in ("joints.velocity", "joints.torque", "joints.current") or not np.isfinite(largest):
-            return
-        if np.fmax(np.abs(low), np.abs(high)).max() <= largest:
-            return
-        out_of_bounds = np.abs(values) > (_bounds_of_wrench()[: values.shape[0], None] if kind == "wrench" else largest)
-        if out_of_bounds.any():
-            rows = np.flatnonzero(out_of_bounds.any(axis=0))
-            channel = int(np.argmax(out_of_bounds[:, rows[0]]))
-            value = float(values[channel, rows[0]])
-            names = self.columns.get(name, ())
-            column = names[channel] if channel < len(names) else str(channel + 1)
-            self._fail(name, row_numbers[rows[0]], reason.format(value=value, channel=column), mend)
+        impossible = first_impossible(name, values, low, high, self.columns.get(name, ()))
+        if impossible is not None:
+            self._fail(name, row_numbers[impossible.row], impossible.reason, impossible.mend)
 
     def _fail(self, signal: str, number: int, reason: str, mend: str) -> None:
         file, place_of_row = self.elsewhere.get(signal, (self.file, self.place_of_row))
@@ -317,85 +283,9 @@ _WALL = (
 )
 
 
-def _bounds_of_wrench() -> Floats:
-    return np.array([LARGEST_FORCE_N] * 3 + [LARGEST_MOMENT_NM] * 3)
-
-
-_BOUNDS: dict[str, tuple[float, str, str]] = {
-    "joints": (
-        LARGEST_ANGLE_RAD,
-        "an angle of {value:.4g} rad in column {channel}",
-        'degrees declared as radians? write units = { position = "deg" }; motor side? motor = true',
-    ),
-    "wrench": (
-        LARGEST_MOMENT_NM,
-        "a load of {value:.4g} N (or N*m) in column {channel}",
-        "correct units.force or units.moment, or the columns",
-    ),
-    "mass": (
-        LARGEST_MASS_KG,
-        "a mass of {value:.4g} kg in column {channel}",
-        'grams read as kilograms? write units = { mass = "g" }',
-    ),
-    "position": (
-        LARGEST_POSITION_M,
-        "a position of {value:.4g} m in column {channel}",
-        'millimetres read as metres? write units = { position = "mm" }',
-    ),
-    "marker": (
-        LARGEST_POSITION_M,
-        "a position of {value:.4g} m in column {channel}",
-        'millimetres read as metres? write units = { position = "mm" }',
-    ),
-    "translation": (
-        LARGEST_DEFLECTION_M,
-        "a displacement of {value:.4g} m in column {channel}",
-        'millimetres read as metres? write units = { translation = "mm" }',
-    ),
-    "rotation": (
-        LARGEST_DEFLECTION_RAD,
-        "a deflection of {value:.4g} rad in column {channel}",
-        "correct units.rotation",
-    ),
-    "displacement": (
-        LARGEST_DEFLECTION_M,
-        "a displacement of {value:.4g} m in column {channel}",
-        'millimetres read as metres? write units = { length = "mm" }',
-    ),
-    "lengths": (
-        0.1,
-        "a length change of {value:.4g} m in column {channel}",
-        'micrometres read as metres? write units = { length = "um" }',
-    ),
-}
-
-
 def _longest_row(row: NDArray[np.bool_]) -> int:
     """Return the longest run of True."""
     if not row.any():
         return 0
     edges = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]])))
     return int((edges[1::2] - edges[::2]).max())
-
-
-def check_displacements(run_names: list[str], run: NDArray[np.int64], position: Floats, file: str) -> list[Fault]:
-    """Return a fault for each run in which the target moved by more than a loaded arm can: position (n, B, 3) m."""
-    faults = []
-    for name, members in zip(run_names, members_of(run, len(run_names)), strict=True):
-        run_positions = position[members]
-        if run_positions.size == 0 or not np.isfinite(run_positions).any():
-            continue
-        run_positions = run_positions[:, np.isfinite(run_positions).any(axis=(0, 2))]
-        largest = float(np.nanmax(np.nanmax(run_positions, axis=0) - np.nanmin(run_positions, axis=0)))
-        if largest > LARGEST_DEFLECTION_M:
-            faults.append(
-                Fault(
-                    FaultCode.READING_IMPLAUSIBLE,
-                    file,
-                    f"run {name}",
-                    f"the target moved by {largest:.3g} m under load",
-                    'millimetres read as metres? write units = { position = "mm" }; or two poses in one run; rows of a '
-                    'lost target (0, −9999): [[exclude]], or rows = "X > -1000" under the source',
-                )
-            )
-    return faults

@@ -26,6 +26,7 @@ from stiffcal.model.summary import EffectAt
 from stiffcal.report.compensation_content import WithAndWithout
 from stiffcal.report.joint_curves import JointPicture
 from stiffcal.report.link_pictures import LinkPicture
+from stiffcal.report.provenance_content import Instrument, ReportProvenance
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
@@ -33,54 +34,6 @@ from stiffcal.results.validate_result import ValidateResult
 Strings = NDArray[np.str_]
 
 BRANCHES = ("loading", "unloading", "")
-
-
-@dataclass(frozen=True)
-class ReportSource:
-    """A file the results rest on."""
-
-    file: str
-    """Path as in the manifest, relative to the campaign folder."""
-    sha256: str
-    """Hexadecimal digest of its bytes."""
-    n_bytes: int
-    """Its size."""
-
-
-@dataclass(frozen=True)
-class ReportProvenance:
-    """Where the report comes from."""
-
-    campaign: str
-    """The campaign's name."""
-    robot: str
-    """The robot's name."""
-    date: str
-    """ISO date or date and time that is printed and put into the PDF, e.g. ``"2026-11-21"``. It is passed in, so that
-    the same content gives the same bytes.
-    """
-    versions: tuple[tuple[str, str], ...] = ()
-    """(program, version) pairs: stiffcal first, then what it computed with."""
-    sources: tuple[ReportSource, ...] = ()
-    """The files read: logs, manifest, robot file, model file."""
-    settings: tuple[tuple[str, str], ...] = ()
-    """(name, value) pairs worth a customer's eye: balance, weights, loss, …."""
-
-
-@dataclass(frozen=True)
-class Instrument:
-    """A sensor's signal, one line of the table of instruments."""
-
-    source: str
-    """The source's name in the manifest."""
-    measures: str
-    """What it measures, in words: "force and moment", "pose of target", "joint angles"."""
-    detail: str = ""
-    """In words: file format, frame, columns."""
-    rate: float | None = None
-    """Samples per second, None where states came averaged."""
-    sigma: str = ""
-    """Standard uncertainties with unit as they are to be printed, e.g. "0.016 mm, 0.03 mrad"; "" where not given."""
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,11 @@ from stiffcal.planning.wording import (
     indices_text,
     remedy_text,
 )
+from stiffcal.printed_units import printed_unit
 from stiffcal.report.blocks import Facts, Items, Paragraph, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.building import PagesHeading, write_pages
 from stiffcal.report.figures.gain import draw_gain
-from stiffcal.wording import length, printed_unit, significant
+from stiffcal.wording import length, significant
 
 if TYPE_CHECKING:
     from stiffcal.planning.results import ExpectedParameter, PlanResult, RunToMeasure

@@ -11,7 +11,8 @@ from typing import Any, Protocol
 from stiffcal import wording
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
-from stiffcal.wording import DASH, count, listing, place, plus_minus, unit_words
+from stiffcal.printed_units import unit_words
+from stiffcal.wording import DASH, count, listing, place, plus_minus
 from stiffcal.wording import grouped as digits
 
 __all__ = [

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from stiffcal.identification.agreement_results import Agreement
 from stiffcal.measurements.experiment import Experiment
+from stiffcal.printed_units import printed_unit
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import count, plus_minus, printed_unit, significant
+from stiffcal.wording import count, plus_minus, significant
 
 KINDS = {
     Experiment.LOADS: "load runs",

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.source import Source
 from stiffcal.diagnosis.evidence import EffectEvidence
 from stiffcal.diagnosis.refits import Refit, RefitSummary
 from stiffcal.experiments import all_kinds

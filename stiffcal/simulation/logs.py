@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.manifest import Source
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.source import Source
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.manifest import Source, TimeAxis
 from stiffcal.campaign.signals import Pose
+from stiffcal.campaign.source import Source, TimeAxis
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment

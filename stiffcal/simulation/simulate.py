@@ -21,10 +21,11 @@ import numpy as np
 import tomlkit
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Manifest, Source
+from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import check_inside
+from stiffcal.campaign.source import Source
 from stiffcal.documents import Document
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode

@@ -32,16 +32,8 @@ from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.summary import EffectAt
 from stiffcal.reduction.load_cycles import LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
-from stiffcal.report.content import (
-    Instrument,
-    ReportContent,
-    ReportProvenance,
-    ReportRun,
-    ReportSource,
-    ReportStates,
-    ResidualCovariate,
-    SetAsideRows,
-)
+from stiffcal.report.content import ReportContent, ReportRun, ReportStates, ResidualCovariate, SetAsideRows
+from stiffcal.report.provenance_content import Instrument, ReportProvenance, ReportSource
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.file_formats import format_names, format_of, log_formats
-from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.source import Source
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError
 from stiffcal.readers import DatabaseReader, Options, Reader, WantedColumns, find_reader

@@ -16,7 +16,8 @@ from stiffcal.experiments.clamped.analysis import ClampedRun
 from stiffcal.experiments.clamped.branches import Branches
 from stiffcal.experiments.clamped.heldout import HeldoutRun, angle_residual, heldout_clamped
 from stiffcal.experiments.clamped.sweeps import Sweeps
-from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw, fit_series, play_segment
+from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw, play_segment
+from stiffcal.experiments.clamped.torque_angle_fit import fit_series
 from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, branches, clamped_law
 
 NOTHING = Branches(*(np.zeros(0),) * 2, np.zeros(0, dtype=np.bool_), np.zeros(0), np.zeros(0, dtype=np.int64), 0.0)

@@ -10,7 +10,7 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
-from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.source import Source
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.sweeps import cut_sweeps, lag_of, moved_joint
 from stiffcal.mechanics.chain import Chain

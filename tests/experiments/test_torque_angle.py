@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.experiments.clamped import torque_angle
+from stiffcal.experiments.clamped import torque_angle_fit
 from stiffcal.experiments.clamped.analysis import encoder_step
 from stiffcal.experiments.clamped.branches import Branches, average_branches, reversal_error
-from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw, fit_series, play_segment
+from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw, play_segment
+from stiffcal.experiments.clamped.torque_angle_fit import fit_series
 from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, TABLE_2, branches, clamped_law, sweep
 
 
@@ -131,7 +132,7 @@ def test_a_curve_that_does_not_settle_is_an_error(monkeypatch: pytest.MonkeyPatc
     count = np.full(82, 4, dtype=np.int64)
     loop = Branches(np.tile(angle, 2), both, np.repeat([True, False], 41), np.full(82, 0.1), count, 0.05)
     assert fit_series(loop).settled
-    monkeypatch.setattr(torque_angle, "MOST_EVALUATIONS", 2)
-    monkeypatch.setattr(torque_angle._fit, "__kwdefaults__", {"evaluations": 2})
+    monkeypatch.setattr(torque_angle_fit, "MOST_EVALUATIONS", 2)
+    monkeypatch.setattr(torque_angle_fit._fit, "__kwdefaults__", {"evaluations": 2})
     with pytest.raises(InputError, match="the fit of torque over angle of a clamped run does not converge"):
         fit_series(loop)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.report.content import ReportContent, ReportProvenance, ReportRun, ReportStates
+from stiffcal.report.content import ReportContent, ReportRun, ReportStates
+from stiffcal.report.provenance_content import ReportProvenance
 from tests.laboratory.report_documents import documents
 
 

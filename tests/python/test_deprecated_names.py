@@ -145,6 +145,13 @@ def test_every_renamed_name_of_the_interface_of_effects_works_in_a_plugin(tmp_pa
     }
 
 
+def test_a_class_that_nothing_uses_any_more_can_still_be_imported() -> None:
+    with pytest.warns(DeprecationWarning, match=r"^stiffcal\.model\.effect\.Evidence is not used any more; "):
+        from stiffcal.model.effect import Evidence
+    assert Evidence("text", "meaning", "check").text == "text"
+    assert "Evidence" not in api.__all__
+
+
 def test_built_in_effects_answer_to_the_old_names_of_their_methods(chain: api.Chain) -> None:
     place, given = api.Place("joints", (2,)), loads(chain)
     backlash: Any = built_in_effects()["backlash"]

@@ -14,7 +14,8 @@ from pypdf.generic import ArrayObject, DictionaryObject
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.errors import InputError
 from stiffcal.report.building import build_report, lay_out
-from stiffcal.report.content import ReportContent, ReportProvenance, ReportSource
+from stiffcal.report.content import ReportContent
+from stiffcal.report.provenance_content import ReportProvenance, ReportSource
 from tests.laboratory.report_content import made_up_content
 
 SPACES = re.compile(r"\s+")

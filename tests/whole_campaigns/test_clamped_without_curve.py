@@ -10,7 +10,7 @@ import pytest
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped import analysis, parts
 from stiffcal.experiments.clamped.branches import Branches
-from stiffcal.experiments.clamped.torque_angle import SeriesFit, fit_series
+from stiffcal.experiments.clamped.torque_angle_fit import SeriesFit, fit_series
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.identify import identify_campaign
 from tests.rates.practice_joints import JOINTS

@@ -9,8 +9,9 @@ import pytest
 
 from stiffcal.report.blocks import Paragraph, PictureBlock, ReportSection, TableBlock
 from stiffcal.report.compensation_content import WithAndWithout
-from stiffcal.report.content import ReportContent, ReportProvenance
+from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.canvas import save_figure
+from stiffcal.report.provenance_content import ReportProvenance
 from stiffcal.report.sections.compensation import section
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.report_compensation import with_and_without

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.report.content import ReportContent, ReportProvenance
+from stiffcal.report.content import ReportContent
+from stiffcal.report.provenance_content import ReportProvenance
 from stiffcal.store import values_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model

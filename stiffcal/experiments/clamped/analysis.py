@@ -23,7 +23,8 @@ from stiffcal.experiments.clamped.faults import ONE_WAY, why_no_sweep
 from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.saturation import Saturation, find_saturation
 from stiffcal.experiments.clamped.sweeps import Sweeps, cut_sweeps
-from stiffcal.experiments.clamped.torque_angle import PlaySegment, SeriesFit, TorqueAngleLaw, fit_series, play_segment
+from stiffcal.experiments.clamped.torque_angle import PlaySegment, TorqueAngleLaw, play_segment
+from stiffcal.experiments.clamped.torque_angle_fit import SeriesFit, fit_series
 from stiffcal.fault_codes import FaultCode
 from stiffcal.processes import run_in_processes
 from stiffcal.uncertainty import NORMAL_95

@@ -9,8 +9,9 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments.drawn_rows import DrawnPart, DrawnRows, DrawnVariable
 from stiffcal.experiments.friction.curves import FRICTION_FIT, FRICTION_HELDOUT
+from stiffcal.experiments.friction.drive_law import initial_law
 from stiffcal.experiments.friction.parts import friction_readings, friction_rows, heldout_runs
-from stiffcal.experiments.friction.solving import PartFit, initial_law
+from stiffcal.experiments.friction.solving import PartFit
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.results import IdentifiedModel
 from stiffcal.model.campaign_effects import moving_effects

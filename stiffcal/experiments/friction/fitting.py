@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.experiments.friction.drive_law import DriveLaw, initial_law
 from stiffcal.experiments.friction.identifiability import MotionLack, undetermined
 from stiffcal.experiments.friction.rows import FrictionRows, together
-from stiffcal.experiments.friction.solving import DriveLaw, PartFit, initial_law
+from stiffcal.experiments.friction.solving import PartFit
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole, ParameterSpec

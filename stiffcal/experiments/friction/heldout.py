@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.experiments.friction.drive_law import initial_law
 from stiffcal.experiments.friction.fitting import FrictionFit, fit_friction
 from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind, together
-from stiffcal.experiments.friction.solving import PartFit, initial_law
+from stiffcal.experiments.friction.solving import PartFit
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
 

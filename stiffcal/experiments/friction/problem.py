@@ -10,9 +10,10 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.experiments.friction.documents import identified_friction_parameter
+from stiffcal.experiments.friction.drive_law import initial_law
 from stiffcal.experiments.friction.fitting import joint_fit
 from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind, together
-from stiffcal.experiments.friction.solving import RANK, PartFit, initial_law
+from stiffcal.experiments.friction.solving import RANK, PartFit
 from stiffcal.experiments.row_search import RowCovariate, RowFit, RowNoise, RowProblem
 from stiffcal.identification.regressors import Regressor
 from stiffcal.mechanics.chain import Chain

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from itertools import pairwise, product
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import InputError
+from stiffcal.experiments.friction.drive_law import DriveLaw
 from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import ParameterRole, ParameterSpec
+from stiffcal.model.effect import ParameterSpec
 
 # Singular values below this share of the largest: combinations of inertial numbers that no motion shows.
 RANK = 1e-7
@@ -24,47 +24,6 @@ ABSORBED = 1e-9
 SETTLED, MOST_ROUNDS = 1e-6, 100
 # A shape whose standard uncertainty is more than this share of it is not determined.
 UNDETERMINED = 0.5
-
-
-@dataclass
-class DriveLaw:
-    """One effect of one joint while it is being fitted: its shape, and what of it is free."""
-
-    placed: PlacedEffect
-    fixed: frozenset[str]
-    shape: dict[str, float]
-    free_nonlinear: list[str] = field(default_factory=list)
-    """Symbols of the continuous shape parameters that are estimated."""
-    chosen: list[str] = field(default_factory=list)
-    """Symbols of the discrete ones, chosen among the values of a grid."""
-    bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """Symbol of each free shape parameter to how far it may go."""
-
-    @property
-    def joint(self) -> int:
-        """The joint's number, from 1."""
-        return self.placed.place.joints[0]
-
-    @property
-    def amplitudes(self) -> list[str]:
-        """Symbols of the amplitudes."""
-        return [spec.symbol for spec in self.placed.specs(ParameterRole.AMPLITUDE)]
-
-    def held(self, symbol: str) -> bool:
-        """Return whether the model file holds a parameter at its value."""
-        return self.placed.parameter_name(symbol) in self.fixed
-
-
-def initial_law(placed: PlacedEffect, fixed: frozenset[str]) -> DriveLaw:
-    """Begin with the model file's shapes, else usual ones, and all free that is not fixed."""
-    shapes = [spec for spec in placed.specs(ParameterRole.NONLINEAR) if placed.parameter_name(spec.symbol) not in fixed]
-    return DriveLaw(
-        placed,
-        fixed,
-        dict(placed.shape()),
-        [spec.symbol for spec in shapes if not spec.discrete],
-        [spec.symbol for spec in shapes if spec.discrete],
-    )
 
 
 class PartFit:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
+from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
 from stiffcal.report.estimates import estimate_text
 from stiffcal.report.sections.stiffness import where_words
-from stiffcal.wording import printed_unit
 
 ORDER = 35
 _TITLE = "Stiffness before and after"

@@ -11,12 +11,12 @@ import numpy as np
 
 from stiffcal.diagnosis.results import DiagnoseResult, EffectEvidenceSummary
 from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, PictureBlock, ReportSection, SubheadingBlock
 from stiffcal.report.content import EvidenceFigure, ReportContent
 from stiffcal.report.estimates import parameter_text
 from stiffcal.report.figures.evidence import MOST_POINTS, draw_errors_by_run, draw_evidence
-from stiffcal.wording import printed_unit
 
 ORDER = 74
 _TITLE = "Evidence for the missing effects"

@@ -7,6 +7,7 @@ from typing import assert_never
 
 from stiffcal.experiments import presentation
 from stiffcal.experiments.presentation import Digits, Interval, Joints, Names, Page, Sentence, Words
+from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -22,7 +23,6 @@ from stiffcal.report.blocks import TableColumn as Column
 from stiffcal.report.content import ReportContent
 from stiffcal.report.estimates import estimate_text
 from stiffcal.report.figures.panels import draw_panels
-from stiffcal.wording import printed_unit
 
 ORDER = 44
 

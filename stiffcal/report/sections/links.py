@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
+from stiffcal.printed_units import LINK_COMPLIANCE, printed_unit
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -22,7 +23,6 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import links as drawing
 from stiffcal.report.link_pictures import LinkPicture
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import LINK_COMPLIANCE, printed_unit
 
 ORDER = 53
 _TITLE = "Links measured with rods"

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from stiffcal.report import wording
 from stiffcal.report.blocks import Facts, Paragraph, ReportSection, TableBlock, TableColumn
-from stiffcal.report.content import ReportContent, ReportSource
+from stiffcal.report.content import ReportContent
+from stiffcal.report.provenance_content import ReportSource
 
 ORDER = 990
 _TITLE = "Origin of this report"

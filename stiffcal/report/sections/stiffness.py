@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
+from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
 from stiffcal.report.estimates import STIFFNESS_UNITS, parameter_text, stiffness_text
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.wording import printed_unit
 
 ORDER = 30
 _TITLE = "Stiffness"

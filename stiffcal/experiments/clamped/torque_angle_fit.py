@@ -1,0 +1,240 @@
+"""Fit of spring, play and friction of one driven joint to averaged branches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.errors import InputError
+from stiffcal.experiments.clamped.branches import Branches
+from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw, play_segment
+from stiffcal.fault_codes import FaultCode
+
+# Bands tried at first, as shares of the largest torque.
+_FIRST_BAND = 0.02
+# A crossing that takes more than this share of the torque is no play but a soft spring.
+_WIDEST_BAND = 0.12
+# Plays tried at first, as shares of half the range of angles; the fit goes on from the best of them.
+_STARTS = (0.0, 0.15, 0.3, 0.45, 0.65, 0.85)
+MOST_STARTS = 3
+# Evaluations of the misfit for every law that is tried.
+EVALUATIONS = 80
+# Evaluations of the misfit for the law that is chosen.
+MOST_EVALUATIONS = 2000
+
+
+@dataclass(frozen=True)
+class SeriesFit:
+    """A law fitted to averaged branches."""
+
+    law: TorqueAngleLaw
+    """The fitted law."""
+    covariance: Floats
+    """(9, 9) of `PARAMETERS`."""
+    rms: float
+    """N·m, of the residual over the bins."""
+    dof: int
+    """Bins less parameters."""
+    play_found: bool
+    """False where the data need no play; ``law.width`` is then 0."""
+    settled: bool = True
+    """False where the iteration did not converge."""
+
+    def std(self, name: str) -> float:
+        """Return the standard uncertainty of one parameter."""
+        return float(np.sqrt(max(self.covariance[PARAMETERS.index(name), PARAMETERS.index(name)], 0.0)))
+
+    @property
+    def curve_covariance(self) -> Floats:
+        """(3, 3) covariance of p1, p2, p3."""
+        return self.covariance[6:, 6:]
+
+
+PARAMETERS = ("middle", "width", "band", "zero", "friction", "drag", "p1", "p2", "p3")
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """The data in units of half the range and of the largest torque, and what is free."""
+
+    data: Branches
+    angle_unit: float
+    torque_unit: float
+    angle: Floats
+    torque: Floats
+    weight: float
+    with_play: bool
+    with_friction: bool
+    with_lag: bool
+
+
+def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
+    """Fit spring, play and friction to averaged branches.
+
+    Play is kept only where the data need it: the misfit without it is larger by far more than its scatter, and the
+    segment of low slope exists (`play_segment`). Friction is free where both directions were measured.
+
+    Parameters
+    ----------
+    data : averaged branches.
+    with_lag : let the torque stay behind the angle by a constant angle: two devices, two clocks.
+
+    Raises
+    ------
+    InputError : the steps of the law that is chosen do not settle.
+    """
+    both_ways = bool(data.up.any() and not data.up.all())
+    without = _fit(data, with_play=False, with_friction=both_ways, with_lag=with_lag and both_ways)
+    with_play = _fit(data, with_play=True, with_friction=both_ways, with_lag=with_lag and both_ways)
+    # what repeats from cycle to cycle is shape: the scatter between cycles decides, but for misfits of the law itself
+    noise = max(data.noise, 0.5 * with_play.rms, 1e-12)
+    n = data.angle.size
+    gain = n * (without.rms**2 - with_play.rms**2) / noise**2
+    segment = play_segment(with_play.law)
+    wide = segment is not None and with_play.law.width > 3.0 * with_play.std("width")
+    # 30: three further parameters (width, band, zero) by chance gain 3 ± 2.4, and misfits that are not noise some more
+    chosen = with_play if gain > 30.0 and wide else without
+    if not chosen.settled:
+        # One that is not chosen may stay where it is: its misfit is then larger, and counts the less for it.
+        lag = with_lag and both_ways
+        chosen = _fit(
+            data, with_play=chosen is with_play, with_friction=both_ways, with_lag=lag, evaluations=MOST_EVALUATIONS
+        )
+    if not chosen.settled:
+        raise InputError.at(
+            FaultCode.NO_CONVERGENCE,
+            "campaign.toml", "runs", "the fit of torque over angle of a clamped run does not converge",
+            "check its angle and torque for jumps, or exclude the run",
+        )  # fmt: skip
+    return chosen
+
+
+def _fit(
+    data: Branches, *, with_play: bool, with_friction: bool, with_lag: bool, evaluations: int = EVALUATIONS
+) -> SeriesFit:
+    from scipy.optimize import least_squares
+
+    low, high = float(data.angle.min()), float(data.angle.max())
+    angle_unit, centre = max(0.5 * (high - low), 1e-12), 0.5 * (low + high)
+    torque_unit = max(float(np.abs(data.torque).max()), 1e-12)
+    scaled = _Scaled(
+        data, angle_unit, torque_unit, (data.angle - centre) / angle_unit, data.torque / torque_unit, 1.0,
+        with_play, with_friction, with_lag,
+    )  # fmt: skip
+    lower, upper = _bounds(scaled)
+
+    def misfit(v: Floats) -> Floats:
+        return np.asarray(_law_of(scaled, v).torque_at(scaled.angle, data.up) - scaled.torque)
+
+    def slopes(v: Floats) -> Floats:
+        law = _law_of(scaled, v)
+        by_law, curve = law.slopes(scaled.angle, data.up), np.array(law.curve)
+        # middle, width and the three slopes set the curve: of three numbers differences cost nothing
+        by_value = np.zeros((3, 10))
+        for number in (0, 1, 7, 8, 9):
+            step = np.zeros(10)
+            step[number] = 1e-7 * max(abs(float(v[number])), 1e-2)
+            by_value[:, number] = (np.array(_law_of(scaled, v + step).curve) - curve) / step[number]
+        columns = by_law[:, 7:] @ by_value
+        columns[:, :7] += by_law[:, :7]
+        return np.asarray(columns)
+
+    shares = _STARTS if with_play else _STARTS[:1]
+    starts = [np.clip(_start(scaled, share), lower + 1e-9, upper - 1e-9) for share in shares]
+    starts.sort(key=lambda v: float(np.sum(misfit(v) ** 2)))
+    solutions = [
+        least_squares(
+            misfit, v, jac=slopes, bounds=(lower, upper), x_scale=np.maximum(np.abs(v), 0.05), max_nfev=evaluations
+        )
+        for v in starts[:MOST_STARTS]
+    ]
+    best = min(solutions, key=lambda solution: float(solution.cost))
+    law = _law_of(scaled, best.x)
+    return replace(_to_si(scaled, law, centre), settled=bool(best.status > 0))
+
+
+def _start(scaled: _Scaled, share: float) -> Floats:
+    """Return middle, width, log band, zero, friction, lag, drag, slopes at the ends and what the middle has more."""
+    grid = np.linspace(scaled.angle.min(), scaled.angle.max(), 121)
+    sides = [_over(scaled, grid, direction) for direction in (True, False) if np.any(scaled.data.up == direction)]
+    middle_curve = np.mean(sides, axis=0)
+    friction = 0.5 * float(np.median(sides[0] - sides[-1])) if scaled.with_friction else 0.0
+    # the play is where the middle of the branches rises least over so long a window
+    count = min(max(round(share * (grid.size - 1)), 1), grid.size - 2)
+    rise = middle_curve[count:] - middle_curve[:-count]
+    at = int(np.argmin(np.abs(rise))) if share > 0.0 else int(np.argmin(np.abs(middle_curve)))
+    width = 2.0 * share
+    middle = 0.5 * float(grid[at] + grid[min(at + count, grid.size - 1)]) if share > 0.0 else float(grid[at])
+    zero = float(np.mean(middle_curve[at : at + count + 1])) if share > 0.0 else 0.0
+    slope = max(float(middle_curve[-5:].mean() - middle_curve[:5].mean()) / max(2.0 - width, 0.1), 0.05)
+    return np.array(
+        [middle, width, np.log(_FIRST_BAND), zero, max(friction, 0.0), 0.0, 0.0, slope, slope, 2.0 * slope],
+        dtype=np.float64,
+    )
+
+
+def _over(scaled: _Scaled, grid: Floats, way: bool) -> Floats:
+    """Return one branch's torque over a grid of angles."""
+    members = np.flatnonzero(scaled.data.up == way)
+    order = members[np.argsort(scaled.angle[members])]
+    return np.asarray(np.interp(grid, scaled.angle[order], scaled.torque[order]))
+
+
+def _bounds(scaled: _Scaled) -> tuple[Floats, Floats]:
+    tiny = 1e-7
+    lower = np.array([-1.0, 0.0, np.log(1e-3), -0.5, -0.9, -0.2, -0.3, 0.0, 0.0, 0.0])
+    upper = np.array([1.0, 1.95, np.log(_WIDEST_BAND), 0.5, 0.9, 0.2, 0.9, 1e3, 1e3, 1e3])
+    if not scaled.with_play:
+        lower[[1, 3]], upper[[1, 3]] = -tiny, tiny
+        lower[2], upper[2] = np.log(_FIRST_BAND) - tiny, np.log(_FIRST_BAND) + tiny
+    if not scaled.with_friction:
+        lower[[4, 6]], upper[[4, 6]] = -tiny, tiny
+    if not scaled.with_lag:
+        lower[5], upper[5] = -tiny, tiny
+    return lower, upper
+
+
+def _law_of(scaled: _Scaled, v: Floats) -> TorqueAngleLaw:
+    """Return the law in the data's own units."""
+    middle, width, band, zero, friction, lag, drag, first, last, more = (float(value) for value in v)
+    low = min(float(scaled.angle.min()) - middle + 0.5 * width, -1e-3)
+    high = max(float(scaled.angle.max()) - middle - 0.5 * width, 1e-3)
+    inner = more - np.sqrt(first * last)
+    size = high - low
+    rise, bend = 2.0 * (inner - first) / size, (first - 2.0 * inner + last) / size**2
+    curve = (first - rise * low + bend * low * low, 0.5 * rise - bend * low, bend / 3.0)
+    return TorqueAngleLaw(middle, max(width, 0.0), float(np.exp(band)), zero, friction, lag, curve, (low, high), drag)
+
+
+def _to_si(scaled: _Scaled, law: TorqueAngleLaw, centre: float) -> SeriesFit:
+    """Return the fit in rad and N·m, with the covariance of its parameters at that place."""
+    a, t = scaled.angle_unit, scaled.torque_unit
+    play, with_friction = scaled.with_play, scaled.with_friction
+    free = np.array([True, play, play, play, with_friction, with_friction, True, True, True])
+    up = scaled.data.up
+
+    residual = law.torque_at(scaled.angle, up) - scaled.torque
+    slopes = law.slopes(scaled.angle, up)
+    slopes[:, 2] /= law.band
+    lag = slopes[:, [5]] if scaled.with_lag else slopes[:, :0]
+    jacobian = np.concatenate([np.delete(slopes, 5, axis=1)[:, free], lag], axis=1)
+    dof = max(len(residual) - jacobian.shape[1], 1)
+    size = np.linalg.norm(jacobian, axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    inverse = np.linalg.pinv(jacobian / size, rcond=1e-10) / size[:, None]
+    # Noise of the angle counts on the steep flanks, noise of the torque in the play: each bin's own misfit weighs it.
+    spread = inverse * residual
+    whole = spread @ spread.T * (len(residual) / dof)
+    covariance = np.zeros((9, 9))
+    chosen = np.flatnonzero(free)
+    covariance[np.ix_(chosen, chosen)] = whole[: len(chosen), : len(chosen)]
+    units = np.array([a, a, t, t, t, 1.0, t / a, t / a**2, t / a**3])
+    covariance *= units[:, None] * units
+    p = law.curve
+    real = TorqueAngleLaw(
+        centre + a * law.middle, a * law.width, t * law.band, t * law.zero, t * law.friction, a * law.lag,
+        (t / a * p[0], t / a**2 * p[1], t / a**3 * p[2]), (a * law.reach[0], a * law.reach[1]), law.drag,
+    )  # fmt: skip
+    return SeriesFit(real, covariance, t * float(np.sqrt(np.mean(residual**2))), dof, scaled.with_play)
