@@ -25,7 +25,7 @@ from stiffcal.ingest.results import IngestResult
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.blocks import BlockAverager, Blocks
-from stiffcal.reduction.excluded_rows import RowExclusions
+from stiffcal.reduction.excluded_rows import ExcludedStretches, RowExclusions
 from stiffcal.reduction.holds import Holds, given_holds
 from stiffcal.reduction.known_weights import weight_warnings
 from stiffcal.reduction.logs import is_there, read_batches, read_rows
@@ -262,7 +262,7 @@ def _read_log(
     """Stream one log: into the store as it is, into block averages for everything else."""
     source = campaign.manifest.sources[name]
     ((_, file),) = log_files(campaign, run, [name])
-    averager = BlockAverager()
+    averager, stretches = BlockAverager(), ExcludedStretches()
     stream: TableStream | None = None
     exclusions = RowExclusions.of(campaign.manifest, name, run.id)
     path = campaign.folder / file
@@ -282,6 +282,7 @@ def _read_log(
                 stream = ingest_options.writing.stream(recording_name(run.id, name), recording_columns(source, rows))
             stream.append(recording_table(source, rows))
         averager.add(rows_in_use.time, rows_in_use.signals)
+        stretches.update(rows.time, excluded)
         # a guess from the first piece is good enough for a bar
         rows_reported = rows_reported or max(len(rows) * size / PIECE_BYTES, float(len(rows)))
         progress(f"reading {file}", min(float(rows.number[-1]) / rows_reported, 1.0) if len(rows) else None)
@@ -290,7 +291,7 @@ def _read_log(
     if stream is not None:
         stream.close()
     try:
-        return averager.blocks()
+        return replace(averager.blocks(), excluded=stretches.array())
     except ValueError:
         raise InputError.at(
             FaultCode.FILE_EMPTY, file, "", "no reading of this log remains", "check rows = … and exclude"

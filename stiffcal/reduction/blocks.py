@@ -8,15 +8,17 @@ duration doubles. A slow log keeps every sample as its own block.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 
 # Finer than any tracker's interval (the fastest give 1 kHz, typically 25 to 100 Hz) and than the 10 ms asked of clocks.
 SHORTEST_BLOCK_S = 0.005
 MOST_BLOCKS = 1 << 17
+# Share of the time from block to block; an interpolation over an excluded stretch gives it no more weight than this.
+_SAME_TIME = 1e-3
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,9 @@ class Blocks:
     """Signal name to (m, c), of single samples about the block's mean (0 where one sample)."""
     dropped: int = 0
     """Samples left out because a value was missing."""
+    excluded: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    """(k, 2) s, stretches between two samples where the manifest excludes all that was logged: the times of the last
+    sample before it and of the first after it."""
 
     def __len__(self) -> int:
         return int(self.time.shape[0])
@@ -45,6 +50,23 @@ class Blocks:
     def interval(self) -> float:
         """Typical time from block to block, s (0 where there is one block)."""
         return float(np.median(np.diff(self.time))) if len(self) > 1 else 0.0
+
+    def in_excluded(self, time: Floats) -> Booleans:
+        """Return (n,) True where a value at a time (n,), s, would be interpolated over excluded samples.
+
+        Samples that are excluded within a block do not count: its mean is that of the others.
+        """
+        middle = self.excluded.mean(axis=1)
+        before = np.searchsorted(self.end, middle) - 1
+        # the block after the one that ends before a stretch may hold it: then nothing is interpolated
+        between = before[(before >= 0) & (self.start[np.minimum(before + 1, len(self) - 1)] > middle)]
+        if between.size == 0:
+            return np.zeros(time.shape, dtype=np.bool_)
+        place = np.clip(np.searchsorted(self.time, time) - 1, 0, len(self) - 2)
+        # rounding of times: what lies this near to a block's time is its mean
+        near = _SAME_TIME * self.interval
+        inside = (time > self.time[place] + near) & (time < self.time[place + 1] - near)
+        return np.asarray(inside & np.isin(place, between))
 
 
 class BlockAverager:

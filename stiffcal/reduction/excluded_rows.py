@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.manifest import Manifest
 
 
@@ -53,3 +53,31 @@ class RowExclusions:
                 continue
             excluded |= chosen
         return excluded
+
+
+@dataclass
+class ExcludedStretches:
+    """Collects, batch by batch, between which samples of a log rows are excluded."""
+
+    last: float | None = None
+    """s, the last sample so far that is not excluded; None before the first."""
+    open: bool = False
+    """Whether rows after it have been excluded."""
+    stretches: list[tuple[float, float]] = field(default_factory=list)
+    """The last sample before and the first after each stretch, s."""
+
+    def update(self, time: Floats, excluded: Booleans) -> None:
+        """Add a batch: the rows' times (n,), s, and which of them are excluded (n,)."""
+        kept = np.flatnonzero(~excluded)
+        if kept.size == 0:
+            self.open |= excluded.size > 0
+            return
+        if self.last is not None and (self.open or kept[0] > 0):
+            self.stretches.append((self.last, float(time[kept[0]])))
+        wide = np.flatnonzero(np.diff(kept) > 1)
+        self.stretches += zip(time[kept[wide]].tolist(), time[kept[wide + 1]].tolist(), strict=True)
+        self.last, self.open = float(time[kept[-1]]), bool(kept[-1] < excluded.size - 1)
+
+    def array(self) -> Floats:
+        """Return (k, 2) s, the stretches."""
+        return np.array(self.stretches, dtype=np.float64).reshape(-1, 2)

@@ -31,6 +31,8 @@ class UnusedCode(StrEnum):
     """Between the loads at which a sweep is read."""
     NEVER_STEADY = "never-steady"
     """A stroke of a friction run never held a velocity."""
+    EXCLUDED = "excluded"
+    """The manifest excludes nearly all rows of a stretch at constant velocity."""
 
 
 @dataclass(frozen=True)
@@ -94,4 +96,5 @@ _TEXTS = {
     UnusedCode.BEFORE_FIRST_LOAD: "before the first load, longer than the dwells",
     UnusedCode.AFTER_LAST_LOAD: "after the last load, longer than the dwells",
     UnusedCode.BETWEEN_SWEPT_LOADS: "between the loads at which a sweep is read",
+    UnusedCode.EXCLUDED: "[[exclude]] leaves hardly a row of the phase of constant velocity",
 }

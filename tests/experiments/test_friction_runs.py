@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.experiments.friction.clocks import torque_clock
-from stiffcal.experiments.friction.runs import friction_run, moved_joints, reduce_friction
-from stiffcal.reduction.blocks import Blocks, blocks_of
+from stiffcal.experiments.friction.free_motion import free_motion
+from stiffcal.experiments.friction.runs import FrictionRun, friction_run, moved_joints, reduce_friction
+from stiffcal.measurements.load_states import RunInfo
+from stiffcal.reduction.blocks import BlockAverager, Blocks, blocks_of
+from stiffcal.reduction.excluded_rows import ExcludedStretches
+from stiffcal.reduction.unused import UnusedCode
 from tests.laboratory.friction_law import friction_torque
 from tests.laboratory.joint_strokes import friction_runs, robot
 
@@ -104,6 +110,67 @@ def test_a_velocity_of_another_unit() -> None:
         friction_run(entry(), one_log(**{"joints.velocity": np.gradient(angle, 0.005, axis=0) * 9.5493}))
     with pytest.raises(InputError, match=r"joint 2 is -1 times that of its angles"):
         friction_run(entry(), one_log(**{"joints.velocity": -np.gradient(angle, 0.005, axis=0)}))
+
+
+def with_rows_excluded(rows: np.ndarray, spoilt: float) -> tuple[FrictionRun, np.ndarray]:
+    """Return a run whose log reads `spoilt` N·m more in some rows that are excluded, and the times of these."""
+    time, angle, torque = several_speeds()
+    excluded = np.isin(np.arange(time.size), rows)
+    torque = np.where(excluded[:, None], torque + spoilt, torque)
+    stretches, averager = ExcludedStretches(), BlockAverager()
+    for part in (slice(0, 700), slice(700, None)):
+        kept = ~excluded[part]
+        signals = {"joints": angle[part][kept].T, "joints.torque": torque[part][kept].T}
+        averager.add(time[part][kept], signals)
+        stretches.update(time[part], excluded[part])
+    return friction_run(entry(), {"drives": replace(averager.blocks(), excluded=stretches.array())}), time[excluded]
+
+
+def test_excluded_rows_within_a_pass_are_no_samples_of_it() -> None:
+    time, _, _ = several_speeds()
+    whole = reduce_friction([friction_run(entry(), one_log())], robot())
+    assert whole.steady is not None
+    assert whole.samples is not None
+    # the last pass is fast: fewer than 200 samples, each kept by itself
+    start, end = whole.steady.start[-1], whole.steady.end[-1]
+    inside = np.flatnonzero((time > start) & (time < end))
+    rows = inside[[*range(40, 60), 80]]
+    run, gone = with_rows_excluded(rows, 500.0)
+    reduced = reduce_friction([run], robot())
+    assert reduced.steady is not None
+    assert reduced.samples is not None
+    assert not np.isclose(reduced.samples.time[:, None], gone, atol=1e-4).any()
+    assert np.isclose(whole.samples.time[:, None], gone, atol=1e-4).sum() == gone.size
+    assert whole.steady.n_readings[-1] - reduced.steady.n_readings[-1] == gone.size
+    assert len(whole.samples) - len(reduced.samples) == gone.size
+    # the law that is in the log, not the 500 N·m of the excluded rows
+    noise = whole.steady.scatter[-1] * np.sqrt(gone.size) / whole.steady.n_readings[-1]
+    assert reduced.steady.torque[-1] == pytest.approx(whole.steady.torque[-1], abs=3.0 * noise)
+    assert noise < 1.0
+
+
+def test_a_pass_of_which_hardly_a_row_is_left_is_listed_as_excluded() -> None:
+    time, _, _ = several_speeds()
+    whole = reduce_friction([friction_run(entry(), one_log())], robot())
+    assert whole.steady is not None
+    inside = np.flatnonzero((time > whole.steady.start[0]) & (time < whole.steady.end[0]))
+    reduced = reduce_friction([with_rows_excluded(inside[3:-3], 0.0)[0]], robot())
+    assert reduced.steady is not None
+    assert len(reduced.steady) == len(whole.steady) - 1
+    assert [stretch.code for stretch in reduced.dropped["a"]] == [UnusedCode.EXCLUDED]
+
+
+def test_windows_of_free_motion_hold_no_excluded_row() -> None:
+    time, angle, torque = several_speeds()
+    excluded = np.zeros(time.size, dtype=np.bool_)
+    excluded[300:303] = True
+    info = RunInfo("a", "friction")
+    whole = free_motion(info, robot(), time, angle, torque)
+    left = free_motion(info, robot(), time, angle, torque, excluded)
+    gone = np.setdiff1d(whole.time, left.time)
+    # thirteen samples to a window
+    np.testing.assert_array_equal(gone, whole.time[np.abs(whole.time - time[301]) < 7.5 * 0.005])
+    assert gone.size > 0
 
 
 @pytest.mark.parametrize(

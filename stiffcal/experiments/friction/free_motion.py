@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments.friction.readings import FreeMotion
 from stiffcal.experiments.friction.steady import angle_noise
 from stiffcal.measurements.load_states import RunInfo
@@ -24,13 +24,16 @@ STANDS = 0.002
 NOISE_BAND = 5.0
 
 
-def free_motion(info: RunInfo, chain: Chain, time: Floats, logged: Floats, torque: Floats) -> FreeMotion:
+def free_motion(
+    info: RunInfo, chain: Chain, time: Floats, logged: Floats, torque: Floats, excluded: Booleans | None = None
+) -> FreeMotion:
     """Return the samples of one run, two to a window, so that neighbours share no more than half of their readings.
 
     Parameters
     ----------
     info : the run. chain : the robot.
     time : (n,) s. logged : (n, L) joint angles as logged, rad. torque : (n, J) N·m of the drives, joint side.
+    excluded : (n,) True for samples that are interpolated over excluded rows: windows that hold one are left out.
     """
     step = float(np.median(np.diff(time)))
     even = np.arange(time[0], time[-1] + 0.5 * step, step)
@@ -49,7 +52,7 @@ def free_motion(info: RunInfo, chain: Chain, time: Floats, logged: Floats, torqu
     # the smoothed signals lack half a window at each end, `one_way` another half
     edge = width // 2
     inside = slice(edge, drives.shape[0] - edge, max(1, edge))
-    return FreeMotion(
+    motion = FreeMotion(
         runs=(info,),
         run=np.zeros(one_way[:: max(1, edge)].shape[0], dtype=np.int64),
         time=even[2 * edge : even.size - 2 * edge][:: max(1, edge)],
@@ -61,6 +64,11 @@ def free_motion(info: RunInfo, chain: Chain, time: Floats, logged: Floats, torqu
         torque=smoothed(torque, width, step)[0][inside],
         one_way=one_way[:: max(1, edge)],
     )
+    if excluded is None:
+        return motion
+    interpolated = np.interp(even, time, excluded.astype(np.float64)) > 0.0
+    touched = np.asarray(np.lib.stride_tricks.sliding_window_view(interpolated, width).any(axis=-1))
+    return motion.select(~touched[inside])
 
 
 def smoothed(values: Floats, width: int, step: float) -> tuple[Floats, Floats, Floats]:

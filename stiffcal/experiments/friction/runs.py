@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.experiments.friction.clocks import torque_clock
@@ -53,6 +53,8 @@ class FrictionRun:
     """(n,) K, the first logged one; None where none is logged, or on a clock that nothing ties to the angles'."""
     clocks: Mapping[str, SourceClockOffset] = field(default_factory=dict)
     """Source to how much its clock shows more than the first source's."""
+    excluded: Booleans | None = None
+    """(n,) True where angle or torque is interpolated over rows that the manifest excludes; None where none is."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,21 @@ def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
     angle, needed = _evenly(even, time, angle), _evenly(even, time, needed)
     velocity = None if velocity is None else _evenly(even, time, velocity)
     warm = _temperature(logs, lead, clocks, even)
-    return FrictionRun(info, run.moved_joint, even, angle, needed, velocity, warm, clocks)
+    sources = [lead, torque, *([speed] if speed is not None else [])]
+    excluded = _excluded(logs, sources, lead, clocks, even)
+    return FrictionRun(info, run.moved_joint, even, angle, needed, velocity, warm, clocks, excluded)
+
+
+def _excluded(
+    logs: Mapping[str, Blocks], sources: Sequence[str], lead: str, clocks: Mapping[str, SourceClockOffset], even: Floats
+) -> Booleans | None:
+    """Return (n,) where a source's rows are excluded at times of the lead's clock; None where they never are."""
+    excluded = np.zeros(even.size, dtype=np.bool_)
+    for source in dict.fromkeys(sources):
+        if logs[source].excluded.size:
+            shift = 0.0 if source == lead else (clocks[source].value or 0.0) - (clocks[lead].value or 0.0)
+            excluded |= logs[source].in_excluded(even + shift)
+    return excluded if excluded.any() else None
 
 
 def _temperature(
@@ -270,7 +286,7 @@ def reduce_friction(runs: Sequence[FrictionRun], chain: Chain) -> FrictionReduct
             dropped[run.info.name] = tuple(passes_of_run[k][1])
             warnings += _unused_warnings(run, chain, moved_of_run[k][0], passes_of_run[k][1])
             continue
-        motions.append(free_motion(run.info, chain, run.time, run.angle, run.torque))
+        motions.append(free_motion(run.info, chain, run.time, run.angle, run.torque, run.excluded))
         names = ", ".join(chain.joint_names[j - 1] for j in moved_of_run[k])
         why = (
             "several joints move at the same time"
@@ -315,7 +331,7 @@ def _joints_in_motion(run: FrictionRun, chain: Chain) -> list[int]:
 def _passes(run: FrictionRun, number: int, joint: int) -> tuple[list[JointPass], list[UnusedStretch]]:
     k = joint - 1
     velocity = None if run.velocity is None else run.velocity[:, k]
-    steady, refused = steady_passes(JointLog(run.time, run.angle[:, k], run.torque[:, k], velocity))
+    steady, refused = steady_passes(JointLog(run.time, run.angle[:, k], run.torque[:, k], velocity, run.excluded))
     other_angles = run.angle.mean(axis=0)
     other_angles[k] = 0.0
     return [JointPass(steady_pass, number, joint, other_angles) for steady_pass in steady], refused

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.unused import UnusedCode, UnusedStretch
 
@@ -85,6 +85,9 @@ class JointLog:
     """(n,) N·m."""
     velocity: Floats | None = None
     """(n,) rad/s as logged, None where it is not: then it comes from the angles."""
+    excluded: Booleans | None = None
+    """(n,) True for samples that are interpolated over excluded rows: they show where the joint moved and are no
+    readings of a pass."""
 
 
 def angle_noise(angle: Floats) -> float:
@@ -133,7 +136,7 @@ def steady_passes(log: JointLog) -> tuple[list[Pass], list[UnusedStretch]]:
     Returns
     -------
     passes : in the order of the log.
-    dropped : strokes that never held a velocity, with the reason.
+    dropped : strokes that never held a velocity, and those of whose pass nearly all is excluded, with the reason.
     """
     noise = angle_noise(log.angle)
     turns = turning_points(log.angle)
@@ -146,7 +149,13 @@ def steady_passes(log: JointLog) -> tuple[list[Pass], list[UnusedStretch]]:
     for (first, last), turn in zip(strokes, turned_at, strict=True):
         steady_piece = _longest_steady_piece(log.time[first : last + 1], log.angle[first : last + 1], noise)
         if steady_piece is not None:
-            passes.append(_pass_of(log, slice(first + steady_piece[0], first + steady_piece[1] + 1), turn))
+            rows = np.arange(first + steady_piece[0], first + steady_piece[1] + 1)
+            kept = rows if log.excluded is None else rows[~log.excluded[rows]]
+            if kept.size < LEAST_SAMPLES:
+                ends = float(log.time[rows[0]]), float(log.time[rows[-1]])
+                dropped.append(UnusedStretch(*ends, UnusedCode.EXCLUDED))
+                continue
+            passes.append(_pass_of(log, kept, turn))
         elif abs(float(log.angle[last] - log.angle[first])) > 0.5 * longest:  # others are moves to the start
             dropped.append(_never_steady(log, first, last))
     return passes, dropped
@@ -231,7 +240,7 @@ def _narrow_to_steady(time: Floats, angle: Floats, width: int) -> tuple[int, int
     return int(longest[0]) + margin, int(longest[-1]) + width - margin
 
 
-def _pass_of(log: JointLog, rows: slice, turned_at: float) -> Pass:
+def _pass_of(log: JointLog, rows: Integers, turned_at: float) -> Pass:
     time, angle = log.time[rows], log.angle[rows]
     velocity = _slope(time, angle) if log.velocity is None else float(log.velocity[rows].mean())
     return Pass(time, angle, log.torque[rows], velocity, turned_at)
