@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def improve(
     folder: Folder = HERE,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask for confirmation.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only show what would be added.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only show what would be added and removed.")] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,

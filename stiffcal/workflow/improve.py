@@ -66,7 +66,7 @@ def improve_campaign(
     folder : the campaign folder.
     context : store, progress and so on.
     ask : asked before each change; what it skips is not proposed again.
-    dry_run : only report what would be added.
+    dry_run : only report what would be added and removed.
     notify_step : called with each step once it is validated.
 
     Returns
@@ -83,7 +83,7 @@ def improve_campaign(
     recorder.validate_and_add_step("start", None, Where())
     diagnosed = diagnose_campaign(folder, context)
     if dry_run:
-        recorder.steps += [_would_add(effect) for effect in diagnosed.missing]
+        recorder.steps += _planned_steps(diagnosed)
     else:
         diagnosed = _add_and_remove(recorder, diagnosed, ask)
     judged = validate_campaign(folder, context)
@@ -241,9 +241,19 @@ def _next_changes(
     ]
 
 
-def _would_add(effect: ProposedEffect) -> ImproveStep:
-    """Return the step of a dry run: nothing is changed, so nothing is known of the error."""
-    return ImproveStep(action="would add", effect=effect.effect, where=effect.where, heldout_rms=None, noise=None)
+def _planned_steps(diagnosed: DiagnoseResult) -> list[ImproveStep]:
+    """Return the steps that a diagnosis calls for: nothing is changed, so nothing is known of the error."""
+    added: Sequence[ProposedEffect | EffectAt] = diagnosed.missing
+    if diagnosed.everywhere is not None:
+        added = [diagnosed.everywhere]
+    # With something to add, what seems unnecessary now may turn out to be needed.
+    removed = [] if added or diagnosed.undecided else diagnosed.superfluous
+    changes: list[tuple[Action, ProposedEffect | EffectAt]] = [("would add", effect) for effect in added]
+    changes += [("would remove", effect) for effect in removed]
+    return [
+        ImproveStep(action=action, effect=effect.effect, where=effect.where, heldout_rms=None, noise=None)
+        for action, effect in changes
+    ]
 
 
 def places_as_options(where: Where) -> dict[str, str | None]:

@@ -13,7 +13,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary, Where
 from stiffcal.reduction.registration import RegistrationSummary
 
-Action: TypeAlias = Literal["start", "add", "remove", "would add"]
+Action: TypeAlias = Literal["start", "add", "remove", "would add", "would remove"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

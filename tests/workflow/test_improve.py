@@ -115,6 +115,9 @@ def test_what_the_model_does_not_need_is_removed_once_nothing_is_missing(tmp_pat
     folder = write_small_campaign(tmp_path / "plain")
     model = folder / "model.toml"
     model.write_text(model.read_text(encoding="utf-8") + '\n[[effects]]\ntype = "bearing-tilt"\njoints = [3]\n')
+    rungs = improve_campaign(folder, dry_run=True).steps
+    assert [(step.action, step.effect) for step in rungs] == [("start", None), ("would remove", "bearing-tilt")]
+    assert effects_of(folder) == ["joint-compliance", "bearing-tilt"]
     result = improve_campaign(folder)
     assert [(step.action, step.effect) for step in result.steps] == [("start", None), ("remove", "bearing-tilt")]
     assert effects_of(folder) == ["joint-compliance"]
