@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
-from stiffcal.campaign.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of
+from stiffcal.campaign.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of, single_target
 from stiffcal.campaign.table_sniffing import SniffedColumn
 
 # Words that say where, not what; they are noted and taken off the name.
@@ -98,6 +98,10 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     triples = _triples(free, keys)
     targets = _targets(free, plain) if quaternion is None and "deflection" not in triples else ()
     triples |= {"position": targets[0][1]} if targets else {}
+    if not triples.keys() & {"position", "deflection"} and (
+        only := single_target({column: plain[column.header] for column in free})
+    ):
+        triples["position"] = Role(only)
     targets = tuple((name, _with_sigma(role, plain, sigma)) for name, role in targets)
     for signal in ("deflection", "position"):
         if signal in triples:

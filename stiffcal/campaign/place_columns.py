@@ -60,15 +60,7 @@ def numbered_targets(words: dict[SniffedColumn, str]) -> tuple[TargetColumns, ..
     >>> [target.name for target in numbered_targets({SniffedColumn(n, n, None, (0.0,)): n for n in names})]
     ['target1', 'target2']
     """
-    found: dict[tuple[str, int], dict[str, SniffedColumn]] = {}
-    for column, word in words.items():
-        after = _NUMBERED.fullmatch(word)
-        before = _BODY.fullmatch(word[:-1])
-        if before is not None and word[-1] in "xyz":
-            found.setdefault((before["kind"], int(before["number"])), {})[word[-1]] = column
-        elif after is not None and after["name"] in _BARE:
-            found.setdefault((after["name"], int(after["number"])), {})[after["axis"]] = column
-    complete = {key: axes for key, axes in found.items() if len(axes) == 3}
+    complete = _complete(words)
     for kind in dict.fromkeys(kind for kind, _ in complete):
         numbers = sorted(number for own, number in complete if own == kind)
         if len(numbers) > 1:
@@ -78,6 +70,35 @@ def numbered_targets(words: dict[SniffedColumn, str]) -> tuple[TargetColumns, ..
                 for number in numbers
             )
     return ()
+
+
+def single_target(words: dict[SniffedColumn, str]) -> tuple[SniffedColumn, ...]:
+    """Return x, y and z of the only target of a table that numbers it all the same; empty where there is no such one.
+
+    Parameters
+    ----------
+    words : columns of numbers that are nothing else, each with its bare name (``smr1x``, ``x1``).
+
+    Examples
+    --------
+    >>> [c.name for c in single_target({SniffedColumn(n, n, None, (0.0,)): n for n in ("x1", "y1", "z1", "s1")})]
+    ['x1', 'y1', 'z1']
+    """
+    complete = list(_complete(words).values())
+    return tuple(complete[0][axis] for axis in "xyz") if len(complete) == 1 else ()
+
+
+def _complete(words: dict[SniffedColumn, str]) -> dict[tuple[str, int], dict[str, SniffedColumn]]:
+    """Return the columns of each axis by the stem and the number of their names, where all three axes are there."""
+    found: dict[tuple[str, int], dict[str, SniffedColumn]] = {}
+    for column, word in words.items():
+        after = _NUMBERED.fullmatch(word)
+        before = _BODY.fullmatch(word[:-1])
+        if before is not None and word[-1] in "xyz":
+            found.setdefault((before["kind"], int(before["number"])), {})[word[-1]] = column
+        elif after is not None and after["name"] in _BARE:
+            found.setdefault((after["name"], int(after["number"])), {})[after["axis"]] = column
+    return {key: axes for key, axes in found.items() if len(axes) == 3}
 
 
 def sigma_columns(words: dict[SniffedColumn, list[str]]) -> dict[str, SniffedColumn]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.campaign.column_roles import Roles
+from stiffcal.arrays import Integers
+from stiffcal.campaign.column_roles import Role, Roles
 from stiffcal.campaign.experiment_kinds import kind_names
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -24,7 +25,7 @@ def serves_absolute(roles: Roles) -> bool:
     """
     if roles.joints is None or roles.position is None or roles.deflection is not None or roles.force is not None:
         return False
-    return roles.mass is None or not _rows_of_one_pose(roles)
+    return roles.mass is None or not _has_twins(roles, roles.mass)
 
 
 def check_purpose(roles: Roles, display_name: str) -> None:
@@ -83,14 +84,33 @@ def _missing(display_name: str, reason: str, mend: str) -> InputError:
     return InputError.at(FaultCode.COLUMN_MISSING, display_name, "header", reason, mend)
 
 
+def _has_twins(roles: Roles, mass: Role) -> bool:
+    """Return whether most rows have a twin: the same pose under another mass. A pose that repeats is none."""
+    pose = _poses(roles)
+    masses = np.array(mass.columns[0].values)
+    if pose is None or masses.size != pose.size:  # with empty cells it cannot be decided
+        return True
+    largest, smallest = np.full(pose.max() + 1, -np.inf), np.full(pose.max() + 1, np.inf)
+    np.maximum.at(largest, pose, masses)
+    np.minimum.at(smallest, pose, masses)
+    return bool(np.mean((largest > smallest)[pose]) > 0.5)
+
+
 def _rows_of_one_pose(roles: Roles) -> list[int]:
     """Return the first rows, from 1, that share their joint angles; empty where each row is another pose."""
-    assert roles.joints is not None
-    columns = [column.values for column in roles.joints.columns]
-    if len({len(values) for values in columns}) > 1:  # with empty cells it cannot be decided
+    pose = _poses(roles)
+    if pose is None:  # with empty cells it cannot be decided
         return [1, 2]
-    degrees = max(column.size for column in roles.joints.columns) > _MOST_RADIANS
-    angles = np.array(columns).T
-    pose = pose_groups(np.radians(angles) if degrees else angles, SAME_POSE_RAD)
     shared = np.flatnonzero(np.bincount(pose) > 1)
     return [int(row) + 1 for row in np.flatnonzero(pose == shared[0])] if shared.size else []
+
+
+def _poses(roles: Roles) -> Integers | None:
+    """Return (n,) the number of each row's pose, from 0; None where columns of joints differ in length."""
+    assert roles.joints is not None
+    columns = [column.values for column in roles.joints.columns]
+    if len({len(values) for values in columns}) > 1:
+        return None
+    degrees = max(column.size for column in roles.joints.columns) > _MOST_RADIANS
+    angles = np.array(columns).T
+    return pose_groups(np.radians(angles) if degrees else angles, SAME_POSE_RAD)

@@ -307,7 +307,9 @@ def test_which_experiment_a_table_can_serve(tmp_path: Path, header: str, row: st
     assert not (tmp_path / "cell").exists()
 
 
-@pytest.mark.parametrize("names", ["X,Y,Z", "measurement_x,measurement_y,measurement_z"])
+@pytest.mark.parametrize(
+    "names", ["X,Y,Z", "measurement_x,measurement_y,measurement_z", "X1,Y1,Z1", "smr1_x,smr1_y,smr1_z"]
+)
 def test_places_without_loads_are_absolute(tmp_path: Path, names: str) -> None:
     rows = "\n".join(f"{10 * k},{5 * k - 60},{20 + k},{k},{k},{k},1500,20,{900 + k}" for k in range(4))
     path = table(tmp_path, f"A1,A2,A3,A4,A5,A6,{names}\n{rows}\n")
@@ -327,6 +329,21 @@ def test_a_payload_in_poses_without_unloaded_twins_hangs_at_a_point_of_its_own(t
     assert 'dead_weight = { mass_column = "kg", point = "payload"' in proposal.manifest
     with pytest.raises(InputError, match="frames.payload.xyz_m: not filled in yet"):
         load_campaign(tmp_path / "cell")
+
+
+@pytest.mark.parametrize(("masses", "is_absolute"), [((0, 5, 0, 5, 0, 5), True), ((0, 5, 0, 0, 5, 5), False)])
+def test_a_pose_that_repeats_under_the_same_payload_is_no_unloaded_twin(
+    tmp_path: Path, masses: Sequence[int], is_absolute: bool
+) -> None:
+    # four poses of which two repeat as they were, or three poses without and with the payload
+    order = [0, 1, 2, 3, 0, 1] if is_absolute else [0, 1, 2, 1, 0, 2]
+    rows = "\n".join(
+        f"{10 * k},{5 * k - 60},{20 + k},{k},{k},{k},1500,20,{900 + k},{mass}"
+        for k, mass in zip(order, masses, strict=True)
+    )
+    path = table(tmp_path, f"A1,A2,A3,A4,A5,A6,X1,Y1,Z1,kg\n{rows}\n")
+    proposal = propose_campaign(tmp_path / "cell", [path], robot="irb4400", tool=(0.0, 0.0, 0.1))
+    assert ('experiment = "absolute"' in proposal.manifest) == is_absolute
 
 
 def test_a_time_that_does_not_advance_is_no_order_of_rows(tmp_path: Path) -> None:
