@@ -40,7 +40,7 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
     table = plain_table("effect", "place", "before, ± 95 %>", "after, ± 95 %>", "", "change>")
     for value in moved:
         symbol = value.name.rpartition(".")[2]
-        place = places(value.where) + ("" if symbol == "c" else f", {symbol}")
+        place = (value.setup_part or places(value.where)) + ("" if symbol == "c" else f", {symbol}")
         unit, factor = printed_unit(value.unit, value.drift_follows)
         cells = estimate_words(value.before, factor), estimate_words(value.after, factor)
         table.add_row(value.effect, place, *cells, unit, change_words(value.relative))

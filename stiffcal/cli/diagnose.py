@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.answers import answering, command_line
-from stiffcal.cli.before_after import show_moved
+from stiffcal.cli.before_after import estimate_words, show_moved
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import after_diagnosis
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
@@ -16,6 +16,7 @@ from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
+from stiffcal.printed_units import printed_unit
 from stiffcal.wording import listing
 
 if TYPE_CHECKING:
@@ -144,9 +145,24 @@ def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: Propos
     if finding is None or finding.evidence is None:
         return
     explanation = finding.evidence
-    for text in (explanation.seen, explanation.means, explanation.alike, explanation.check):
+    for text in (explanation.seen, explanation.means):
+        console.print(f"  {text}", soft_wrap=True)
+    _show_refitted(console, result, effect)
+    for text in (explanation.alike, explanation.check):
         if text:
             console.print(f"  {text}", soft_wrap=True)
+
+
+def _show_refitted(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect) -> None:
+    """Print an effect's values with all that is missing in the model, which `improve` writes."""
+    texts = []
+    for value in result.before_after:
+        if value.before is None and value.effect == effect.effect and value.where == effect.where:
+            unit, factor = printed_unit(value.unit, value.drift_follows)
+            texts.append(f"{value.name.rpartition('.')[2]} {estimate_words(value.after, factor)} {unit}".rstrip())
+    if texts:
+        everything = "all that is missing" if len(result.missing) > 1 else "it"
+        console.print(f"  Refitted with {everything}, ± 95 %: {', '.join(texts)}.", soft_wrap=True)
 
 
 def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None) -> None:

@@ -16,7 +16,7 @@ class CandidateParameter:
     symbol: str
     """As in parameter names."""
     value: Number
-    """As fitted with the candidate, SI."""
+    """SI; a first estimate, before all other parameters are refitted."""
     unit: str
     """Of the value."""
 

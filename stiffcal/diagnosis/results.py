@@ -135,7 +135,7 @@ class Finding:
     confidence: Number
     """Share of resamplings of the poses in which it ranks first."""
     parameters: list[CandidateParameter]
-    """As fitted with it."""
+    """First estimates, from one linear step with it; `before_after` has the refitted values of what is missing."""
     alternatives: list[EffectAt]
     """Those that look the same in these poses and loads."""
     places: AgreementWithPlaces | None = None
@@ -308,7 +308,9 @@ class DiagnoseResult(CommandResult):
     parameters_with_missing: Annotated[list[IdentifiedParameter], NOT_PROMISED]
     """Of the model with what is missing, as in ``identify``."""
     before_after: list[BeforeAfter] = field(default_factory=list)
-    """What adding all that is missing does to the identified values."""
+    """What adding all that is missing does to the identified values, all of them refitted; the missing effects' own
+    parameters among them, without a value before.
+    """
     n_candidates: Annotated[OrAbsent[int], NOT_PROMISED] = None
     """Effects at places that were tried for the next step."""
     n_signatures: Annotated[OrAbsent[int], NOT_PROMISED] = None

@@ -149,7 +149,7 @@ def _in_experiment(error: ErrorInExperiment) -> str:
 
 
 def values_in_words(trial: Trial, by_temperature: bool = False) -> str:
-    """Return a candidate's values, in brackets; "" where all are nothing.
+    """Return a candidate's values before all parameters are refitted, in brackets; "" where all are nothing.
 
     Parameters
     ----------
@@ -161,4 +161,4 @@ def values_in_words(trial: Trial, by_temperature: bool = False) -> str:
         if value != 0.0:
             unit, factor = drift_unit(spec.unit, by_temperature) or printed_unit(spec.unit)
             texts.append(f"{symbol} {significant(value * factor)} {unit}".rstrip())
-    return f" ({', '.join(texts[:6])})" if texts else ""
+    return f" (first estimate, before the refit: {', '.join(texts[:6])})" if texts else ""

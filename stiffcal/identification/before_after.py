@@ -63,6 +63,13 @@ class BeforeAfter:
     drift_follows: OrAbsent[DriftFollows] = None
     """Of a rate of drift: what the data count it by; None of others."""
 
+    @property
+    def setup_part(self) -> str:
+        """The frame that a parameter of the set-up belongs to; "" of all others, and where there is one set-up."""
+        if any(self.where.items()):
+            return ""
+        return self.name.removeprefix(f"{self.effect}.").rpartition(".")[0]
+
 
 def stiffness_unit(compliance_unit: str) -> str:
     """Return the unit of one over a compliance.

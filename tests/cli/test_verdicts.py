@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from stiffcal.cli.console import AnswerConsole
-from stiffcal.cli.diagnose import _show_with_all_missing
+from stiffcal.cli.diagnose import _show_refitted, _show_with_all_missing
 from stiffcal.cli.identify import fit_verdict
 from stiffcal.cli.tables import show_parameters
+from stiffcal.identification.before_after import EstimatedParameter, values_before_and_after
 from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
@@ -70,3 +71,18 @@ def test_the_error_with_all_that_is_missing_is_printed_where_several_effects_are
             _show_with_all_missing(AnswerConsole(file=text, width=40), result)
             line = f"with friction-hysteresis (joint 2) and thermal-drift: 30.8 µm in held-out poses, noise {printed}\n"
             assert text.getvalue() == (line if printed else "")
+
+
+def test_a_missing_effect_is_printed_with_its_refitted_values() -> None:
+    width, spring = (
+        EstimatedParameter(
+            name=name, effect=name.partition(".")[0], where=Where(joints=[4]), unit=unit, value=value,
+            interval=[0.9 * value, 1.1 * value],
+        )
+        for name, unit, value in (("backlash.j4.width", "rad", 2e-3), ("joint-compliance.j4.c", "N·m/rad", 2e5))
+    )  # fmt: skip
+    missing = SimpleNamespace(effect="backlash", where=Where(joints=[4]))
+    result: Any = SimpleNamespace(missing=[missing], before_after=values_before_and_after([spring], [spring, width]))
+    with StringIO() as text:
+        _show_refitted(AnswerConsole(file=text, width=120), result, missing)  # type: ignore[arg-type]
+        assert text.getvalue() == "  Refitted with it, ± 95 %: width 2.00 ± 0.20 mrad.\n"

@@ -54,3 +54,21 @@ def test_fits_of_somebody_else_are_marked() -> None:
 
 def test_without_a_change_the_page_is_left_out() -> None:
     assert isinstance(section(made_up_content()), LeftOut)
+
+
+def test_the_parameters_of_frames_are_listed_with_their_frame() -> None:
+    tracker, target = (
+        EstimatedParameter(
+            name=f"frame.{frame}.x", effect="frame", where=Where(), unit="m", value=1e-3, interval=[9e-4, 1.1e-3]
+        )
+        for frame in ("tracker", "target1")
+    )
+    drift = EstimatedParameter(
+        name="thermal-drift.x", effect="thermal-drift", where=Where(), unit="m/s", value=1e-9, interval=[0.0, 2e-9]
+    )
+    found = values_before_and_after([], [tracker, target, drift, WIDTH])
+    assert [value.setup_part for value in found] == ["tracker", "target1", "", ""]
+    made = section(replace(made_up_content(), fit_changes=(replace(change(), values=tuple(found)),)))
+    assert isinstance(made, ReportSection)
+    (table,) = [block for block in made.blocks if isinstance(block, TableBlock)]
+    assert [row[0] for row in table.rows] == ["tracker", "target1", "set-up", "joint 3 (A3)"]

@@ -69,7 +69,8 @@ def _row(value: BeforeAfter, content: ReportContent) -> tuple[str, ...]:
         sign = "+" if value.relative > 0 else ""
         change = f"{sign}{wording.percent(value.relative)}"
     return (
-        where_words(value.where, content.joint_names), value.effect + ("" if symbol == "c" else f", {symbol}"),
+        value.setup_part or where_words(value.where, content.joint_names),
+        value.effect + ("" if symbol == "c" else f", {symbol}"),
         _estimate(value.before, scale), _estimate(value.after, scale), printed, change,
     )  # fmt: skip
 

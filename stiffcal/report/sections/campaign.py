@@ -111,26 +111,39 @@ def runs_table(content: ReportContent) -> TableBlock:
     angles = content.joint_names if few and finite else ()
     columns = [TableColumn("run", align="left"), *(TableColumn(name, "°") for name in angles)]
     states = content.states
+    loads = states is not None and _lists_loads(content, states)
     if states is not None:
-        columns += [TableColumn("states"), TableColumn("largest load", "N"), TableColumn(_largest(content), "mm")]
+        if loads:
+            columns += [TableColumn("states"), TableColumn("largest load", "N")]
+        columns.append(TableColumn("from the nominal robot" if content.absolute_alone else _largest(content), "mm"))
         if states.set_aside is not None and (states.set_aside != "").any():
             columns.append(TableColumn("set aside", "states"))
     rows = []
     for number, run in enumerate(content.runs):
-        cells = [run.name + (" (holdout)" if run.holdout else "")]
+        cells = [run.name.replace(" ", "\u00a0") + (" (holdout)" if run.holdout else "")]
         degrees = [float(np.rad2deg(angle)) for angle in run.joints] if angles else []
-        cells += [f"{angle:.1f}".replace("-", "−") if math.isfinite(angle) else wording.DASH for angle in degrees]
+        # adding zero makes no difference but to a rounded −0.0
+        cells += [
+            f"{round(angle, 1) + 0.0:.1f}".replace("-", "−") if math.isfinite(angle) else wording.DASH
+            for angle in degrees
+        ]
         if states is not None:
-            cells += _run_cells(states, number)
+            cells += _run_cells(states, number)[0 if loads else 2 :]
         rows.append(tuple(cells[: len(columns)]))
     caption = "Runs: logged joint angles (mean over the run), loads and deflections."
     if content.absolute_alone:
-        caption = "Poses: logged joint angles, loads and distances of the measured from the nominal places."
+        loads_too = ", loads" if loads else ""
+        caption = f"Poses: logged joint angles{loads_too} and distances of the measured from the nominal places."
     if not finite:
         columns += [TableColumn("experiment", align="left"), TableColumn("tags", align="left", width=1.0)]
         rows = [(*row, run.kind, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]
         caption = "Runs with moving joints, without load states."
     return TableBlock(tuple(columns), tuple(rows), caption)
+
+
+def _lists_loads(content: ReportContent, states: ReportStates) -> bool:
+    """Return whether runs have states and loads worth a column each: absolute poses without a load have none."""
+    return not content.absolute_alone or bool((states.load[states.used] > 0.0).any())
 
 
 def _noun(content: ReportContent) -> str:

@@ -49,7 +49,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         return LeftOut(_TITLE, "there are no load states to draw")
     if validation is not None:
         blocks.append(Paragraph(_lead(validation)))
-        blocks.extend(_by_run(validation))
+        blocks.extend(_by_run(validation, content))
         blocks.extend(_by_groups(validation))
     if content.states is not None and content.states.used.any() and content.covariates and content.identify is not None:
         blocks.extend(_covariate_blocks(content, content.states))
@@ -94,7 +94,7 @@ def _noise_words(validation: ValidateResult) -> str:
     return f" The dashed line is the noise, {wording.measure_text(validation.noise)}."
 
 
-def _by_run(validation: ValidateResult) -> list[Block]:
+def _by_run(validation: ValidateResult, content: ReportContent) -> list[Block]:
     # runs whose flange was held have errors of motor angles and torques alone: they are on their own pages
     parts = [
         part
@@ -102,6 +102,9 @@ def _by_run(validation: ValidateResult) -> list[Block]:
         if any(wording.part(part.rms, measure) is not None for measure in ("translation", "rotation", "length"))
     ]
     blocks: list[Block] = []
+    # the poses of one absolute run are one part: its only bar is the rms of the first sentence
+    if len(parts) == 1 and content.absolute_alone:
+        return blocks
     for start in range(0, len(parts), _MOST_RUNS_PER_PICTURE):
         group = parts[start : start + _MOST_RUNS_PER_PICTURE]
         caption = f"Residual by run: {_extremes(group, 'run ')}{_noise_words(validation)}"
@@ -167,21 +170,22 @@ def _worst(validation: ValidateResult) -> list[Block]:
     worst = validation.worst[:_MOST_WORST]
     if not worst:
         return []
-    columns: list[TableColumn] = [
-        TableColumn("run", align="left"),
-        TableColumn("row"),
-        TableColumn("residual"),
-        TableColumn("load", "N" if validation.rms.motor_angle is None else "N or N·m"),
-    ]
+    columns: list[TableColumn] = [TableColumn("run", align="left"), TableColumn("row"), TableColumn("residual")]
     rows: list[tuple[str, ...]] = [
         (
-            state.run,
+            state.run.replace(" ", "\u00a0"),
             str(state.row),
             wording.length(state.residual_m) if state.residual_rad is None else wording.angle(state.residual_rad),
-            wording.digits(state.load),
         )
         for state in worst
     ]
+    if any(state.load for state in worst):
+        units = ["N" if state.residual_rad is None else "N·m" for state in worst]
+        alike = len(set(units)) == 1
+        columns.append(TableColumn("load", units[0] if alike else ""))
+        loads = [wording.digits(state.load) for state in worst]
+        cells = loads if alike else [f"{load} {unit}" for load, unit in zip(loads, units, strict=True)]
+        rows = [(*row, cell) for row, cell in zip(rows, cells, strict=True)]
     branches = [state.branch for state in worst]
     if len(set(branches)) > 1:
         columns.append(TableColumn("branch", align="left"))

@@ -1,0 +1,70 @@
+"""Reports of absolute poses: columns that are always the same are left out, long names do not overlap."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from pypdf import PdfReader
+
+from stiffcal.report import building
+from stiffcal.report.blocks import ReportSection, TableBlock
+from stiffcal.report.content import ReportContent
+from stiffcal.report.sections import residuals, run_table
+from stiffcal.report.sections.campaign import runs_table
+from tests.laboratory.fits import with_validation
+from tests.laboratory.report_content import made_up_content
+
+UR = ("left_shoulder_pan_joint", "left_shoulder_lift_joint", "left_elbow_joint")
+
+
+def poses(n: int, load: float = 0.0) -> ReportContent:
+    """Return content of n poses of an absolute run, the last angle a little below zero."""
+    content = made_up_content(n_runs=n, per_run=1)
+    assert content.states is not None
+    joints = np.array([0.5, -1.0, -1e-5])
+    runs = tuple(
+        replace(run, name=f"poses row {k + 1}", kind="absolute", joints=joints) for k, run in enumerate(content.runs)
+    )
+    states = replace(content.states, load=np.full(len(content.states), load))
+    return replace(content, runs=runs, states=states)
+
+
+def worst_table(content: ReportContent) -> TableBlock:
+    made = residuals.section(content)
+    assert isinstance(made, ReportSection)
+    return [block for block in made.blocks if isinstance(block, TableBlock)][-1]
+
+
+def test_poses_without_load_are_listed_by_angles_and_distance() -> None:
+    table = runs_table(poses(3))
+    assert [column.title for column in table.columns] == ["run", "A1", "A2", "A3", "from the nominal robot"]
+    assert table.rows[0][:4] == ("poses\u00a0row\u00a01", "28.6", "−57.3", "0.0")
+    assert "loads" not in table.caption
+    assert "largest load" in [column.title for column in runs_table(poses(3, load=50.0)).columns]
+    assert "states" in [column.title for column in runs_table(made_up_content()).columns]
+
+
+def test_the_worst_states_have_loads_with_their_own_units() -> None:
+    place = {"run": "poses row 7", "row": 7, "residual_m": 2e-4, "load": 0.0, "branch": ""}
+    clamped = {"run": "hold", "row": 2, "residual_m": None, "residual_rad": 1e-3, "load": 12.0, "branch": ""}
+    titles = [column.title for column in worst_table(with_validation(poses(3), worst=[place])).columns]
+    assert titles == ["run", "row", "residual"]
+    table = worst_table(with_validation(made_up_content(), worst=[{**place, "load": 300.0}, clamped]))
+    assert [(column.title, column.unit) for column in table.columns][-1] == ("load", "")
+    assert [row[-1] for row in table.rows] == ["300 N", "12.0 N·m"]
+    assert table.rows[0][0] == "poses\u00a0row\u00a07"
+
+
+def test_long_joint_names_break_in_the_header_and_the_contents_stay_whole(tmp_path: Path) -> None:
+    content = replace(poses(60), joint_names=UR * 2)
+    content = replace(content, runs=tuple(replace(run, joints=np.tile(run.joints, 2)) for run in content.runs))
+    assert run_table.section(content) is not None
+    building.build_report(content, tmp_path / "report.pdf")
+    pages = [page.extract_text() for page in PdfReader(tmp_path / "report.pdf").pages]
+    appendix = next(page for page in pages if "poses\u00a0row\u00a060" in page or "poses row 60" in page)
+    assert "left_shoulder_pan_joint" not in appendix
+    (last,) = [page for page in pages if "Contents" in page]
+    assert last is pages[-1]
+    assert "1 Summary" in last.replace("\n", " ")
