@@ -56,11 +56,20 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
             reason = "sigma_m applies to the position of a known mass in absolute runs, and this frame has none"
             mend = "remove sigma_m, or use the frame as point of dead_weight"
             yield Fault(FaultCode.KEY_CONFLICT, _MANIFEST, f"{place}.sigma_m", reason, mend)
+        if frame.level and not (frame.estimate and frame.parent == "base" and _measures(manifest, name)):
+            reason = "level applies to the frame of an instrument that stands in base and is estimated"
+            mend = 'remove level, or write parent = "base" and estimate = true'
+            yield Fault(FaultCode.KEY_CONFLICT, _MANIFEST, f"{place}.level", reason, mend)
         fault = frame_fault(manifest, links, frame.parent, f"{place}.parent")
         if fault is not None:
             yield fault
     yield from _circles(manifest)
     yield from _moving_axes(manifest)
+
+
+def _measures(manifest: Manifest, frame: str) -> bool:
+    """Return whether poses are measured in a frame."""
+    return any(pose.frame == frame for source in manifest.sources.values() for pose in source.body_poses().values())
 
 
 def hangs_a_payload(manifest: Manifest, frame: str) -> bool:

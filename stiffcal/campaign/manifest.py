@@ -30,10 +30,12 @@ class Frame(Placement):
     estimate : found from the unloaded poses; what is written is then the start.
     sigma_m : standard uncertainty of each coordinate of a frame in which a payload hangs, in campaigns with absolute
         runs: the fit finds its place within it.
+    level : its z axis points up, against gravity: of an instrument that was levelled. Its estimate keeps that.
     """
 
     parent: Name
     estimate: bool = False
+    level: bool = False
     sigma_m: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
 
     look_alikes: ClassVar[dict[str, str]] = {"sigma": "sigma_m"}

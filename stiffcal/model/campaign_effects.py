@@ -125,7 +125,7 @@ def _frames_to_fit(campaign: Campaign) -> tuple[PlacedEffect, ...]:
     poses = {body: pose for source in manifest.sources.values() for body, pose in source.body_poses().items()}
     turned = {body for body, pose in poses.items() if pose.orientation is not None or pose.markers}
     found = [
-        placed_frame(name, name not in poses or name in turned)
+        placed_frame(name, name not in poses or name in turned, frame.level)
         for name, frame in manifest.frames.items()
         if frame.estimate
     ]

@@ -116,9 +116,18 @@ class FramePose(FramePosition):
     parameters = tuple(_spec(symbol) for symbol in AXES)
 
 
-def placed_frame(name: str, with_orientation: bool) -> PlacedEffect:
-    """Return the frame of that name as part of a model."""
-    effect = FramePose() if with_orientation else FramePosition()
+class LevelFrame(FramePosition):
+    """The frame of a levelled instrument: its place, and its turn about the vertical.
+
+    Law: its origin moves by (x, y, z) and its axes turn by rz, in the axes of the base, whose z axis is vertical.
+    """
+
+    parameters = tuple(_spec(symbol) for symbol in (*AXES[:3], AXES[5]))
+
+
+def placed_frame(name: str, with_orientation: bool, level: bool = False) -> PlacedEffect:
+    """Return the frame of that name as part of a model; `level` where its z axis is known to point up."""
+    effect = LevelFrame() if level else FramePose() if with_orientation else FramePosition()
     return PlacedEffect(effect, Place("frames", frame=name))
 
 

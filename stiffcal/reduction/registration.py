@@ -29,6 +29,8 @@ from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector
 WORST_POSITION_M = 0.02
 WORST_ROTATION_RAD = 0.02
 STEP = 1e-6  # of numerical derivatives, m and rad
+# A base is upright within this: levels and feet of robots are better than a milliradian.
+UPRIGHT_RAD = 1e-3
 # Steps below this, m and rad, change nothing that a tracker measures; three of position against rotation come first.
 SETTLED, MOST_ROUNDS = 1e-9, 30
 
@@ -155,6 +157,30 @@ def _different_poses(joints: Floats) -> int:
     return int(pose_groups(joints, np.nextafter(np.radians(1.0), np.inf)).max(initial=-1)) + 1
 
 
+def levelled(base_from_tracker: Floats, gravity: Floats) -> Floats:
+    """Return a transform whose z axis points up, its x axis as near to the given one's as that allows.
+
+    Raises
+    ------
+    InputError : the base does not stand or hang upright.
+    """
+    up = -gravity / np.linalg.norm(gravity)
+    if np.hypot(up[0], up[1]) > UPRIGHT_RAD:
+        raise InputError.at(
+            FaultCode.KEY_CONFLICT,
+            "campaign.toml", "frames", "level requires a base that stands or hangs upright (gravity of robot.toml)",
+            "remove level: the frame is then estimated whole",
+        )  # fmt: skip
+    levelled = base_from_tracker.copy()
+    z = np.array([0.0, 0.0, np.sign(up[2])])
+    across = levelled[:3, 0] - z * (z @ levelled[:3, 0])
+    if np.linalg.norm(across) < UPRIGHT_RAD:
+        across = levelled[:3, 1] - z * (z @ levelled[:3, 1])
+    x = across / np.linalg.norm(across)
+    levelled[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+    return levelled
+
+
 class _RegistrationProblem:
     """Residuals of readings against kinematics as a function of small changes of the frames."""
 
@@ -167,10 +193,13 @@ class _RegistrationProblem:
         self.frames = {name: placement_matrix(manifest.frames[name]) for name in names}
         if tracker in self.frames:
             self.frames[tracker] = self._starting_transform(tracker)
-        # a target's orientation cannot be derived from its position
+        # a target's orientation cannot be derived from its position; a levelled tracker turns about its z axis alone
         self.free = [
-            (name, k) for name in names for k in range(6) if self.full_pose or name == tracker or k < 3
-        ]  # fmt: skip
+            (name, k)
+            for name in names
+            for k in range(6)
+            if (self.full_pose or name == tracker or k < 3) and not (manifest.frames[name].level and k in (3, 4))
+        ]
 
     def _starting_transform(self, tracker: str) -> Floats:
         """Return a start for the tracker: the rigid motion that brings readings and kinematics together."""
@@ -183,7 +212,8 @@ class _RegistrationProblem:
         # what the manifest hangs between base and this frame stays
         base_from_now = setup.base_from_tracker
         base_from_parent = base_from_now @ inverse_transform(self.frames[tracker])
-        return np.asarray(inverse_transform(base_from_parent) @ base_from_tracker)
+        start = np.asarray(inverse_transform(base_from_parent) @ base_from_tracker)
+        return levelled(start, self.chain.gravity) if self.manifest.frames[tracker].level else start
 
     def residuals(self, frames: Mapping[str, Floats]) -> tuple[Floats, Floats]:
         """Return position residuals (n, B, 3) m and rotation residuals (n, B, 3) rad (empty for positions only)."""
