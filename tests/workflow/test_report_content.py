@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from stiffcal.report.blocks import Items
 from stiffcal.report.building import lay_out
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.report_content import report_content
+from stiffcal.workflow.report_content import _loads, report_content
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
+from tests.laboratory.absolute_places import absolute_states
 from tests.laboratory.hidden_campaigns import copied
+from tests.laboratory.robots import six_axes
 
 
 @pytest.mark.parametrize("name", ["01", "08"])
@@ -40,3 +44,15 @@ def test_a_campaign_without_a_diagnosis_lays_out(name: str, tmp_path: Path) -> N
     assert np.isfinite(content.states.measured).all()
     # positions alone in 08
     assert content.states.measured.shape[1] == (6 if name == "01" else 3)
+
+
+def test_absolute_poses_with_a_payload_have_its_weight_as_load() -> None:
+    chain = six_axes()
+    wrench = np.zeros((4, 6))
+    wrench[2:, 2] = -1177.2
+    states = absolute_states(chain, 4, 1, wrench=wrench)
+    # each row is a run of its own, and its own first state
+    states = replace(states, reference=np.ones(4, dtype=np.bool_))
+    force, direction, _ = _loads(states, chain)
+    assert_allclose(force, wrench[:, :3])
+    assert direction.tolist()[2:] == ["mostly −z"] * 2
