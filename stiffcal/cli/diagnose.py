@@ -143,6 +143,8 @@ def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: Propos
         console.print(f"  cannot be distinguished from: {names}", soft_wrap=True)
     finding = result.finding_of(effect)
     if finding is None or finding.evidence is None:
+        # found next to another effect: the ranking explains additions to the present model alone
+        _show_refitted(console, result, effect)
         return
     explanation = finding.evidence
     for text in (explanation.seen, explanation.means):
