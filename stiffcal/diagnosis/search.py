@@ -272,6 +272,8 @@ def one_for_two(
                 break
             if trial.candidate.name in (pair[0].name, pair[1].name) or not possible_values(look, trial):
                 continue
+            if _error(bench.error_alone(look.fit.robot, trial)) > _error(scan) + LEAST_FALL:
+                continue
             better = bench.look_with(look.fit.robot, trial)
             if _error(better) <= _error(scan) + LEAST_FALL and _supported(better) is None:
                 return better, [*(candidate for candidate in chosen if candidate not in pair), trial.candidate]

@@ -100,7 +100,7 @@ class SearchContext(ABC, Generic[S, F]):
 
     def look(self, robot: CompliantRobot) -> S:
         """Fit a model and try every candidate as an addition to it."""
-        key = frozenset(_label_of(placed) for placed in robot.placed)
+        key = _key_of(robot)
         if key not in self.looks:
             self.release()
             fit = self.fit(robot)
@@ -124,6 +124,23 @@ class SearchContext(ABC, Generic[S, F]):
             return self.look(robot)
         except NoBalanceError:
             raise NoBalanceWithError(trials[-1].candidate.name) from None
+
+    def error_alone(self, robot: CompliantRobot, trial: Trial) -> S:
+        """Return a scan of a model with a candidate that holds the model's own error, and need not hold any trials.
+
+        It is not kept: of a model that is compared once, trying all candidates next to it is of no use.
+
+        Raises
+        ------
+        NoBalanceWithError : the robot finds no balance with the candidate.
+        """
+        with_it = with_trial(robot, trial)
+        if _key_of(with_it) in self.looks:
+            return self.look(with_it)
+        try:
+            return self.scan(self.fit(with_it), [])
+        except NoBalanceError:
+            raise NoBalanceWithError(trial.candidate.name) from None
 
     def exclude(self, name: str) -> None:
         """Leave a candidate out of this search, and out of the looks so far: they are not made again for it."""
@@ -221,6 +238,17 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
         NoBalanceWithError : the robot finds no balance with the last of them.
         """
         return self.in_best_form(super().look_with(robot, *trials))
+
+    def error_alone(self, robot: CompliantRobot, trial: Trial) -> LoadScan:
+        """Return a scan of a model with a candidate in the form of its laws that errs least.
+
+        Raises
+        ------
+        NoBalanceWithError : the robot finds no balance with the candidate.
+        """
+        scan = super().error_alone(robot, trial)
+        forms = [with_whole_form(self.states, scan.fit, placed) for placed in scan.fit.robot.placed]
+        return self.look_with(robot, trial) if any(form is not None for form in forms) else scan
 
     def in_best_form(self, scan: LoadScan) -> LoadScan:
         """Return the look at the same laws, each in the form that errs least in what is left out."""
@@ -328,6 +356,11 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
 def _standard_error(change: Floats) -> float:
     """Return the standard error of the sum of changes (F,) over poses; 0 of a single one."""
     return float(np.sqrt(len(change)) * np.std(change, ddof=1)) if len(change) > 1 else 0.0
+
+
+def _key_of(robot: CompliantRobot) -> frozenset[str]:
+    """Return what distinguishes a model from others of the same search."""
+    return frozenset(_label_of(placed) for placed in robot.placed)
 
 
 def _label_of(placed: PlacedEffect) -> str:

@@ -7,8 +7,8 @@ uncertainties. Parameters that the data cannot distinguish are left out of the l
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,24 +16,22 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.bounded_step import solve_step
-from stiffcal.identification.corrected_wrenches import corrected_wrenches
 from stiffcal.identification.fit import Ambiguity, Fit
 from stiffcal.identification.gauge import redundant_geometry
-from stiffcal.identification.identifiability import Identifiability
-from stiffcal.identification.least_squares import Reduced, reduce_blocks
+from stiffcal.identification.gauss_newton import Settled, settle, with_estimates
+from stiffcal.identification.least_squares import reduce_blocks
 from stiffcal.identification.load_scale import common_scale, redundant_gains
 from stiffcal.identification.noise import Noise, noise_of_clamped, rms_by_measure, rms_length, stated_noise
 from stiffcal.identification.noise_dominated import noise_dominated_parameters
 from stiffcal.identification.nonlinear_start import lacks_nonlinear_value, start_nonlinear
 from stiffcal.identification.observation import (
-    Evaluation,
     Observations,
     ParameterColumn,
     evaluate,
     free_columns,
     observe,
 )
-from stiffcal.identification.priors import with_prior
+from stiffcal.identification.problem import Problem
 from stiffcal.identification.repeated_places import repeated_places
 from stiffcal.identification.reported import amplitudes, reported_parameters, student_95
 from stiffcal.identification.rows import MOTOR
@@ -41,14 +39,11 @@ from stiffcal.identification.settings import Settings
 from stiffcal.identification.starting import starting_runs, starting_states
 from stiffcal.identification.undriven import undriven_parameters
 from stiffcal.identification.weights import (
-    Weights,
     estimate_weights,
-    huber_whitening,
     needs_wrench_sensitivity,
     offset_free_residual,
     predict_observations,
     raw_whitening,
-    weighed_alike,
     without_offsets,
 )
 from stiffcal.measurements.load_states import LoadStates
@@ -61,32 +56,6 @@ __all__ = [
     "Problem", "Settings", "amplitudes", "fit_observations", "fit_problem", "fit_rms", "identify_parameters",
     "offset_free_residual", "predict_observations", "raw_whitening",
 ]  # fmt: skip
-
-
-# A step below this share of the standard uncertainty changes nothing of any use.
-SMALL_STEP = 1e-3
-# Laws with corners (friction, play) make steps rattle at this level, and in large campaigns, whose steps are dear and
-# whose uncertainties are small against what any model leaves out, it is as invisible.
-ROUGH_STEP = 1e-2
-MAX_STEPS = 30
-# Standard uncertainties of the wrench by which corrections of clamped states still move in the last step, rms.
-SMALL_CORRECTION = 0.02
-# A step of less, in standard uncertainties, is near the solution.
-NEAR = 1.0
-# The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
-REWEIGHTED_STEPS = 2
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Observations with what is known of their repeats."""
-
-    data: Observations
-    """The observations that may be used to fit."""
-    groups: tuple[NDArray[np.int64], ...]
-    """Positions in ``data`` of states that repeat each other."""
-    stated: Noise | None
-    """The manifest's noise, or None."""
 
 
 def fit_problem(states: LoadStates, robot: CompliantRobot, keep: Booleans | None = None) -> Problem:
@@ -123,20 +92,6 @@ def _repeats(states: LoadStates, data: Observations) -> Iterator[NDArray[np.int6
         members = members[members >= 0]
         if len(members) > 1:
             yield members
-
-
-@dataclass(frozen=True)
-class _Settled:
-    """Where Gauss–Newton came to rest; ``last_step`` is the last one, in standard uncertainties, where it did not."""
-
-    robot: CompliantRobot
-    weights: Weights
-    columns: list[ParameterColumn]
-    reduced: Reduced
-    checked: Identifiability
-    iterations: int
-    data: Observations
-    last_step: float | None = None
 
 
 def identify_parameters(
@@ -199,68 +154,10 @@ def fit_observations(
     progress("first-order fit", 0.1)
     # of thinned sweeps only what begins the fit is wanted, not where their own wrenches are corrected to
     near = first is not problem and first.data.clamped is not None
-    settled = _gauss_newton(first, _initial_estimate(first, robot, settings), settings, None, progress, near)
+    settled = settle(first, _initial_estimate(first, robot, settings), settings, None, progress, near)
     if first is not problem:
-        settled = _gauss_newton(problem, settled.robot, settings, settled.weights, progress)
+        settled = settle(problem, settled.robot, settings, settled.weights, progress)
     return _summarise(problem, settled, settings)
-
-
-def _gauss_newton(
-    problem: Problem,
-    robot: CompliantRobot,
-    settings: Settings,
-    stated: Weights | None,
-    progress: Progress,
-    near: bool = False,
-) -> _Settled:
-    """Take steps until one is invisible, at most `MAX_STEPS`; without ``stated`` weights the noise is estimated too.
-
-    With ``near`` they end where the next one is expected below `NEAR`.
-    """
-    data = problem.data
-    columns = free_columns(robot, settings.fixed)
-    amplitude = amplitudes(robot, columns)
-    iterations, last, robust = 0, np.inf, settings.loss == "huber"
-    rough = stated is not None or any(c.role is ParameterRole.NONLINEAR for c in columns)
-    small = ROUGH_STEP if rough else SMALL_STEP
-    weights, lowered, moved = stated, None, 0.0
-    while True:
-        progress("fit in equilibrium", min(0.9, 0.3 + 0.2 * iterations))
-        renew = iterations <= REWEIGHTED_STEPS or moved > SMALL_CORRECTION
-        if stated is not None and not robust:
-            # The first step's weights stay: the start is good to a hundredth already.
-            renew = iterations == 0 or moved > SMALL_CORRECTION
-            blocks: Iterable[Evaluation] = evaluate(robot, data, columns, with_sensitivity=stated.carried and renew)
-            if renew or weights is None:
-                weights, blocks = weighed_alike(stated, data, blocks)
-        else:
-            blocks = list(
-                evaluate(robot, data, columns, with_sensitivity=renew and needs_wrench_sensitivity(settings.noise))
-            )
-            if renew or weights is None:
-                weights = estimate_weights(
-                    data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights
-                )
-        if robust:
-            predicted = np.concatenate([block.predicted for block in blocks], axis=1)
-            lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
-        reduced = with_prior(reduce_blocks(blocks, data, lowered or weights.whitening), robot, columns, data)
-        updated, checked = solve_step(reduced, robot, columns, amplitude, settings)
-        # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations; here per parameter.
-        n_free = max(1, len(columns) - int(checked.left_at_neutral.sum()))
-        change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)) / np.sqrt(n_free))
-        amplitude, iterations = updated, iterations + 1
-        robot = _with_estimates(robot, columns, amplitude)
-        # Steps contract evenly: the next one is predicted by this one and the ratio to the last.
-        next_step = change * min(1.0, change / last) if iterations > 1 and last > 0.0 else change
-        # Far from the solution a residual is the model's, not the wrench's.
-        corrected, moved = corrected_wrenches(robot, data, reduced, weights) if next_step < NEAR else (data, 0.0)
-        settled = moved < SMALL_CORRECTION and (change < small or (next_step < small and not robust))
-        settled = settled or (near and next_step < NEAR)
-        if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
-            last_step = change if (robot.deformed or robust) and not settled else None
-            return _Settled(robot, weights, columns, reduced, checked, iterations, data, last_step)
-        last, data = change, corrected
 
 
 def _starting_problem(problem: Problem) -> Problem:
@@ -290,10 +187,9 @@ def _initial_estimate(problem: Problem, robot: CompliantRobot, settings: Setting
     without_values = [placed_effect for placed_effect in robot.placed if lacks_nonlinear_value(placed_effect)]
     # Effects whose nonlinear parameters have no value are left out: columns at a typical value would bias the others.
     first_columns = [c for c in columns if robot.placed[c.placed] not in without_values]
+    present = amplitudes(robot, first_columns)
     reduced = reduce_blocks(evaluate(robot, data, first_columns, rigid=True), data, whitening)
-    start = _with_estimates(
-        robot, first_columns, solve_step(reduced, robot, first_columns, amplitudes(robot, first_columns), settings)[0]
-    )
+    start = with_estimates(robot, first_columns, solve_step(reduced, robot, first_columns, present, settings)[0])
     if not without_values:
         return start
     blocks = list(evaluate(start, data, (), with_sensitivity=needs_wrench_sensitivity(settings.noise)))
@@ -301,16 +197,7 @@ def _initial_estimate(problem: Problem, robot: CompliantRobot, settings: Setting
     return start_nonlinear(start, data, weights.whitening, settings.fixed)
 
 
-def _with_estimates(robot: CompliantRobot, columns: Sequence[ParameterColumn], amplitude: Floats) -> CompliantRobot:
-    values: dict[str, float] = {}
-    for column, a in zip(columns, amplitude, strict=True):
-        placed_effect = robot.placed[column.placed]
-        spec = placed_effect.effect.spec(column.symbol)
-        values[placed_effect.parameter_name(column.symbol)] = spec.value_of(float(a))
-    return robot.with_values(values)
-
-
-def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
+def _summarise(problem: Problem, settled: Settled, settings: Settings) -> Fit:
     data, robot, weights = settled.data, settled.robot, settled.weights
     columns, reduced, checked = settled.columns, settled.reduced, settled.checked
     # The last step was a small share of a standard uncertainty: what it moved in the predictions is invisible.

@@ -4,6 +4,10 @@ From the row on, all places are off by one rigid motion: three shifts and three 
 squares that such a motion takes from the residual, next to all of the model's parameters, follow from sums over the
 rows; the largest of N has the probability N times that of χ² with six degrees of freedom (Bonferroni). A drift over the
 rows, which steps by a little everywhere, has to explain less.
+
+Where the model leaves more than noise, what it leaves is an error of the model, and rows in like poses share it. Rows
+that follow each other are then no independent readings, and sums over them scatter more widely: by 1 + 2 Σ ρ, with the
+correlations ρ of what is left, weighed down linearly over the distance in rows (Newey and West 1987).
 """
 
 from __future__ import annotations
@@ -21,8 +25,8 @@ from stiffcal.measurements.load_states import LoadStates
 
 # Moves whose probability by chance, of all rows, is larger are none: of eighty rows some five standard errors.
 MOST_P = 0.01
-# Where the model leaves more than noise, what it leaves may look like a move: five standard errors after all rows are
-# allowed for.
+# Where the model leaves more than noise, what it leaves may look like a move: five standard errors after all rows, and
+# what neighbouring rows share, are allowed for.
 MISFIT, MOST_P_WITH_MISFIT = 1.5, 6e-7
 # Rows on either side of a move: a motion of six numbers that fewer rows show is a mistake in these rows.
 LEAST_ROWS = 4
@@ -74,9 +78,11 @@ def moved_base(fit: Fit, states: LoadStates) -> MovedBase | None:
     gain = np.where((allowed >= LEAST_ROWS) & (allowed <= len(rows) - LEAST_ROWS), gain, 0.0)
     k = int(np.argmax(gain))
     total = float(np.sum(whitening.apply(fit.residual) ** 2))
-    unit = max(1.0, (total - float(gain[k])) / max(fit.dof - 6, 1))
+    unit, most_p = max(1.0, (total - float(gain[k])) / max(fit.dof - 6, 1)), MOST_P
+    if unit >= MISFIT:
+        unit, most_p = unit * _shared_by_rows(left - _step(own, basis, k) @ solution[k]), MOST_P_WITH_MISFIT
     probability = len(rows) * float(chdtrc(6, gain[k] / unit))
-    if probability > (MOST_P if unit < MISFIT else MOST_P_WITH_MISFIT) or gain[k] <= _gain_of_drift(own, basis, left):
+    if probability > most_p or gain[k] <= _gain_of_drift(own, basis, left):
         return None
     after = np.zeros(len(states), dtype=np.bool_)
     after[data.index[rows[k:]]] = True
@@ -134,6 +140,25 @@ def _gains(own: Floats, basis: Floats, left: Floats) -> tuple[Floats, Floats]:
     square = square - np.einsum("nra,nrb->nab", shared, shared)
     solution = np.einsum("nab,nb->na", np.linalg.pinv(square, rcond=1e-9, hermitian=True), target)
     return np.einsum("na,na->n", target, solution), solution
+
+
+def _step(own: Floats, basis: Floats, k: int) -> Floats:
+    """Return (m, N, 6) what motions from row k on make that the model does not."""
+    step = np.where(np.arange(own.shape[1])[:, None] >= k, own, 0.0)
+    return np.asarray(step - basis @ np.einsum("mnr,mna->ra", basis, step))
+
+
+def _shared_by_rows(left: Floats) -> float:
+    """Return by what factor sums over rows scatter more than those of independent rows, 1 at least.
+
+    Parameters
+    ----------
+    left : (m, N) the whitened residual, rows in the order in which they were measured; no move in it.
+    """
+    most = int(np.sqrt(left.shape[1]))
+    products = np.array([np.sum(left[:, lag:] * left[:, : left.shape[1] - lag]) for lag in range(most + 1)])
+    weight = 1.0 - np.arange(1, most + 1) / (most + 1.0)
+    return max(1.0, 1.0 + 2.0 * float(weight @ products[1:]) / float(products[0]))
 
 
 def _gain_of_drift(own: Floats, basis: Floats, left: Floats) -> float:

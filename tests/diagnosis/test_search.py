@@ -110,6 +110,20 @@ def test_one_effect_takes_the_place_of_two() -> None:
     assert one_for_two(bench, first, simpler[0], simpler[1], no_progress) is None
 
 
+def test_the_error_of_a_model_alone_is_that_of_its_look_and_costs_no_look() -> None:
+    model = joint_springs(six_axes())
+    states = played(model, runs=8, noise=NOISE, seed=3)
+    bench = LoadSearchContext(states, fit_problem(states, model), find_effects(), Settings())
+    scan = bench.look(model)
+    trial = next(trial for trial in scan.trials if trial.candidate.name == "bearing-tilt j2")
+    alone = bench.error_alone(scan.fit.robot, trial)
+    assert bench.pace().models == 1
+    assert not alone.trials
+    look = bench.look_with(scan.fit.robot, trial)
+    assert alone.base.heldout == pytest.approx(look.base.heldout, rel=1e-9)
+    assert bench.error_alone(scan.fit.robot, trial) is look
+
+
 def test_rotation_and_translation_after_choosing_are_measured_each_by_itself() -> None:
     """Where every group of poses chooses the same candidate, the error is that candidate's, not the old one scaled."""
     states, search = searched("tilt")

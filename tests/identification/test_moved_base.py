@@ -86,6 +86,30 @@ def test_a_drift_is_no_move() -> None:
         assert found(measured(seed), settling) is None
 
 
+def model_error(rng: np.random.Generator, alike: float) -> Floats:
+    """Return (n, 3) m of an error ten times the noise, rows a share ``alike`` of the one before it."""
+    error = 10.0 * SIGMA * rng.standard_normal((N, 3))
+    for k in range(1, N):
+        error[k] = alike * error[k - 1] + np.sqrt(1.0 - alike**2) * error[k]
+    return error
+
+
+def test_errors_that_neighbouring_rows_share_are_no_move() -> None:
+    """Rows of a path through the workspace: the model's error changes slowly along it."""
+    for seed in range(1, 11):
+        assert found(measured(1), model_error(np.random.default_rng([7, seed]), 0.9)) is None
+
+
+def test_a_move_is_found_next_to_an_error_of_the_model() -> None:
+    """Rows in poses that follow no order: neighbours share nothing, and nothing is taken off."""
+    for seed in (1, 2, 3):
+        change = model_error(np.random.default_rng([7, seed]), 0.0) + from_row_on((8e-4, -8e-4, 4e-4))
+        move = found(measured(1), change)
+        assert move is not None
+        assert abs(move.state - ROW) <= 1
+        assert move.standard_errors > 5.0
+
+
 def test_the_diagnosis_judges_the_longer_side(tmp_path: Path) -> None:
     folder = Path(shutil.copytree(CAMPAIGN, tmp_path / "moved", ignore=shutil.ignore_patterns("store")))
     file = folder / "raw" / "poses.csv"

@@ -10,7 +10,7 @@ from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.diagnosis import scoring
 from stiffcal.diagnosis.choosing import first_least
 from stiffcal.errors import InputError
-from stiffcal.identification import dual_form, identify, variance_components
+from stiffcal.identification import dual_form, gauss_newton, variance_components
 from stiffcal.identification.document import fit_warnings
 from stiffcal.identification.identifiability import check_identifiability
 from stiffcal.identification.identify import Settings, identify_parameters
@@ -25,10 +25,10 @@ def test_a_fit_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -> 
     whole = identify_parameters(states, joint_springs(six_axes()))
     assert whole.last_step is None
     assert not any("did not converge" in line for line in fit_warnings(whole))
-    monkeypatch.setattr(identify, "MAX_STEPS", 1)
+    monkeypatch.setattr(gauss_newton, "MAX_STEPS", 1)
     fit = identify_parameters(states, joint_springs(six_axes()), Settings(loss="huber"))
     assert fit.last_step is not None
-    assert fit.last_step > identify.SMALL_STEP
+    assert fit.last_step > gauss_newton.SMALL_STEP
     (line,) = [line for line in fit_warnings(fit) if "did not converge" in line]
     assert line.startswith("the fit did not converge in 1 steps: the last one still changed the parameters by ")
 

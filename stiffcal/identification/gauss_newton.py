@@ -1,0 +1,155 @@
+"""Gauss–Newton on the finite balance, until a step is small against the standard uncertainties."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.errors import Progress
+from stiffcal.identification.bounded_step import solve_step
+from stiffcal.identification.corrected_wrenches import corrected_wrenches
+from stiffcal.identification.identifiability import Identifiability
+from stiffcal.identification.least_squares import Reduced, reduce_blocks
+from stiffcal.identification.observation import Evaluation, Observations, ParameterColumn, evaluate, free_columns
+from stiffcal.identification.priors import with_prior
+from stiffcal.identification.problem import Problem
+from stiffcal.identification.reported import amplitudes
+from stiffcal.identification.settings import Settings
+from stiffcal.identification.shortened_step import TakenStep
+from stiffcal.identification.weights import (
+    Weights,
+    estimate_weights,
+    huber_whitening,
+    needs_wrench_sensitivity,
+    weighed_alike,
+)
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import ParameterRole
+
+# A step below this share of the standard uncertainty changes nothing of any use.
+SMALL_STEP = 1e-3
+# Laws with corners (friction, play) make steps rattle at this level, and in large campaigns, whose steps are dear and
+# whose uncertainties are small against what any model leaves out, it is as invisible.
+ROUGH_STEP = 1e-2
+MAX_STEPS = 30
+# Standard uncertainties of the wrench by which corrections of clamped states still move in the last step, rms.
+SMALL_CORRECTION = 0.02
+# A step of less, in standard uncertainties, is near the solution.
+NEAR = 1.0
+# Steps that are taken whole: on the way through a curved valley the sum of squares may rise and the next step be right.
+WHOLE_STEPS = 8
+# The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
+REWEIGHTED_STEPS = 2
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Where Gauss–Newton came to rest; ``last_step`` is the last one, in standard uncertainties, where it did not."""
+
+    robot: CompliantRobot
+    weights: Weights
+    columns: list[ParameterColumn]
+    reduced: Reduced
+    checked: Identifiability
+    iterations: int
+    data: Observations
+    last_step: float | None = None
+
+
+def settle(
+    problem: Problem,
+    robot: CompliantRobot,
+    settings: Settings,
+    stated: Weights | None,
+    progress: Progress,
+    near: bool = False,
+) -> Settled:
+    """Take steps until one is invisible, at most `MAX_STEPS`; without ``stated`` weights the noise is estimated too.
+
+    With ``near`` they end where the next one is expected below `NEAR`. After `WHOLE_STEPS` a step that goes too far is
+    shortened (`TakenStep`); where that leaves nothing of it, the fit stays where the step began.
+    """
+    data, columns = problem.data, free_columns(robot, settings.fixed)
+    amplitude = amplitudes(robot, columns)
+    iterations, last, robust = 0, np.inf, settings.loss == "huber"
+    rough = stated is not None or any(c.role is ParameterRole.NONLINEAR for c in columns)
+    small = ROUGH_STEP if rough else SMALL_STEP
+    weights, lowered, moved = stated, None, 0.0
+    taken: TakenStep | None = None
+    while True:
+        progress("fit in equilibrium", min(0.9, 0.3 + 0.2 * iterations))
+        # With stated weights the first step's stay: the start is good to a hundredth already.
+        few = 0 if stated is not None and not robust else REWEIGHTED_STEPS
+        renew = iterations <= few or moved > SMALL_CORRECTION
+        weights, blocks = _weighed(problem, data, (robot, columns), settings, (stated, weights), renew)
+        if robust:
+            predicted = np.concatenate([block.predicted for block in blocks], axis=1)
+            lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
+        under = (lowered or weights.whitening, data)
+        reduced = with_prior(reduce_blocks(blocks, data, under[0]), robot, columns, data)
+        iterations += 1
+        shorter = None if taken is None or iterations <= WHOLE_STEPS else taken.shortened(reduced, under)
+        if shorter is not None:
+            if shorter.left < small or iterations >= MAX_STEPS:
+                robot, left = with_estimates(robot, columns, shorter.start), shorter.left
+                at_rest = Settled(robot, weights, columns, shorter.reduced, shorter.checked, iterations, data)
+                return at_rest if left < small else replace(at_rest, last_step=left)
+            # What the next step will be is not foreseen from a shortened one.
+            taken, last, amplitude = shorter, 0.0, shorter.reached
+            robot = with_estimates(robot, columns, amplitude)
+            continue
+        updated, checked = solve_step(reduced, robot, columns, amplitude, settings)
+        taken = TakenStep.of(amplitude, updated, reduced, checked, under)
+        change, amplitude = taken.left, updated
+        robot = with_estimates(robot, columns, amplitude)
+        # Steps contract evenly: the next one is predicted by this one and the ratio to the last.
+        next_step = change * min(1.0, change / last) if iterations > 1 and last > 0.0 else change
+        # Far from the solution a residual is the model's, not the wrench's.
+        corrected, moved = corrected_wrenches(robot, data, reduced, weights) if next_step < NEAR else (data, 0.0)
+        settled = moved < SMALL_CORRECTION and (change < small or (next_step < small and not robust))
+        settled = settled or (near and next_step < NEAR)
+        if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
+            last_step = change if (robot.deformed or robust) and not settled else None
+            return Settled(robot, weights, columns, reduced, checked, iterations, data, last_step)
+        last, data = change, corrected
+
+
+def _weighed(
+    problem: Problem,
+    data: Observations,
+    model: tuple[CompliantRobot, Sequence[ParameterColumn]],
+    settings: Settings,
+    known: tuple[Weights | None, Weights | None],
+    renew: bool,
+) -> tuple[Weights, Iterable[Evaluation]]:
+    """Return weights and the model's rows.
+
+    Parameters
+    ----------
+    problem, settings : as in `settle`.
+    data : the observations with their present correction.
+    model : robot and free columns.
+    known : the weights that were stated, and those of the last step; None where there are none.
+    renew : whether the weights are made again.
+    """
+    (robot, columns), (stated, weights) = model, known
+    if stated is not None and settings.loss != "huber":
+        blocks: Iterable[Evaluation] = evaluate(robot, data, columns, with_sensitivity=stated.carried and renew)
+        return weighed_alike(stated, data, blocks) if renew or weights is None else (weights, blocks)
+    rows = list(evaluate(robot, data, columns, with_sensitivity=renew and needs_wrench_sensitivity(settings.noise)))
+    if renew or weights is None:
+        weights = estimate_weights(data, rows, problem.groups, problem.stated, settings.noise, settings.equal_weights)
+    return weights, rows
+
+
+def with_estimates(robot: CompliantRobot, columns: Sequence[ParameterColumn], amplitude: Floats) -> CompliantRobot:
+    """Return the robot with amplitudes (p,) of its free columns."""
+    values: dict[str, float] = {}
+    for column, a in zip(columns, amplitude, strict=True):
+        placed_effect = robot.placed[column.placed]
+        spec = placed_effect.effect.spec(column.symbol)
+        values[placed_effect.parameter_name(column.symbol)] = spec.value_of(float(a))
+    return robot.with_values(values)

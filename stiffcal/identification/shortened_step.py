@@ -1,0 +1,98 @@
+"""Steps of Gauss–Newton that raise the sum of squares are shortened.
+
+A law with a corner (a knee, a play) has another slope on the other side of it, and where the model leaves much more
+than the noise its curvature, which Gauss–Newton does not know, counts as well: a step may then go so far beyond the
+least sum of squares that the next one returns, and so on without end. The sum along such a step is taken as a parabola
+through its value and slope at the start and its value at the end (Nocedal and Wright, Numerical Optimization, 2006,
+section 3.5); the lowest place of the parabola is tried next.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.identification.identifiability import Identifiability
+from stiffcal.identification.least_squares import Reduced
+from stiffcal.identification.noise import Whitening
+from stiffcal.identification.readings import Observations
+
+# A step whose parabola is lowest before this share of it has gone too far: the next ones would return by half of it or
+# more, each time.
+TOO_FAR = 2.0 / 3.0
+# A step is not shortened to less than this share of itself at once: the parabola is a guess.
+SHORTEST = 0.25
+
+
+@dataclass(frozen=True)
+class TakenStep:
+    """A step from one set of amplitudes to the next."""
+
+    start: Floats
+    """(p,) amplitudes before it."""
+    end: Floats
+    """(p,) amplitudes after all of it."""
+    reduced: Reduced
+    """The problem linearised at the start."""
+    checked: Identifiability
+    """What the data distinguish there; what they do not is held neutral."""
+    under: tuple[Whitening, Observations]
+    """Weights and observations of the sum of squares."""
+    change: float
+    """Length of all of it, in standard uncertainties, whatever their correlations, per parameter."""
+    comparable: bool
+    """False where the step makes a parameter neutral: that raises the sum of squares rightly."""
+    share: float = 1.0
+    """Of the step, how much was taken."""
+
+    @classmethod
+    def of(
+        cls,
+        start: Floats,
+        end: Floats,
+        reduced: Reduced,
+        checked: Identifiability,
+        under: tuple[Whitening, Observations],
+    ) -> TakenStep:
+        """Describe a whole step."""
+        n_free = max(1, len(start) - int(checked.left_at_neutral.sum()))
+        change = float(np.linalg.norm(reduced.factor @ (end - start)) / np.sqrt(n_free))
+        held = checked.left_at_neutral
+        return cls(start, end, reduced, checked, under, change, np.array_equal(start[held], end[held]))
+
+    @property
+    def reached(self) -> Floats:
+        """(p,) amplitudes where it ends."""
+        return np.asarray(self.start + self.share * (self.end - self.start))
+
+    @property
+    def left(self) -> float:
+        """Length of what was taken, in standard uncertainties per parameter."""
+        return self.share * self.change
+
+    def shortened(self, reduced: Reduced, under: tuple[Whitening, Observations]) -> TakenStep | None:
+        """Return the step shortened where it has raised the sum of squares; None where it stands.
+
+        Parameters
+        ----------
+        reduced : the problem linearised where the step ended.
+        under : its weights and observations; where they are others than the step's, the sums do not compare.
+        """
+        if not (self.comparable and under[1] is self.under[1] and _equal(under[0], self.under[0])):
+            return None
+        zero = np.zeros_like(self.start)
+        slope = -2.0 * float(self.reduced.target @ (self.reduced.factor @ (self.end - self.start))) * self.share
+        rise = reduced.cost(zero) - self.reduced.cost(zero)
+        if slope >= 0.0:
+            return None
+        lowest = slope / (2.0 * (slope - rise))
+        return replace(self, share=self.share * max(lowest, SHORTEST)) if 0.0 < lowest < TOO_FAR else None
+
+
+def _equal(one: Whitening, other: Whitening) -> bool:
+    """Return whether two whitenings are the same, each component by its own size."""
+    if one is other:
+        return True
+    return one.lower is None and other.lower is None and np.array_equal(one.scale, other.scale)

@@ -1,0 +1,75 @@
+"""Steps that go too far are shortened; a fit with corners comes to rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stiffcal.identification.gauss_newton import MAX_STEPS
+from stiffcal.identification.identifiability import Identifiability
+from stiffcal.identification.identify import fit_problem, identify_parameters
+from stiffcal.identification.least_squares import Reduced
+from stiffcal.identification.noise import Whitening
+from stiffcal.identification.shortened_step import SHORTEST, TakenStep
+from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.simulated_states import joint_springs, played
+
+NOISE = Sigma(3e-6, 3e-6)
+
+
+def with_plays(robot: CompliantRobot, *effects: tuple[str, int, bool]) -> CompliantRobot:
+    """Add effects at joints, with typical values or with none."""
+    known = find_effects()
+    added = [
+        PlacedEffect(
+            known[name],
+            Place("joints", (joint,)),
+            {spec.symbol: spec.typical for spec in known[name].parameters} if valued else {},
+        )
+        for name, joint, valued in effects
+    ]
+    return replace(robot, placed=(*robot.placed, *added))
+
+
+def two_plays(seed: int) -> LoadStates:
+    """Return states of a robot with play in joints 2 and 3."""
+    true = joint_springs(six_axes(), np.array(SIX_STIFFNESS))
+    true = with_plays(true, ("backlash", 2, True), ("backlash", 3, True))
+    return played(true, noise=NOISE, seed=seed, runs=8)
+
+
+def test_a_fit_that_went_round_comes_to_rest() -> None:
+    """A knee in place of one of the plays: whole steps end 57 standard uncertainties apart after 30, at χ² 27."""
+    model = with_plays(joint_springs(six_axes()), ("two-slope", 2, False), ("backlash", 3, False))
+    fit = identify_parameters(two_plays(1), model)
+    assert fit.last_step is None
+    assert fit.iterations < MAX_STEPS
+    assert fit.reduced_chi2 is not None
+    # a knee is not quite a play; of 1.00 ± 0.04 for the true law
+    assert fit.reduced_chi2 < 1.2
+
+
+@pytest.mark.parametrize(
+    ("after", "share"),
+    # of |x − 1|² from 0 to 1: as foreseen, rising as if curved twice and four times as much, and beyond all measure
+    [(0.0, None), (1.0, 0.5), (3.0, SHORTEST), (1e6, SHORTEST)],
+)
+def test_the_parabola_along_a_step(after: float, share: float | None) -> None:
+    data = fit_problem(two_plays(1), joint_springs(six_axes())).data
+    under = (Whitening(np.ones_like(data.measured)), data)
+    free = Identifiability(np.ones(1, dtype=np.bool_), np.zeros(1, dtype=np.bool_), 1.0, ())
+    step = TakenStep.of(np.zeros(1), np.ones(1), Reduced(np.eye(1), np.ones(1), 0.0, 10), free, under)
+    reached = Reduced(np.eye(1), np.zeros(1), after, 10)
+    shorter = step.shortened(reached, under)
+    assert (None if shorter is None else shorter.share) == pytest.approx(share)
+    # under other weights, or where a parameter was made neutral, sums of squares do not compare
+    assert step.shortened(reached, (Whitening(2.0 * under[0].scale), data)) is None
+    held = replace(free, left_at_neutral=np.ones(1, dtype=np.bool_))
+    moved = TakenStep.of(np.ones(1), np.zeros(1), Reduced(np.eye(1), -np.ones(1), 0.0, 10), held, under)
+    assert moved.shortened(reached, under) is None
