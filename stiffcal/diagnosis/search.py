@@ -29,6 +29,7 @@ from stiffcal.diagnosis.thresholds import (
     LEAST_EXPLAINED,
     LEAST_FALL,
     MOST_EFFECTS,
+    MOST_FOR_TWO,
     STANDARD_ERRORS,
 )
 from stiffcal.errors import InputError, Progress, no_progress
@@ -265,7 +266,7 @@ def one_for_two(
     for pair in combinations([candidate for candidate in chosen if candidate.effect.name not in bench.basic], 2):
         robot = _reduced(bench, first, scan.fit.robot, *pair)
         progress(f"is one effect enough for {pair[0].name} and {pair[1].name}?", 0.8)
-        look = bench.look(robot)
+        look, left = bench.look(robot), MOST_FOR_TWO
         for trial in look.trials:
             # Errors about another model are no better known than this; what counts is the refit below.
             if _error(look, trial) > _error(scan) + 5.0 * LEAST_FALL:
@@ -274,9 +275,11 @@ def one_for_two(
                 continue
             if _error(bench.error_alone(look.fit.robot, trial)) > _error(scan) + LEAST_FALL:
                 continue
-            better = bench.look_with(look.fit.robot, trial)
+            better, left = bench.look_with(look.fit.robot, trial), left - 1
             if _error(better) <= _error(scan) + LEAST_FALL and _supported(better) is None:
                 return better, [*(candidate for candidate in chosen if candidate not in pair), trial.candidate]
+            if left == 0:
+                break
     return None
 
 

@@ -59,6 +59,9 @@ MOST_LAWS = 3
 MOST_GENERAL_LAWS = 1
 # How many effects are looked for, one after another: three are asked for, one more shows that nothing is left.
 MOST_EFFECTS = 5
+# Effects that are tried in place of two with the whole catalogue next to them, best first: where so many as good as the
+# two leave something that is supported, it is no single effect.
+MOST_FOR_TWO = 3
 # Of all pairs of candidates, those that lower the fit's squares most are judged in held-out poses; effects with more
 # amplitudes than this take no part: with so many numbers a pair can mimic anything.
 PAIRS_SCORED = 12
