@@ -31,7 +31,7 @@ from stiffcal.model.effect import ParameterRole
 
 # A step below this share of the standard uncertainty changes nothing of any use.
 SMALL_STEP = 1e-3
-# Laws with corners (friction, play) make steps rattle at this level, and in large campaigns, whose steps are dear and
+# Laws with corners (friction, play) make steps vary at this level, and in large campaigns, whose steps are dear and
 # whose uncertainties are small against what any model leaves out, it is as invisible.
 ROUGH_STEP = 1e-2
 MAX_STEPS = 30
@@ -47,7 +47,7 @@ REWEIGHTED_STEPS = 2
 
 @dataclass(frozen=True)
 class Settled:
-    """Where Gauss–Newton came to rest; ``last_step`` is the last one, in standard uncertainties, where it did not."""
+    """Where Gauss–Newton ended; ``last_step`` is the last one, in standard uncertainties, where it did not."""
 
     robot: CompliantRobot
     weights: Weights
@@ -95,9 +95,9 @@ def settle(
         if shorter is not None:
             if shorter.left < small or iterations >= MAX_STEPS:
                 robot, left = with_estimates(robot, columns, shorter.start), shorter.left
-                at_rest = Settled(robot, weights, columns, shorter.reduced, shorter.checked, iterations, data)
-                return at_rest if left < small else replace(at_rest, last_step=left)
-            # What the next step will be is not foreseen from a shortened one.
+                ended = Settled(robot, weights, columns, shorter.reduced, shorter.checked, iterations, data)
+                return ended if left < small else replace(ended, last_step=left)
+            # The next step cannot be predicted from a shortened one.
             taken, last, amplitude = shorter, 0.0, shorter.reached
             robot = with_estimates(robot, columns, amplitude)
             continue

@@ -1,4 +1,4 @@
-"""Steps that go too far are shortened; a fit with corners comes to rest."""
+"""Steps that go too far are shortened; a fit of laws with corners converges."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def with_plays(robot: CompliantRobot, *effects: tuple[str, int, bool]) -> Compli
         PlacedEffect(
             known[name],
             Place("joints", (joint,)),
-            {spec.symbol: spec.typical for spec in known[name].parameters} if valued else {},
+            {spec.symbol: spec.typical for spec in known[name].parameters} if typical else {},
         )
-        for name, joint, valued in effects
+        for name, joint, typical in effects
     ]
     return replace(robot, placed=(*robot.placed, *added))
 
@@ -44,7 +44,7 @@ def two_plays(seed: int) -> LoadStates:
     return played(true, noise=NOISE, seed=seed, runs=8)
 
 
-def test_a_fit_that_went_round_comes_to_rest() -> None:
+def test_a_fit_whose_steps_cycled_converges() -> None:
     """A knee in place of one of the plays: whole steps end 57 standard uncertainties apart after 30, at χ² 27."""
     model = with_plays(joint_springs(six_axes()), ("two-slope", 2, False), ("backlash", 3, False))
     fit = identify_parameters(two_plays(1), model)
@@ -57,7 +57,7 @@ def test_a_fit_that_went_round_comes_to_rest() -> None:
 
 @pytest.mark.parametrize(
     ("after", "share"),
-    # of |x − 1|² from 0 to 1: as foreseen, rising as if curved twice and four times as much, and beyond all measure
+    # of |x − 1|² from 0 to 1: as predicted, rising as if curved twice and four times as much, and beyond all measure
     [(0.0, None), (1.0, 0.5), (3.0, SHORTEST), (1e6, SHORTEST)],
 )
 def test_the_parabola_along_a_step(after: float, share: float | None) -> None:
