@@ -317,7 +317,7 @@ def share_in_words(search: Search) -> str:
 def _too_few_to_judge(search: Search) -> bool:
     """Return whether absolute places are fitted to within the noise, and miss by far where they are left out.
 
-    So it is where the poses hardly outnumber the parameters: what they are fitted to says nothing of the model.
+    So it is where the poses hardly outnumber the parameters: the error of the fit is no evidence about the model.
     """
     if search.before is None or search.tried or search.unexplained or not search.first.fit.data.absolute.any():
         return False

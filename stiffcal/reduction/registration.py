@@ -124,9 +124,9 @@ def register_frames(
 
 def _not_measured(states: LoadStates) -> str:
     """Return which targets no unloaded pose shows, or that no pose shows all of them."""
-    seen: Booleans = np.asarray(np.isfinite(states.position).all(axis=2).any(axis=0))
-    lacking = [name for name, is_seen in zip(states.setup.target_names, seen, strict=True) if not is_seen]
-    if len(lacking) == len(seen):
+    once: Booleans = np.asarray(np.isfinite(states.position).all(axis=2).any(axis=0))
+    lacking = [name for name, measured in zip(states.setup.target_names, once, strict=True) if not measured]
+    if len(lacking) == len(once):
         return "no target was measured in any unloaded pose"
     if lacking:
         return f"{' and '.join(lacking)} {'was' if len(lacking) == 1 else 'were'} measured in no unloaded pose"
