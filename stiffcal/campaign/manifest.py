@@ -42,7 +42,7 @@ class Frame(Placement):
 
 
 class Tool(TomlTable):
-    """What hangs on the flange, for its weight: mass and centre of mass in the flange frame."""
+    """What is mounted on the flange, for its weight: mass and centre of mass in the flange frame."""
 
     mass_kg: Mass
     com_m: PlaceOnRobot = (0.0, 0.0, 0.0)

@@ -67,7 +67,7 @@ def _next(result: TrendResult) -> str:
 
 
 def show_trend(console: Console, result: TrendResult) -> None:
-    """Draw each parameter's first and last value, its change, and what the chart says."""
+    """Draw each parameter's first and last value, its change, and the chart's verdict."""
     dates = [campaign.date or "" for campaign in result.campaigns]
     span = f", {dates[0]} to {dates[-1]}" if dates[0] else ""
     console.print(f"{len(result.campaigns)} campaigns{span}", soft_wrap=True)

@@ -1,7 +1,7 @@
 """One effect at all joints at once, where no effect at any one joint can be named.
 
 Errors of like size at every joint, of six encoders for instance, are each too small to be named and lower the error in
-poses left out together. Such a set of terms says nothing of a cause: it is offered where the search ends unexplained
+poses left out together. Such a set of terms is no evidence of a cause: it is offered where the search ends unexplained
 and names nothing, and the verdict stays. It is judged by the rule for single effects: the error in poses left out, the
 choice of the effect repeated in every fold, and the probability by chance with all of its parameters counted; and next
 to that by both schemes in which absolute places are judged, poses left out at random and whole regions.

@@ -46,7 +46,7 @@ def near_best(scan: Scan) -> list[Trial]:
     if not possible:
         return []
     best, simple = possible[0], [trial for trial in possible if not trial.candidate.effect.general]
-    # A general law stands back where the best simple effect cannot be separated from it.
+    # A general law is not named where the best simple effect cannot be separated from it.
     leader = simple[0] if simple and alike(scan, simple[0], best) else best
     near = [trial for trial in possible if judge(scan, trial).supported and alike(scan, trial, leader)] or [leader]
     simple = [trial for trial in near if not trial.candidate.effect.general]

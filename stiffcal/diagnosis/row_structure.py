@@ -3,7 +3,7 @@
 For each thing that was logged a smooth curve over it is added to the model, once whatever the direction and once with
 the direction's sign, and judged as effects are: in what is left out of the fit, so that passes which err each in its
 own way follow nothing by chance. The folds, whole speeds or seconds of motion, are drawn anew as blocks: neighbouring
-samples are no repeats of each other, and where the noise is not known nothing else says what chance makes.
+samples are no repeats of each other, and where the noise is not known nothing else shows what chance makes.
 """
 
 from __future__ import annotations

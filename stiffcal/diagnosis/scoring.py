@@ -28,7 +28,8 @@ ROUNDING = 1e-12
 RIDGE = 1e-10
 # Slopes at a bound that are less than this share of the largest inner product are rounding.
 SLACK = 1e-9
-# Determinant of what a fold's rows leave open when the others are fitted; below it the fold alone tells of a parameter.
+# Determinant of what a fold's rows leave open when the others are fitted; below it the fold alone determines a
+# parameter.
 LEAST_OPEN = 1e-8
 
 

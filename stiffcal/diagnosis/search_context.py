@@ -263,7 +263,7 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
                 # a curve that turns over within the loads is no curve of a spring
                 continue
             change = look.base.heldout - best.base.heldout
-            # chance over poses is allowed for where the load itself says which form acts
+            # chance over poses is allowed for where the load itself decides which form acts
             allowed = EXPECTED_ERRORS * _standard_error(change) if placed.effect.whole_form_expected else 0.0
             if float(np.sum(change)) < allowed:
                 best = look

@@ -1,4 +1,4 @@
-"""Parameters of frames and geometry that no place can ever tell from the others, whatever the poses.
+"""Parameters of frames and geometry that no measured place can separate from the others, whatever the poses.
 
 A turn of the tracker about joint 1's axis and the zero of joint 1 are the same motion; the shift along an axis can be
 booked at either end of a link. One convention decides which of such a set are kept: the geometry of the joints from the

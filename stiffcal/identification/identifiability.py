@@ -87,7 +87,7 @@ def check_identifiability(
     upper : (p,) largest value that is possible; a standard uncertainty beyond it is no information.
     nonlinear : (p,) True for nonlinear parameters: where one of them takes part, it alone is unknown, because the
         law's size is still known with the shape at its best value.
-    needed : (p,) True for those that should not stand back where another of their set can.
+    needed : (p,) True for those that are not to be held where another of their set can be.
     noise_dominated : (p,) True for those that only the force sensor's noise turns
         (`stiffcal.identification.noise_dominated`).
     redundant : (p,) True for gains of the whole load that all compliances together make up for
@@ -128,16 +128,16 @@ def check_identifiability(
             least = p * float(np.finfo(np.float64).eps) * float(singular[0])
             condition = float(singular[0] / singular[-1]) if singular[-1] > least else np.inf
         must_stay = np.zeros(p, dtype=np.bool_) if needed is None else needed
-        sums = _stand_back(unit, left_out, is_nonlinear, must_stay, SAME_REGRESSOR * float(singular[0]))
+        sums = _hold_dependent(unit, left_out, is_nonlinear, must_stay, SAME_REGRESSOR * float(singular[0]))
         identifiable[left_out & is_nonlinear] = False
         for column in sums:
-            blind = _blind_direction(unit, left_out, column)
-            takes_part = np.abs(blind) > TAKES_PART * np.max(np.abs(blind))
+            null = _null_direction(unit, left_out, column)
+            takes_part = np.abs(null) > TAKES_PART * np.max(np.abs(null))
             # Others that nearly agree among themselves may make it with shares far above its own.
             takes_part[column] = True
             members = np.flatnonzero(takes_part)
             identifiable[members] = False
-            ambiguities.append(_name_ambiguity(blind[members], length[members], [names[i] for i in members]))
+            ambiguities.append(_name_ambiguity(null[members], length[members], [names[i] for i in members]))
         spread = _std_with_others_free(factor, remaining)
         hidden = [i for i in remaining if identifiable[i] and spread[i] > upper[i]]
         for i in hidden:
@@ -150,12 +150,12 @@ def check_identifiability(
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
 
 
-def _stand_back(
-    unit: Floats, left_out: Booleans, is_nonlinear: Booleans, stays: Booleans, blind_below: float
+def _hold_dependent(
+    unit: Floats, left_out: Booleans, is_nonlinear: Booleans, stays: Booleans, null_below: float
 ) -> list[int]:
     """Hold one parameter after the other until the data determine every direction of those left; return them.
 
-    Of such a set the one that came last into the model stands back; the others then stand for the
+    Of such a set the one that came last into the model is held; the others then represent the
     set in predictions. One at a time: sets that overlap mix in the singular vectors, and two taken at once could both
     be what one set needs. Nonlinear parameters that take part are held all at once, and are not returned.
 
@@ -164,14 +164,14 @@ def _stand_back(
     unit : (p, p) factor with columns of unit length.
     left_out : (p,) those held already; filled in place.
     is_nonlinear : (p,) True for nonlinear parameters.
-    stays : (p,) True for those that stand back only where no other of their set can.
-    blind_below : singular values below this are blind directions.
+    stays : (p,) True for those that are held only where no other of their set can be.
+    null_below : singular values below this are null directions.
     """
     sums: list[int] = []
     while not left_out.all():
         left = np.flatnonzero(~left_out)
         _, singular, directions = np.linalg.svd(unit[:, left])
-        if singular[-1] >= blind_below:
+        if singular[-1] >= null_below:
             break
         share = np.abs(directions[-1]) / np.max(np.abs(directions[-1]))
         members = left[share > TAKES_PART]
@@ -185,14 +185,14 @@ def _stand_back(
     return sums
 
 
-def _blind_direction(unit: Floats, left_out: Booleans, column: int) -> Floats:
-    """Return the (p,) blind direction of a held parameter: the others' combination with its regressor, minus itself."""
+def _null_direction(unit: Floats, left_out: Booleans, column: int) -> Floats:
+    """Return the (p,) null direction of a held parameter: the others' combination with its regressor, minus itself."""
     free = np.flatnonzero(~left_out)
-    blind = np.zeros(unit.shape[1])
+    null = np.zeros(unit.shape[1])
     if len(free):
-        blind[free] = np.linalg.lstsq(unit[:, free], unit[:, column], rcond=None)[0]
-    blind[column] = -1.0
-    return blind
+        null[free] = np.linalg.lstsq(unit[:, free], unit[:, column], rcond=None)[0]
+    null[column] = -1.0
+    return null
 
 
 def _std_with_others_free(factor: Floats, remaining: NDArray[np.int64]) -> Floats:
@@ -224,15 +224,15 @@ def _no_better_than(factor: Floats, left_out: Booleans, tolerance: Floats) -> li
     return worst
 
 
-def _name_ambiguity(blind: Floats, length: Floats, names: list[str]) -> Ambiguity:
-    """Say which combination is known, orthogonal to the blind direction."""
+def _name_ambiguity(null: Floats, length: Floats, names: list[str]) -> Ambiguity:
+    """Return which combination is known, orthogonal to the null direction."""
     if len(names) == 1:
         return Ambiguity((names[0],), "", "no load in these data acts on it")
-    # In scaled parameters y = length × x the data determine what is across ``blind``; for two, one combination.
+    # In scaled parameters y = length × x the data determine what is across ``null``; for two, one combination.
     if len(names) == 2:
-        across = np.array([-blind[1], blind[0]]) * length
+        across = np.array([-null[1], null[0]]) * length
         size = np.abs(across)
-        # The first of two that only rounding distinguishes: the sign of the combination hangs on it.
+        # The first of two that only rounding distinguishes: the sign of the combination depends on it.
         across = across / across[int(np.argmax(size >= (1.0 - 1e-9) * size.max()))]
         return Ambiguity(
             tuple(names),

@@ -83,7 +83,7 @@ class BeamProperties:
     """(x2, x3) of the fibre that torsion leaves straight, m (the section's shear centre)."""
     warping_decay: float | None = None
     """m, length over which warping held back at the clamp decays; None where not known: the twist is then taken as even
-    along the link (000: κ constant), and a rod along the fibre is blind to it.
+    along the link (000: κ constant), and a rod parallel to the link does not measure it.
     """
     warping_hold: float = 1.0
     """Share of the twist that the clamp takes away there; 1 for open sections (Vlasov), less for closed ones, where the

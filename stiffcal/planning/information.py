@@ -150,7 +150,8 @@ def reads_along_lines(noise: Noise, setup: MeasurementSetup) -> bool:
 def counts_from_nominal(placed: PlacedEffect) -> bool:
     """Return whether an effect's parameters are small differences from the robot file or the manifest.
 
-    Of geometry and frames an uncertainty relative to the value says nothing: they count in their typical size.
+    For geometry and frames an uncertainty relative to the value is meaningless: it is taken relative to their typical
+    size.
     """
     return placed.effect.moves_frames or placed.changes_geometry
 

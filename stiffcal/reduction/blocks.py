@@ -212,7 +212,7 @@ def blocks_of(time: Floats, signals: Mapping[str, Floats], shortest: float = SHO
 
 
 def noise_of(values: Floats) -> Floats:
-    """Return the standard deviation (c,) of fast noise in values (m, c): robust, blind to steps, ramps and spikes.
+    """Return the standard deviation (c,) of fast noise in values (m, c); steps, ramps and spikes do not affect it.
 
     From second differences, which straight ramps leave at zero; their median is not moved by rare steps.
     """

@@ -34,7 +34,7 @@ class ReportProvenance:
     sources: tuple[ReportSource, ...] = ()
     """The files read: logs, manifest, robot file, model file."""
     settings: tuple[tuple[str, str], ...] = ()
-    """(name, value) pairs worth a customer's eye: balance, weights, loss, …."""
+    """(name, value) pairs that a customer may want: balance, weights, loss, …."""
 
 
 @dataclass(frozen=True)

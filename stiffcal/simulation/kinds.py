@@ -102,7 +102,7 @@ class RunSimulation(ABC, Generic[Motion]):
         robot : chain and effects with values.
         planned : of `plan`.
         frames : the frames that instruments look at.
-        tool : what hangs on the flange.
+        tool : what is mounted on the flange.
         motion : of this run.
 
         Raises

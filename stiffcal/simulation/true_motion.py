@@ -124,7 +124,7 @@ class RestSolver(Protocol):
         joints : (n, J) model joint angles, rad.
         wrench : (n, 6) N and N·m on the robot, in the set-up's wrench axes
             about its wrench point.
-        setup : what hangs on the flange, where the load acts, which frames are looked at.
+        setup : what is mounted on the flange, where the load acts, which frames are looked at.
         order : runs and times of the states; each run starts without any load.
         """
         ...
@@ -154,7 +154,7 @@ def solve_true_runs(
     robot : chain and effects with values.
     planned_runs : the runs.
     frames : the frames that instruments look at, where they really are.
-    tool : what hangs on the flange.
+    tool : what is mounted on the flange.
     settle : returns where the robot comes to rest; None: the exact balance of ``robot``. Effects of observation
         (drift, a slip) are ``robot``'s in either case.
     commanded_change : run to (s, L) rad, by how much a controller moves the joints at each solved place.

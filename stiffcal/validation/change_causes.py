@@ -132,7 +132,7 @@ def grown_since(reduced_chi2: Sequence[float | None], since: int) -> int | None:
 
     Parameters
     ----------
-    reduced_chi2 : one a campaign; None where the noise is not known: then nothing can be said.
+    reduced_chi2 : one a campaign; None where the noise is not known: then no verdict is possible.
     since : number of the first campaign after the change, as the chart has it; scatter moves it by a campaign.
     """
     near = (since, since - 1, since + 1)
@@ -144,7 +144,7 @@ def grew(reduced_chi2: Sequence[float | None], since: int) -> bool:
 
     Parameters
     ----------
-    reduced_chi2 : one a campaign; None where the noise is not known: then nothing can be said.
+    reduced_chi2 : one a campaign; None where the noise is not known: then no verdict is possible.
     since : number of the first campaign after the change.
     """
     known = [value for value in reduced_chi2 if value is not None]

@@ -305,7 +305,7 @@ def _joints(campaign: Campaign, states: LoadStates) -> tuple[list[CheckedJoint],
     from stiffcal.reduction.excitation import joint_excitation
 
     if states.clamped.all():
-        # what their kind says of each run stands in for it: nothing but the driven joint is measured
+        # what their kind states of each run replaces it: nothing but the driven joint is measured
         return [], []
     entries = joint_excitation(states, campaign.chain)
     joints = [

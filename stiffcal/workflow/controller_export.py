@@ -111,7 +111,7 @@ def reading_setup(fitted: FittedRobot, options: ControllerOptions) -> tuple[Meas
 
 @dataclass(frozen=True)
 class ModelVerdict:
-    """What the last diagnosis says of the model."""
+    """The verdict of the last diagnosis on the model."""
 
     complete: bool
     """False where something is missing, and where nobody has looked."""

@@ -23,7 +23,7 @@ POSES = 60
 LEVER, FACTOR = 0.2, 3.0
 # What absolute places are tried with, kg and N.
 PAYLOAD, PULL = 20.0, 200.0
-# Of orientations where none are measured: what a tracker sees of a target of this size, m.
+# Of orientations where none are measured: what a tracker measures of a target of this size, m.
 TARGET_SIZE = 0.1
 
 

@@ -92,7 +92,7 @@ def simulate_clamped(
     robot : chain and effects with values.
     planned : its program is a motion; its load point is where the fixture holds.
     frames : the frames that instruments look at.
-    tool : what hangs on the flange.
+    tool : what is mounted on the flange.
     fixture : (6, 6) compliance of the fixture, m/N and rad/(N·m), base axes; what the model adds to it not included.
 
     Raises

@@ -99,7 +99,7 @@ def friction_rows(data: MeasuredRuns) -> FrictionRows | None:
 def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
     """Judge friction at speeds that the fit has not used; None where the campaign contains no friction.
 
-    What the model says nothing of counts with all of its torque: an effect that is taken out raises the error.
+    What the model does not describe counts with all of its torque: an effect that is taken out raises the error.
     """
     from stiffcal.experiments.friction.heldout import joints_without_law
 

@@ -130,7 +130,7 @@ def simulate_friction(
     robot : chain and effects with values; those that show in motion make the friction.
     planned : its program is of `strokes_program`.
     frames : what instruments look at.
-    tool : what hangs on the flange.
+    tool : what is mounted on the flange.
     motion : rotor inertia and gear ripple.
     """
     program = planned.program

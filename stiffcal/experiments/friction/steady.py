@@ -91,9 +91,9 @@ class JointLog:
 
 
 def angle_noise(angle: Floats) -> float:
-    """Return the standard deviation of fast noise in angles (n,), rad, blind to accelerations: from fourth differences.
+    """Return the standard deviation of fast noise in angles (n,), rad; accelerations do not affect it.
 
-    A fourth difference of white noise has variance 70; 0.6745 is the median of |N(0, 1)|.
+    From fourth differences. A fourth difference of white noise has variance 70; 0.6745 is the median of |N(0, 1)|.
     """
     if angle.size < 5:
         return 0.0
