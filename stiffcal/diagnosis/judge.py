@@ -8,11 +8,13 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.choosing import chosen_in_every_fold
-from stiffcal.diagnosis.scan import ModelFit, Scan, Trial
+from stiffcal.diagnosis.scan import ModelFit, Scan, Trial, bounds_with
+from stiffcal.diagnosis.scoring import solve_within
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import (
     ADEQUATE_RATIO,
     FAMILY_P,
+    FARTHEST_NORMAL,
     LACK_OF_FIT_P,
     LEAST_FALL,
     LOOK_ALIKE_ERRORS,
@@ -246,7 +248,8 @@ def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
     """Return whether a candidate cannot be distinguished from the best: within two standard errors over poses.
 
     Standard errors as in `rms_reduction`: the difference of the two predictions in left-out poses, against the
-    measurement.
+    measurement. Nor can one whose displacement is the same within the noise (`same_within_noise`), whatever the errors
+    in poses left out happen to be.
     """
     if trial is best:
         return True
@@ -258,7 +261,54 @@ def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
     _, errors = rms_reduction(
         score.heldout, best_score.heldout, np.array([squared_change[fold].sum() for fold in scan.folds]), scan.dof
     )
-    return errors <= LOOK_ALIKE_ERRORS
+    return errors <= LOOK_ALIKE_ERRORS or same_within_noise(scan, trial, best)
+
+
+def same_within_noise(scan: Scan, trial: Trial, other_trial: Trial) -> bool:
+    """Return whether each of two candidates reproduces what the other displaces, as fitted, to within the noise.
+
+    Notes
+    -----
+    If one of them is true, the other, refitted with everything else, leaves λ = |d − P d|² of its displacement d, in
+    units of the noise. The difference of their squares over its standard deviation 2√λ is then normal about ± √λ / 2.
+    A candidate found two standard errors ahead is the wrong one with odds Φ(−2 − √λ / 2) to Φ(−2 + √λ / 2): one in
+    twelve for λ = 1, less than one in a hundred from λ = 4. Below, no error in poses left out distinguishes them.
+    """
+    if is_slip(trial.candidate.effect) or is_slip(other_trial.candidate.effect):
+        return False
+    first, second = trial.score.sum_of_squares, other_trial.score.sum_of_squares
+    unit = _unit_of_squares(scan, trial if first <= second else other_trial)
+    # With so little left the squares of all poses differ by λ + 2√λ z, z normal: a quick no to almost all candidates.
+    if abs(first - second) > (LOOK_ALIKE_ERRORS**2 + 2.0 * LOOK_ALIKE_ERRORS * FARTHEST_NORMAL) * unit:
+        return False
+    left = max(_not_reproduced(scan, trial, other_trial), _not_reproduced(scan, other_trial, trial))
+    return left <= LOOK_ALIKE_ERRORS**2 * unit
+
+
+def _unit_of_squares(scan: Scan, trial: Trial) -> float:
+    """Return the square of the scatter that a candidate leaves: 1, more where more is missing or no noise is known."""
+    residual_dof = max(scan.dof - scan.n_columns - len(trial.regressor.symbols), 1)
+    scatter = trial.score.sum_of_squares / residual_dof
+    # Without a known noise rows are whitened with what the present model leaves, the candidate's displacement included.
+    return scatter if scan.fit.noise is None else max(1.0, scatter)
+
+
+def _not_reproduced(scan: Scan, trial: Trial, other_trial: Trial) -> float:
+    """Return the whitened squares that one candidate, fitted with everything else, leaves of another's prediction."""
+    own, other, base = trial.regressor, other_trial.regressor, len(scan.columns)
+    stack = [scan.columns, other.columns, own.columns, (own.fixed - other.fixed)[None]]
+    rows = scan.space.rows(np.concatenate(stack))
+    width = base + len(other.columns)
+    values = trial.score.solution
+    aim = values[:base] @ rows[:base] + values[base:] @ rows[width:-1] + rows[-1]
+    columns = rows[:width]
+    normal = columns @ columns.T
+    known = np.zeros(base) if scan.prior is None else scan.prior
+    normal[range(base), range(base)] += known
+    right = columns @ aim
+    solution = solve_within(normal, right, *bounds_with(scan, other))
+    left = float(solution @ (normal @ solution - 2.0 * right) + aim @ aim)
+    return max(left - float(known @ values[:base] ** 2), 0.0)
 
 
 def predicted_without_pose(scan: Scan, trial: Trial) -> Floats:

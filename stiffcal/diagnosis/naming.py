@@ -15,7 +15,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import confidence
-from stiffcal.diagnosis.judge import alike, fitted_values, judge, possible_values
+from stiffcal.diagnosis.judge import alike, fitted_values, judge, possible_values, same_within_noise
 from stiffcal.diagnosis.scan import Scan, Trial, ranked_error
 from stiffcal.diagnosis.thresholds import (
     EVIDENCE_TIE,
@@ -39,8 +39,9 @@ def near_best(scan: Scan) -> list[Trial]:
     -------
     list of Trial
         The others by evidence; general laws (a joint's whole compliance) last: they are named only where no simple
-        effect comes near, and one that holds the named effect as a special case is no alternative to it. The best
-        possible candidate alone where none is supported; empty where none is possible.
+        effect comes near, and one that holds the named effect as a special case is no alternative to it. Last of the
+        simple ones those that are not supported by themselves, for they have more parameters, but displace the target
+        as the named one does. The best possible candidate alone where none is supported; empty where none is possible.
     """
     possible = [trial for trial in scan.trials if possible_values(scan, trial)]
     if not possible:
@@ -48,7 +49,9 @@ def near_best(scan: Scan) -> list[Trial]:
     best, simple = possible[0], [trial for trial in possible if not trial.candidate.effect.general]
     # A general law is not named where the best simple effect cannot be separated from it.
     leader = simple[0] if simple and alike(scan, simple[0], best) else best
-    near = [trial for trial in possible if judge(scan, trial).supported and alike(scan, trial, leader)] or [leader]
+    near = [trial for trial in possible if judge(scan, trial).supported and alike(scan, trial, leader)]
+    if not near:
+        return [leader]
     simple = [trial for trial in near if not trial.candidate.effect.general]
     named = _choose_named(scan, simple or near)
     share = confidence(scan, among=simple or near)
@@ -60,7 +63,20 @@ def near_best(scan: Scan) -> list[Trial]:
             ranked_error(trial),
         )
     )
-    return [named, *alternatives]
+    n_simple = sum(not trial.candidate.effect.general for trial in alternatives)
+    return [named, *alternatives[:n_simple], *_same_as(scan, named, possible, near), *alternatives[n_simple:]]
+
+
+def _same_as(scan: Scan, named: Trial, possible: Sequence[Trial], known: Sequence[Trial]) -> list[Trial]:
+    """Return the simple candidates that are not known yet and displace as the named one does, to within the noise."""
+    names = {trial.candidate.name for trial in known}
+    return [
+        trial
+        for trial in possible
+        if not trial.candidate.effect.general
+        and trial.candidate.name not in names
+        and same_within_noise(scan, trial, named)
+    ]
 
 
 def _choose_named(scan: Scan, near: list[Trial]) -> Trial:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stiffcal.diagnosis.judge import alike, judge
+from stiffcal.diagnosis.judge import alike, judge, possible_values, same_within_noise
 from stiffcal.diagnosis.naming import look_alikes
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_context import SearchContext
@@ -43,7 +43,11 @@ def with_alike_in_own_weights(
     if own is None:
         return missing_effect
     near = [
-        trial for trial in scan.trials if trial is not own and judge(scan, trial).supported and alike(scan, trial, own)
+        trial
+        for trial in scan.trials
+        if trial is not own
+        and possible_values(scan, trial)
+        and (same_within_noise(scan, trial, own) or (judge(scan, trial).supported and alike(scan, trial, own)))
     ]
     alternatives, cosines = look_alikes(scan, near, own)
     return replace(missing_effect, alternatives=alternatives, cosines=cosines)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Literal
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import confidence_by_class
@@ -48,13 +49,15 @@ def ranked_findings(
         after = rms_after(trial)
         alternatives = [candidate for candidate in near if candidate.name != name] if name in names else []
         explanation = explain(trial, after, alternatives) if judgement.supported else None
+        same = not judgement.supported and name in names[1:]
+        why = explanation.text if explanation is not None else _why_same(near[0]) if same else why_rejected(scan, trial)
         at = effect_at(trial.candidate)
         yield (
             trial,
             Finding(
                 effect=at.effect,
                 where=at.where,
-                verdict="rejected" if not judgement.supported else "supported" if leads else "possible",
+                verdict=_verdict(judgement.supported, leads, same),
                 explains=share_explained(scan, trial),
                 size_m=None,
                 p_value=judgement.p_value,
@@ -64,7 +67,7 @@ def ranked_findings(
                 confidence=shares.get(name, 0.0),
                 parameters=parameters_of(trial),
                 alternatives=[effect_at(candidate) for candidate in alternatives],
-                why=explanation.text if explanation is not None else why_rejected(scan, trial),
+                why=why,
                 evidence=explanation,
             ),
         )
@@ -92,6 +95,18 @@ def share_explained(scan: Scan, trial: Trial) -> float | None:
         return None
     # What is left of equal errors is rounding.
     return (before - after) / (before - floor) if abs(before - after) > ROUNDING * before else 0.0
+
+
+def _verdict(supported: bool, leads: bool, same: bool) -> Literal["supported", "possible", "rejected"]:
+    """Return a candidate's verdict; ``same``: not supported itself, its displacements are those of the one that is."""
+    if supported and leads:
+        return "supported"
+    return "possible" if supported or same else "rejected"
+
+
+def _why_same(named: Candidate) -> str:
+    """Return why a candidate that is not supported by itself is possible, in words."""
+    return f"its displacements are those of {named.name} to within the noise; it has more parameters"
 
 
 def why_rejected(scan: Scan, trial: Trial) -> str:

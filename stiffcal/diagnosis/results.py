@@ -117,7 +117,7 @@ class Finding:
     where: Where
     """Its place."""
     verdict: Literal["supported", "possible", "rejected"]
-    """Possible: supported too, but another ranks higher."""
+    """Possible: supported too, but another ranks higher, or not to be distinguished from the one that is supported."""
     explains: Number
     """Share of the avoidable error that goes with it; null where the error is no more than noise."""
     size_m: Number

@@ -187,7 +187,7 @@ def _supported_effect(scan: Scan, candidate: Candidate) -> MissingEffect | None:
     if not near or not judge_choice(scan, near[0]).supported:
         return None
     # The one that is in the model already stays where the evidence ties: the search would else go round in a circle.
-    same = [trial for trial in near if trial.candidate.name == candidate.name]
+    same = [trial for trial in near if trial.candidate.name == candidate.name and judge(scan, trial).supported]
     chosen = same[0] if same and ties_with_named(scan, near, same[0]) else near[0]
     others, cosines = look_alikes(scan, near, chosen)
     rivals = rivals_without_a_pose(scan, near, chosen) or too_many_alike(scan, near, chosen)

@@ -18,6 +18,8 @@ STANDARD_ERRORS = 2.0
 FAMILY_P = 0.01
 # Candidates whose held-out error lies within this many standard errors of the best look alike (section 5.4).
 LOOK_ALIKE_ERRORS = 2.0
+# So many standard deviations a normal number is hardly ever off: one in 16 000.
+FARTHEST_NORMAL = 4.0
 # Below this share of the noise nobody can measure a difference in held-out error: candidates closer than
 # this look alike, however small the standard error is.
 LOOK_ALIKE_SHARE = 0.005
