@@ -35,8 +35,42 @@ def _torques_without_places(manifest: Manifest) -> Iterator[Fault]:
             yield Fault(FaultCode.KEY_CONFLICT, MANIFEST_FILE, place, reason, "remove torque_gain_sigma")
 
 
+def _approach_without_places(manifest: Manifest) -> Iterator[Fault]:
+    """Check that the order of approach is stated of absolute runs alone, and that their rows are a sequence."""
+    for number, run in enumerate(manifest.runs):
+        if run.approach is not None and run.experiment != ABSOLUTE:
+            place = f"runs[{number + 1}] ({run.id}).approach"
+            reason = f"approach applies to absolute runs, and this one is {run.experiment}"
+            yield Fault(FaultCode.KEY_CONFLICT, MANIFEST_FILE, place, reason, "remove approach")
+    if any(run.experiment == ABSOLUTE for run in manifest.runs):
+        return
+    for source, name, signal in manifest.signals():
+        if isinstance(signal, JointSignals) and signal.approach is not None:
+            reason = 'approach applies to absolute runs, and no run has experiment = "absolute"'
+            place = f"sources.{source}.{name}.approach"
+            yield Fault(FaultCode.KEY_CONFLICT, MANIFEST_FILE, place, reason, "remove approach")
+
+
+def _estimated_carriers(manifest: Manifest) -> Iterator[Fault]:
+    """Check that no measured frame hangs on another one that is estimated: a fit moves measured frames one by one."""
+    measured = [body for source in manifest.sources.values() for body in source.body_poses()]
+    for body in dict.fromkeys(measured):
+        carrier, passed = body, {body}
+        while carrier in manifest.frames and (carrier := manifest.frames[carrier].parent) not in passed:
+            passed.add(carrier)
+            if carrier in manifest.frames and manifest.frames[carrier].estimate:
+                mend = (
+                    f"list the points as markers of one body: [sources.NAME.poses.{carrier}] markers = {{ {body} = "
+                    f"[…], … }}, or give {carrier} and estimate {body}"
+                )
+                reason = f"{body} is measured and hangs on this frame, which is estimated"
+                yield Fault(FaultCode.FRAME_UNSUITABLE, MANIFEST_FILE, f"frames.{carrier}.estimate", reason, mend)
+                return
+
+
 def absolute_faults(manifest: Manifest) -> Iterator[Fault]:
     """Check what absolute runs need, and what counts in them alone."""
+    yield from _approach_without_places(manifest)
     absolute = [(number, run) for number, run in enumerate(manifest.runs) if run.experiment == ABSOLUTE]
     if not absolute:
         yield from _torques_without_places(manifest)
@@ -50,6 +84,7 @@ def absolute_faults(manifest: Manifest) -> Iterator[Fault]:
             FaultCode.SIGNAL_MISSING, MANIFEST_FILE, place, "no source measures the position of a target",
             'add [sources.NAME.poses.TARGET] with frame = "tracker" and position = ["X", "Y", "Z"]',
         )  # fmt: skip
+    yield from _estimated_carriers(manifest)
     for source, settings in manifest.sources.items():
         if not with_loads and (settings.deflection is not None or settings.displacement is not None):
             yield Fault(

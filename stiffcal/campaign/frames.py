@@ -123,6 +123,7 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
         target_names=targets,
         moments_measured=load.moments,
         base_from_tracker=frames[tracker].transform,
+        tracker=tracker if tracker in manifest.frames else "",
         estimated=frames_to_estimate(manifest),
         load_point_sigma=load_point_sigma(manifest, load.point),
         torque_gain_sigma=torque_gain_sigma(manifest),
@@ -227,6 +228,9 @@ def _sigma(manifest: Manifest, load: _Load) -> Sigma:
             factor = 1.0 if quaternion else signal.unit_of("rotation").factor
             stated = _scaled(signal.sigma.position, signal.unit_of("position").factor)
             stated_turn = _scaled(signal.sigma.rotation, factor)
+            if signal.markers and stated is not None and stated_turn is None:
+                (points,) = markers_of(manifest, (signal.body or "target",))
+                stated, stated_turn = (None, None) if points is None else points.pose_sigma(stated)
             translation, rotation = translation or stated, rotation or stated_turn
             if source in of_absolute:
                 place, place_turn = place or stated, place_turn or stated_turn

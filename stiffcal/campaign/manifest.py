@@ -104,6 +104,8 @@ class Run(TomlTable):
     holdout : never used to fit. tags : free words. states : table of the holds (columns start, end, s).
     reference : which state is the reference, from 1. fixture_compliance : m/N and rad/(N·m), base axes (clamped).
     compensation : "on" where the controller was correcting.
+    approach : "direct" where the robot went from each row straight to the next (absolute): the joint angles then show
+        in which direction each joint moved last, and what it carried before.
     """
 
     id: Name
@@ -118,6 +120,7 @@ class Run(TomlTable):
     reference: Counting = 1
     fixture_compliance: Compliance | None = None
     compensation: Literal["on", "off"] = "off"
+    approach: Literal["direct"] | None = None
 
     look_alikes: ClassVar[dict[str, str]] = {"name": "id", "file": "files", "clock_ahead": "clock_ahead_s"}
 

@@ -72,6 +72,8 @@ class JointSignals(Signal):
     motor : the columns are motor-side; gear ratios stand in robot.toml.
     torque_gain_sigma : relative standard uncertainty of each motor's torque, its constant and gear in it: the torques
         that hold the robot at rest in absolute runs then count, for the moments of the links (`link-weight`).
+    approach : direction of each joint's last motion before a row of an absolute run, in the logged angle's sense: a
+        positive or a negative number (a sign, or the motion itself); 0 or empty where it is not known.
     """
 
     position: Columns | None = None
@@ -80,6 +82,7 @@ class JointSignals(Signal):
     torque: Columns | None = None
     current: Columns | None = None
     torque_constant: TorqueConstants | None = None
+    approach: Columns | None = None
     units: JointUnits = JointUnits()
     motor: bool = False
     torque_gain_sigma: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
@@ -91,8 +94,8 @@ class JointSignals(Signal):
     look_alikes: ClassVar[dict[str, str]] = {"columns": "position", "angles": "position"}
 
     def groups(self) -> dict[str, tuple[str, ...]]:
-        """Return the columns of each quantity that is logged: position, command, velocity, torque, current."""
-        keys = ("position", "command", "velocity", "torque", "current")
+        """Return the columns of each quantity that is logged, by its key."""
+        keys = ("position", "command", "velocity", "torque", "current", "approach")
         return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
 
     @property
@@ -105,10 +108,11 @@ class JointSignals(Signal):
         return tuple(name for names in self.groups().values() for name in names)
 
     def columns_with_units(self) -> dict[str, Unit]:
-        """Return each column and its unit; `command` is in the unit of `position`."""
+        """Return each column and its unit; `command` is in the unit of `position`, `approach` has none."""
         return {
             name: self.unit_of("position" if key == "command" else key)
             for key, names in self.groups().items()
+            if key != "approach"
             for name in names
         }
 

@@ -11,7 +11,6 @@ from stiffcal.arrays import Integers
 from stiffcal.diagnosis.results import UntestableEffect
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
 from stiffcal.identification.regressors import Regressor, RegressorMaker
-from stiffcal.identification.rows import drives_of_logged
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
@@ -68,9 +67,10 @@ def list_candidates(
         for place in places:
             if (effect.name, place) in in_model or stands_in_the_way(effect, place, robot):
                 continue
-            free = sum(1 for spec in effect.parameters if not spec.scales_load)
-            forms = effect.forms_to_try(states)
-            candidates.append(Candidate(effect, place, free, tuple(forms) if len(forms) > 1 else ()))
+            forms = tuple(effect.forms_to_try(states))
+            law = forms[0] if len(forms) == 1 else effect
+            free = sum(1 for spec in law.parameters if not spec.scales_load)
+            candidates.append(Candidate(law, place, free, forms if len(forms) > 1 else ()))
     return candidates, not_tried
 
 
@@ -105,7 +105,7 @@ def variants(candidate: Candidate, state: RegressorMaker, most: int = MANY_SHAPE
 
 def driven_joint_of_state(states: LoadStates, chain: Chain) -> Integers:
     """Return (n,) the drive, from 1, that a clamped run has moved: the one that turned furthest; 0 of other runs."""
-    turn, result = states.joints @ drives_of_logged(chain).T, np.zeros(len(states), dtype=np.int64)
+    turn, result = states.joints @ chain.drives_of_logged.T, np.zeros(len(states), dtype=np.int64)
     for members in members_of(states.run):
         if states.clamped[members].all():
             result[members] = int(np.argmax(np.ptp(turn[members], axis=0))) + 1

@@ -22,6 +22,7 @@ from stiffcal.diagnosis.ranking import effect_at, ranked_findings
 from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect, SearchPace, UndecidedEffect
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_results import MissingEffect, Search
+from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, MOST_UNDERSTATED, PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import (
@@ -259,15 +260,22 @@ def _missing_effect_in_words(missing_effect: MissingEffect) -> str:
 
 
 def _contradicted_words(search: Search) -> str:
-    """Return what model.toml sets and the data contradict, as the beginning of the answer; "" where nothing is."""
+    """Return the settings that the data contradict, as the beginning of the answer; "" where there are none."""
     words = []
     for setting in search.contradicted:
         if setting.parameter is None:
             words.append('balance = "first-order" (use "deformed")')
+        elif setting.setting is SettingKind.FRAME:
+            words.append(f"{setting.parameter.replace('.', ' ')} as campaign.toml gives it (write estimate = true)")
         else:
             free = f"{setting.free_value or 0.0:.3g} ± {setting.free_std or 0.0:.2g}"
             words.append(f"{setting.parameter} fixed at {setting.fixed_at or 0.0:.3g} (free, it is {free})")
-    return f"The data contradict settings of model.toml: {', '.join(words)}. Without that: " if words else ""
+    files = " and ".join(
+        file
+        for file, frames in (("model.toml", False), ("campaign.toml", True))
+        if any((setting.setting is SettingKind.FRAME) == frames for setting in search.contradicted)
+    )
+    return f"The data contradict settings of {files}: {', '.join(words)}. Without that: " if words else ""
 
 
 def _next_sentence(search: Search) -> str:

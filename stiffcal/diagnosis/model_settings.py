@@ -1,8 +1,9 @@
-"""What model.toml sets and the data contradict: a parameter fixed at a value, the first-order balance.
+"""What model.toml and campaign.toml set and the data contradict: a fixed parameter, the first-order balance, a frame.
 
 A value that is held wrong leaves a remainder as a missing effect does, and the effect that comes nearest would be named
-for it. So each fixed parameter is freed in turn, and the first-order balance replaced by the deformed robot's, as
-candidates among the effects: the error in poses left out has to fall by as much, and as surely.
+for it. So each fixed parameter is freed in turn, the first-order balance replaced by the deformed robot's, and of
+absolute places each frame estimated that the manifest gives, as candidates among the effects: the error in poses left
+out has to fall by as much, and as surely.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ from stiffcal.diagnosis.search_results import Search
 from stiffcal.diagnosis.setting_results import ContradictedSetting, SettingKind
 from stiffcal.diagnosis.thresholds import FAMILY_P, LEAST_FALL, STANDARD_ERRORS
 from stiffcal.identification.identify import Problem, Settings, fit_observations
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.identification.readings import Observations
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.measured_frames import placed_frame
 
 # So many settings are changed one after another.
 MOST_CHANGES = 5
@@ -96,10 +99,12 @@ class _Trial:
         rest = self.scan.dof - self.scan.n_columns
         if rest <= 0:
             return 1.0
+        added = max(self.scan.n_columns - self.before.n_columns, 1)
         scale = max(1.0, self.scan.base.sum_of_squares / rest)
         drop = max(self.before.base.sum_of_squares - self.scan.base.sum_of_squares, 0.0)
         noise = self.scan.fit.noise
-        return min(1.0, n_trials * f_tail(drop / scale, 1.0, float(rest) if noise is None else min(rest, noise.dof)))
+        freedom = float(rest) if noise is None else min(rest, noise.dof)
+        return min(1.0, n_trials * f_tail(drop / (added * scale), float(added), freedom))
 
     def supported(self, n_trials: int) -> bool:
         """Return whether the data contradict the setting."""
@@ -136,3 +141,24 @@ def _trials(scan: LoadScan, problem: Problem, robot: CompliantRobot, settings: S
     if not robot.deformed:
         fit = fit_observations(problem, replace(robot, deformed=True), settings)
         yield _Trial(SettingKind.BALANCE, "", scan, scan_candidates(fit, [], whitening, scan.geometry), settings)
+    for frame in given_frames(robot, problem.data):
+        fit = fit_observations(problem, replace(robot, placed=(frame, *robot.placed)), settings)
+        name = f"{frame.effect.name}.{frame.place.frame}"
+        yield _Trial(SettingKind.FRAME, name, scan, scan_candidates(fit, [], whitening, scan.geometry), settings)
+
+
+def given_frames(robot: CompliantRobot, data: Observations) -> list[PlacedEffect]:
+    """Return the frames of tracker and targets that the manifest gives, as parts of a model of absolute places.
+
+    None where load states are fitted too: their displacements depend on the tracker's turn, which its frame leaves out.
+    The position of a single target on the flange is target-offset.
+    """
+    if not data.absolute.all():
+        return []
+    found, setup = {placed.place.frame for placed in robot.placed}, data.setup
+    turned = {int(body) for body in data.body[data.rotational]}
+    targets = {name: number in turned for number, name in enumerate(setup.target_names)}
+    if len(targets) == 1 and not turned and setup.targets[0].body == robot.chain.n_joints + 1:
+        targets = {}
+    names = ({setup.tracker: True} if setup.tracker else {}) | targets
+    return [placed_frame(name, with_turn) for name, with_turn in names.items() if name not in found]

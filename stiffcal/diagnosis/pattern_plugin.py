@@ -31,8 +31,7 @@ class $class_name(DocumentedEffect):
     place_kind = "joints"
     summary = "the joint's compliance follows the $followed"
     parameters = (
-        ParameterSpec("a", "rad/(N·m)", "$meaning_a", -1.0, 1.0, $typical, "diagnose"),
-        ParameterSpec("b", "rad/(N·m)", "$meaning_b", -1.0, 1.0, $typical, "diagnose"),$order
+        ParameterSpec("a", "rad/(N·m)", "$meaning_a", -1.0, 1.0, $typical, "diagnose"),$second_parameter$order
     )
     fingerprint = "the residual is proportional to the joint's torque, with a factor that the $followed sets"
     how_to_check = "Repeat one load on the joint while the $followed changes and all else stays."
@@ -43,10 +42,13 @@ class $class_name(DocumentedEffect):
         torque = drive_torque(chain, loads.wrench, joint)
         $value
         return (
-            *drive_terms(chain, joint, "a", $first * torque),
-            *drive_terms(chain, joint, "b", $second * torque),
+            *drive_terms(chain, joint, "a", $first * torque),$second_term
         )
 $methods''')
+_SECOND_PARAMETER = """
+        ParameterSpec("b", "rad/(N·m)", "{meaning}", -1.0, 1.0, {typical}, "diagnose"),"""
+_SECOND_TERM = """
+            *drive_terms(chain, joint, "b", {second} * torque),"""
 _ORDER = """
         ParameterSpec("order", "1", "waves per turn", {low}, {high}, {typical}, "diagnose", ParameterRole.NONLINEAR),"""
 _GRID = '''
@@ -71,24 +73,25 @@ def plugin_text(pattern: CompliancePattern, name: str) -> str:
     name : of the effect, lower case with hyphens.
     """
     values = {parameter.symbol: parameter.value or 0.0 for parameter in pattern.parameters}
-    typical = max(abs(values["a"]), abs(values["b"]))
-    angle = pattern.follows is FollowedBy.JOINT_ANGLE
+    typical = max(abs(value) for symbol, value in values.items() if symbol in ("a", "b"))
+    angle, motion = pattern.follows is FollowedBy.JOINT_ANGLE, pattern.follows is FollowedBy.LAST_MOTION
     names = ["Covariate", "DocumentedEffect", "Kind", "ParameterSpec", "drive_terms", "drive_torque"]
     names += ["ParameterRole"] if angle else ["tool_node"] if pattern.follows is FollowedBy.LOAD else []
+    meaning_b = "sine part of the compliance" if angle else "quadratic part of the compliance"
     fields = {
         "followed": what_is_followed(pattern),
         "imports": ", ".join(sorted(names)),
         "class_name": "".join(word.capitalize() for word in name.split("-")),
         "name": name,
         "joint": str(pattern.joint),
-        "law": "δ_Rz = (a cos mq + b sin mq) τ" if angle else "δ_Rz = (a s + b s²) τ",
+        "law": "δ_Rz = (a cos mq + b sin mq) τ" if angle else "δ_Rz = a s τ" if motion else "δ_Rz = (a s + b s²) τ",
         "meaning_a": "cosine part of the compliance" if angle else "linear part of the compliance",
-        "meaning_b": "sine part of the compliance" if angle else "quadratic part of the compliance",
         "typical": f"{typical:.3g}",
         "order": _ORDER.format(low=ORDERS[0], high=ORDERS[-1], typical=f"{values['order']:.3g}") if angle else "",
         "value": _value(pattern),
         "first": "np.cos(phase)" if angle else "s",
-        "second": "np.sin(phase)" if angle else "s**2",
+        "second_parameter": "" if motion else _SECOND_PARAMETER.format(meaning=meaning_b, typical=f"{typical:.3g}"),
+        "second_term": "" if motion else _SECOND_TERM.format(second="np.sin(phase)" if angle else "s**2"),
     }
     covariate = {
         "followed": fields["followed"],
@@ -109,4 +112,8 @@ def _value(pattern: CompliancePattern) -> str:
         FollowedBy.JOINT_TORQUE: f"s = np.abs(drive_torque(chain, loads.wrench, {joint})) / {scale}",
         FollowedBy.LOAD: f"s = np.linalg.norm(loads.wrench[tool_node(chain), :3], axis=0) / {scale}",
         FollowedBy.TIME: f"s = 0.0 * loads.angles[0] if loads.order is None else loads.order.time / {scale}",
+        FollowedBy.LAST_MOTION: (
+            f"s = 0.0 * loads.angles[0] if loads.order is None else loads.order.direction({joint}) * "
+            f"np.sign(drive_torque(chain, loads.wrench, {joint}))"
+        ),
     }[pattern.follows]

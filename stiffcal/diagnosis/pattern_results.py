@@ -28,6 +28,8 @@ class FollowedBy(Enum):
     JOINT_TORQUE = "joint torque"
     LOAD = "load"
     TIME = "time"
+    LAST_MOTION = "last motion"
+    """Of absolute places: 1 where the joint came to rest moving with its torque, −1 against it, 0 not known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +40,7 @@ class PatternAlternative:
     """Whose compliance varies, from 1."""
     follows: FollowedBy
     of_joint: int | None
-    """Whose angle or torque, from 1; null for load and time."""
+    """Whose angle, torque or motion, from 1; null for load and time."""
     share: float
     """Of the avoidable error in poses left out."""
 
@@ -49,7 +51,7 @@ class PatternPoint:
 
     run: str
     at: float
-    """Mean of what is followed in the run: rad, or a share of the largest torque or load or of the latest time."""
+    """Mean of what is followed in the run: rad, a share of the largest torque, load or time, 1 or −1."""
     compliance: float
     """rad/(N·m), what the run's residuals amount to, in addition to the model's compliance."""
     std: float
@@ -64,7 +66,7 @@ class CompliancePattern:
     """Whose compliance varies, from 1."""
     follows: FollowedBy
     of_joint: int | None
-    """Whose angle or torque it follows, from 1; null for load and time."""
+    """Whose angle, torque or motion it follows, from 1; null for load and time."""
     share: float
     """Of the avoidable error in poses left out, that goes with the dependence; of all of it without a known noise."""
     p_value: float
@@ -76,7 +78,7 @@ class CompliancePattern:
     scale: float
     """N·m, N or s, of the largest torque or load or the latest time: the law is in shares of it; 1 for angles."""
     parameters: list[CandidateParameter]
-    """Of the law: for an angle q (a cos mq + b sin mq) with m the order, else a s + b s²."""
+    """Of the law: for an angle q (a cos mq + b sin mq) with m the order, for a last motion a s, else a s + b s²."""
     alternatives: list[PatternAlternative]
     """Those that cannot be distinguished from it, at most four."""
     points: list[PatternPoint]

@@ -64,7 +64,7 @@ class Followed:
     by: FollowedBy
     """Its kind."""
     joint: int = 0
-    """Whose angle or torque, from 1; 0 for what belongs to no joint."""
+    """Whose angle, torque or motion, from 1; 0 for what belongs to no joint."""
     scale: float = 1.0
     """N·m, N or s, of the largest torque or load or the latest time: laws of these are in shares of it."""
 
@@ -76,6 +76,9 @@ class Followed:
             return np.asarray(np.abs(drive_torque(chain, loads.wrench, self.joint)) / self.scale)
         if self.by is FollowedBy.LOAD:
             return np.asarray(np.linalg.norm(loads.wrench[tool_node(chain), :3], axis=0) / self.scale)
+        if self.by is FollowedBy.LAST_MOTION:
+            direction = 0.0 if loads.order is None else loads.order.direction(self.joint)
+            return np.asarray(direction * np.sign(drive_torque(chain, loads.wrench, self.joint)))
         if loads.order is None:
             # Without a load no time is known; what the weight does then is constant within a run.
             return np.zeros(loads.angles.shape[1])
@@ -83,7 +86,10 @@ class Followed:
 
 
 class _FollowingCompliance(DocumentedEffect):
-    """A joint's compliance follows an angle, δ_Rz = (a cos mq + b sin mq) τ, or load or time, δ_Rz = (a s + b s²) τ."""
+    """A joint's compliance follows an angle, δ_Rz = (a cos mq + b sin mq) τ, load or time, δ_Rz = (a s + b s²) τ.
+
+    Or the direction s of a last motion, with the torque or against it, δ_Rz = a s τ: friction that grows with the load.
+    """
 
     kind = Kind.NODE_LAW
     place_kind = "joints"
@@ -93,6 +99,9 @@ class _FollowingCompliance(DocumentedEffect):
         """Return the two terms of the law."""
         joint, value = place.joints[0], self.followed.of(chain, loads)
         torque = drive_torque(chain, loads.wrench, joint)
+        if self.followed.by is FollowedBy.LAST_MOTION:
+            # its square is a compliance that follows nothing
+            return drive_terms(chain, joint, "a", value * torque)
         first, second = basis(self.followed.by, value, shape)
         return (*drive_terms(chain, joint, "a", first * torque), *drive_terms(chain, joint, "b", second * torque))
 
@@ -119,7 +128,7 @@ def basis(by: FollowedBy, value: Floats, shape: Values) -> tuple[Floats, Floats]
     """Return the two (n,) functions of what is followed that the law is made of."""
     if by is FollowedBy.JOINT_ANGLE:
         return np.asarray(np.cos(shape["order"] * value)), np.asarray(np.sin(shape["order"] * value))
-    return value, np.asarray(value**2)
+    return value, np.zeros_like(value) if by is FollowedBy.LAST_MOTION else np.asarray(value**2)
 
 
 def find_pattern(fit: Fit, states: LoadStates) -> CompliancePattern | None:
@@ -184,6 +193,8 @@ def _followed(fit: Fit, states: LoadStates) -> list[Followed]:
     unscaled = [*(Followed(FollowedBy.JOINT_TORQUE, joint) for joint in joints), Followed(FollowedBy.LOAD)]
     if np.isfinite(fit.data.order.time).all():
         unscaled.append(Followed(FollowedBy.TIME))
+    if fit.data.order.approach.any():
+        angles += [Followed(FollowedBy.LAST_MOTION, joint) for joint in joints]
     sizes = [float(np.abs(followed.of(chain, state.loads)).max(initial=0.0)) for followed in unscaled]
     scaled = [replace(followed, scale=size) for followed, size in zip(unscaled, sizes, strict=True) if size > 0.0]
     return [followed for followed in (*angles, *scaled) if varies(followed.of(chain, state.loads))]
@@ -194,7 +205,7 @@ def _law(followed: Followed) -> _FollowingCompliance:
     unit = "rad/(N·m)"
     parameters = [
         ParameterSpec(symbol, unit, f"amplitude of part {number}", -np.inf, np.inf, 2e-7, _AMPLITUDE)
-        for number, symbol in enumerate("ab", start=1)
+        for number, symbol in enumerate("a" if followed.by is FollowedBy.LAST_MOTION else "ab", start=1)
     ]
     if followed.by is FollowedBy.JOINT_ANGLE:
         meaning = "waves per turn of the joint that is followed"
@@ -256,7 +267,7 @@ def _curve(trial: Trial, followed: Followed, points: Sequence[PatternPoint]) -> 
 
     def law(over: Floats) -> Floats:
         first, second = basis(followed.by, over, values)
-        return np.asarray(values["a"] * first + values["b"] * second)
+        return np.asarray(values["a"] * first + values.get("b", 0.0) * second)
 
     shift = float(np.average(np.array([point.compliance for point in points]) - law(at), weights=weight))
     over = np.linspace(float(at.min()), float(at.max()), CURVE_POINTS)

@@ -163,8 +163,8 @@ class ResidualDependence:
     """Something that the unexplained error follows."""
 
     follows: str
-    """"joint angle", "load", "branch", "time" or "temperature"; of moving joints also "time in the run", "position" or
-    "speed".
+    """"joint angle", "load", "branch", "time", "temperature" or "approach" (the directions in which the joints moved
+    last); of moving joints also "time in the run", "position" or "speed".
     """
     share: Number
     """Of the avoidable squares."""

@@ -1,4 +1,4 @@
-"""What `diagnose` answers on settings of the model file, and on a robot file, that the data contradict."""
+"""What `diagnose` answers on settings of model file and manifest, and on a robot file, that the data contradict."""
 
 from __future__ import annotations
 
@@ -10,23 +10,24 @@ from stiffcal.measurements.rms import Rms
 
 
 class SettingKind(Enum):
-    """What a model file sets."""
+    """What a model file or the manifest sets."""
 
     FIXED = "fixed parameter"
     BALANCE = "first-order balance"
+    FRAME = "given frame"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContradictedSetting:
-    """What model.toml sets and the data contradict."""
+    """What model.toml or campaign.toml sets and the data contradict."""
 
     setting: SettingKind
     parameter: str | None
-    """Full name of the fixed parameter; null for the balance."""
+    """Full name of the fixed parameter, ``frame.NAME`` of a frame; null for the balance."""
     fixed_at: Number
-    """The value in model.toml, as a compliance where it is one."""
+    """The value in model.toml, as a compliance where it is one; null for a frame, which has six."""
     free_value: Number
-    """Its estimate where it is free, in the same unit."""
+    """Its estimate where it is free, in the same unit; null for a frame."""
     free_std: Number
     """Standard uncertainty of that."""
     standard_errors: float

@@ -124,6 +124,9 @@ def _families(data: Observations, states: LoadStates) -> list[_Family]:
         # One row per pose: curves by run would fit anything, and nothing is loaded and unloaded.
         text = "the position error depends on the joint angles"
         families = [_Family("joint angle", _per_component(data, _angle_curves(data)), text)]
+        if data.order.approach.any():
+            text = "the position error depends on the direction in which the joints moved last"
+            families.append(_Family("approach", _per_component(data, _approach_curves(data)), text))
     time = data.order.since_reference
     if np.isfinite(time).all() and varies(time):
         text = "the residual drifts with time since the reference of the run"
@@ -150,6 +153,13 @@ def _angle_curves(data: Observations) -> Floats:
     ]
     around = (np.ones(data.n_states), np.cos(angles[0]), np.sin(angles[0]))
     return np.stack([first * curve for first in around for curve in curves])
+
+
+def _approach_curves(data: Observations) -> Floats:
+    """Return (k, n) the directions of the drives' last motions, in axes that turn with the first joint."""
+    directions = [direction for direction in data.order.approach if varies(direction)]
+    around = (np.ones(data.n_states), np.cos(data.angles[0]), np.sin(data.angles[0]))
+    return np.stack([first * direction for direction in directions for first in around] or [np.zeros(data.n_states)])
 
 
 def _per_component(data: Observations, features: Floats) -> Floats:

@@ -42,6 +42,7 @@ def what_is_followed(pattern: CompliancePattern | PatternAlternative) -> str:
         FollowedBy.JOINT_TORQUE: f"size of the torque on joint {pattern.of_joint}",
         FollowedBy.LOAD: "size of the load",
         FollowedBy.TIME: "time",
+        FollowedBy.LAST_MOTION: f"last motion of joint {pattern.of_joint}, with its torque or against it",
     }[pattern.follows]
 
 
@@ -52,6 +53,7 @@ def suggested_name(pattern: CompliancePattern) -> str:
         FollowedBy.JOINT_TORQUE: f"torque-{pattern.of_joint}",
         FollowedBy.LOAD: "load",
         FollowedBy.TIME: "time",
+        FollowedBy.LAST_MOTION: f"last-motion-{pattern.of_joint}",
     }
     return f"compliance-over-{words[pattern.follows]}"
 

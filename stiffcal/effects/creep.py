@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
@@ -18,7 +19,6 @@ from stiffcal.model.effect import (
     ParameterRole,
     ParameterSpec,
     Place,
-    StateOrder,
     Term,
     Values,
 )
@@ -35,6 +35,9 @@ class Creep(DocumentedEffect):
     acts from the stamp before it until its own. Where the time for which the load was held is logged, it acts for that
     long before its stamp, and the load before it until then. Before the run, weight is taken as applied for a long
     time.
+
+    In absolute runs whose rows follow each other directly (`approach = "direct"`) the poses are the loads: the drive
+    continues to give to what it carried in the poses before, taken on the undeformed robot.
 
     Assumes that loads change quickly against T and that the stamp is the time of the reading. States without order or
     time count as fully relaxed.
@@ -68,10 +71,15 @@ class Creep(DocumentedEffect):
     )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Time is needed, and several states in a run or the time for which each load was held."""
+        """Time is needed, and several states in a run, the time of each load, or poses that follow each other."""
         if not np.isfinite(states.time).any():
             return "time stamps of the load states"
-        if np.bincount(states.run).max(initial=0) < 2 and not np.isfinite(states.hold).any():
+        if any(run.direct for run in states.runs):
+            return None
+        loads = ~states.absolute
+        if np.bincount(states.run[loads]).max(initial=0) < 2 and not np.isfinite(states.hold[loads]).any():
+            if states.absolute.all():
+                return 'the order of approach: approach = "direct" in [[runs]] where the robot went from row to row'
             return "several states in a run, or the time under load of each state"
         return None
 
@@ -81,20 +89,29 @@ class Creep(DocumentedEffect):
         torque = drive_torque(chain, loads.wrench, joint)
         if loads.order is None or not np.isfinite(loads.order.time).all():
             return drive_terms(chain, joint, "c", torque)
+        order, time = loads.order, shape["time"]
         weight = np.zeros_like(torque) if loads.weight is None else drive_torque(chain, loads.weight, joint)
-        return drive_terms(chain, joint, "c", _crept(torque, weight, loads.order, shape["time"]))
+        followed = _crept(torque, weight, first_of_run(order.run), _Times(order.time, order.hold), time)
+        history = order.history
+        if history is not None:
+            carried = history.torque[joint - 1]
+            first, times = first_of_run(history.segment), _Times(history.time, history.hold)
+            before = _crept(carried, carried, first, times, time)
+            known = history.index >= 0
+            followed[known] = before[history.index[known]]
+        return drive_terms(chain, joint, "c", followed)
 
     def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Times from a third of the shortest step to the longest run."""
-        if loads.order is None or not np.isfinite(loads.order.time).all() or loads.order.time.size < 2:
+        order = loads.order
+        if order is None or not np.isfinite(order.time).all() or order.time.size < 2:
             return {"time": np.zeros(0)}
-        inside = ~first_of_run(loads.order.run)[1:]
-        steps = np.diff(loads.order.time)[inside]
-        steps = steps[steps > 0.0]
+        spans = [_spans(order.run, order.time)]
+        if order.history is not None:
+            spans.append(_spans(order.history.segment, order.history.time))
+        steps, longest = np.concatenate([span[0] for span in spans]), max(span[1] for span in spans)
         if steps.size == 0:
             return {"time": np.zeros(0)}
-        _, number = np.unique(loads.order.run, return_inverse=True)
-        longest = max(float(np.ptp(loads.order.time[number == k])) for k in range(number.max() + 1))
         return {"time": np.clip(np.geomspace(float(steps.min()) / 3.0, max(longest, float(steps.min())), 6), 1e-2, 1e6)}
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
@@ -104,14 +121,29 @@ class Creep(DocumentedEffect):
         return Covariate("time since the reference", "s", loads.order.since_reference)
 
 
-def _crept(torque: Floats, weight: Floats, order: StateOrder, time: float) -> Floats:
-    """Return (n,) the torque as the slow part has followed it at the states' stamps, N·m."""
-    first = first_of_run(order.run)
-    step = np.where(first, 0.0, np.diff(order.time, prepend=order.time[:1]))
+@dataclass(frozen=True)
+class _Times:
+    """When n loads were read, and for how long they had been held, s; (n,) each, hold NaN where not known."""
+
+    stamp: Floats
+    hold: Floats
+
+
+def _spans(run: Integers, time: Floats) -> tuple[Floats, float]:
+    """Return the steps of time within runs that are above zero, and the longest run, s."""
+    steps = np.diff(time)[~first_of_run(run)[1:]]
+    _, number = np.unique(run, return_inverse=True)
+    longest = max(float(np.ptp(time[members])) for members in members_of(number))
+    return steps[steps > 0.0], longest
+
+
+def _crept(torque: Floats, weight: Floats, first: Booleans, times: _Times, time: float) -> Floats:
+    """Return (n,) the torque as the slow part has followed it at the stamps, N·m; ``first`` where a run begins."""
+    step = np.where(first, 0.0, np.diff(times.stamp, prepend=times.stamp[:1]))
     step = np.maximum(step, 0.0)
-    dwell = np.where(np.isfinite(order.hold), order.hold, step)
+    dwell = np.where(np.isfinite(times.hold), times.hold, step)
     # Within a run a load cannot have been held since before the stamp of the load before it.
-    dwell = np.where(first, np.where(np.isfinite(order.hold), order.hold, 0.0), np.minimum(dwell, step))
+    dwell = np.where(first, np.where(np.isfinite(times.hold), times.hold, 0.0), np.minimum(dwell, step))
     before = np.where(first, weight, np.roll(torque, 1))
     keep_before, keep_held = np.exp(-(step - np.where(first, 0.0, dwell)) / time), np.exp(-dwell / time)
     add = keep_held * (1.0 - keep_before) * before + (1.0 - keep_held) * torque

@@ -44,6 +44,11 @@ class FrictionHysteresis(DocumentedEffect):
     Assumes dry friction that does not depend on speed or time, and that all turning points of the load are among the
     load states. Several elements with different slips add up to any symmetric loop; one is fitted.
 
+    In absolute runs whose table states the direction s of each drive's last motion, +1 or −1, the drive has slipped
+    through by then, and P_r[τ] = τ − r s. Of that, c τ is the drive's compliance; what is left is the form [width],
+    δ_Rz = −(width/2) s with width = 2 c r: the reversal error of ISO 230-2, of an axis that comes to rest on the side
+    from which it was moved. Backlash that friction keeps on that side displaces alike.
+
     Limits: the history of the joint before the run is unknown; the first half cycle is therefore less certain than
     later ones. Load that only grows shows no loop.
 
@@ -77,17 +82,26 @@ class FrictionHysteresis(DocumentedEffect):
         ),
     )  # fmt: skip
     needs = ("loading and unloading in one run",)
-    looks_like = ("backlash", "creep", "two-slope")
+    looks_like: ClassVar[tuple[str, ...]] = ("backlash", "creep", "two-slope")
     fingerprint = "loading and unloading follow different curves, by the same amount in every cycle, at any rate"
     how_to_check = (
         "Repeat loading and unloading with twice the waiting time: with creep the loop closes, with friction it stays."
     )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Runs of a single state have no path."""
-        if np.bincount(states.run).max(initial=0) < 3:
-            return "loading and unloading in one run: every run has only one or two states"
-        return None
+        """Runs of a single state have no path; of absolute places the drives' last motions are the path."""
+        if np.bincount(states.run).max(initial=0) >= 3 or _moved_both_ways(states):
+            return None
+        if states.absolute.all():
+            return (
+                "the order of approach: columns of the direction of each joint's last motion (approach of joints), or "
+                'approach = "direct" in [[runs]] where the robot went from row to row'
+            )
+        return "loading and unloading in one run: every run has only one or two states"
+
+    def forms_to_try(self, states: LoadStates) -> tuple[Effect, ...]:
+        """Of absolute places alone the form [width]: c and slip have no separate effect there."""
+        return (_AFTER_MOTION,) if len(states) and states.absolute.all() else (self,)
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ_Rz = c P_r[τ]."""
@@ -96,7 +110,9 @@ class FrictionHysteresis(DocumentedEffect):
         if loads.order is None:
             return drive_terms(chain, joint, "c", play_operator_from_rest(torque, slip))
         start = None if loads.weight is None else drive_torque(chain, loads.weight, joint)
-        return drive_terms(chain, joint, "c", play_operator(torque, slip, loads.order.run, start))
+        direction = loads.order.direction(joint)
+        follows = play_operator(torque, slip, loads.order.run, start)
+        return drive_terms(chain, joint, "c", np.where(direction != 0.0, torque - slip * direction, follows))
 
     def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
         """C P_r[τ]."""
@@ -120,8 +136,11 @@ class FrictionHysteresis(DocumentedEffect):
         return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
 
     def form(self, symbols: Iterable[str]) -> Effect:
-        """Return the form that these symbols are of: in the spring (c, slip), or before it (coulomb, per_Nm)."""
-        return _BEFORE_SPRING if {"coulomb", "per_Nm"} & set(symbols) else self
+        """Return the form that these symbols are of: in the spring (c, slip), before it (coulomb, per_Nm), (width)."""
+        symbols = set(symbols)
+        if "width" in symbols:
+            return _AFTER_MOTION
+        return _BEFORE_SPRING if {"coulomb", "per_Nm"} & symbols else self
 
     def whole_form(self, states: LoadStates) -> Effect | None:
         """Friction between motor and spring, where all loads are the torques of clamped motors."""
@@ -182,4 +201,54 @@ def _behind(torque: Floats, coulomb: float, share: float) -> Floats:
     return np.where(remaining > 0.0, remaining / (1.0 + share), remaining / (1.0 - share))
 
 
-_BEFORE_SPRING = _BeforeSpring()
+def _moved_both_ways(states: LoadStates) -> bool:
+    """Return whether a drive's last motion is known and was in both directions."""
+    return bool(((states.approach > 0.0).any(axis=0) & (states.approach < 0.0).any(axis=0)).any())
+
+
+class _AfterMotion(FrictionHysteresis):
+    __doc__ = FrictionHysteresis.__doc__
+
+    parameters = (
+        ParameterSpec(
+            "width", "rad", "distance between the rests after motion one way and the other", 0.0, 0.1, 2.9e-4,
+            "1 arc minute, the usual limit of the hysteresis loss in catalogues of strain-wave gears",
+        ),
+    )  # fmt: skip
+    summary = "a joint comes to rest on the side from which it was moved"
+    looks_like = ("backlash", "joint-eccentricity")
+    fingerprint = "the residual depends on the direction in which the joint moved last, and on nothing else"
+    how_to_check = (
+        "Move the joint to the same pose from both sides, with all other joints at rest: the two places differ by the "
+        "width times the distance from the joint's axis."
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ_Rz = −(width/2) s; where no direction is known, and under weight alone, none."""
+        joint = place.joints[0]
+        return drive_terms(chain, joint, "width", -0.5 * _direction(loads, joint))
+
+    def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
+        """None: it does not follow the load."""
+        return ()
+
+    def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+        """No shape parameters."""
+        return {}
+
+    def form(self, symbols: Iterable[str]) -> Effect:
+        """Return the form that these symbols are of."""
+        symbols = set(symbols)
+        return FrictionHysteresis().form(symbols) if symbols else self
+
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+        """The direction of the joint's last motion."""
+        joint = place.joints[0]
+        return Covariate(f"direction of the last motion of joint {joint}", "1", _direction(loads, joint))
+
+
+def _direction(loads: NodeLoads, joint: int) -> Floats:
+    return np.zeros(loads.angles.shape[1]) if loads.order is None else loads.order.direction(joint)
+
+
+_BEFORE_SPRING, _AFTER_MOTION = _BeforeSpring(), _AfterMotion()

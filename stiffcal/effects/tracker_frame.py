@@ -42,9 +42,11 @@ class TrackerFrame(DocumentedEffect):
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """A place shows where the tracker stands; only displacements can be turned and not shifted."""
-        if states.absolute.any():
+        if not states.absolute.any():
+            return None
+        if states.setup.tracker in states.setup.estimated:
             return "displacements under load alone: in absolute runs the frame of the tracker is estimated by the fit"
-        return None
+        return "displacements under load alone: in absolute runs the frame itself is estimated to test what is given"
 
     def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
         """Return e × D for each axis e: the slope of exp(r) D."""

@@ -21,7 +21,6 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.identification.least_squares import triangular
 from stiffcal.identification.observation import Observations, ParameterColumn
-from stiffcal.identification.rows import drives_of_logged
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
@@ -64,7 +63,7 @@ def holding_torques(chain: Chain, data: Observations) -> Floats:
     """Return (L, n) what the motors make to hold the undeformed chain, N·m, in the sense of the logged angles."""
     inputs = Inputs(data.angles, data.wrench, data.setup)
     carried = node_wrenches(chain, deformed_chain(chain, data.angles, None), inputs)
-    sense = np.sign(np.diag(drives_of_logged(chain)))
+    sense = np.sign(np.diag(chain.drives_of_logged))
     return np.asarray(-sense[:, None] * (chain.drive_axes.T @ carried[1 : 2 * chain.n_joints : 2, RZ]))
 
 

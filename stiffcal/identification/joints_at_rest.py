@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.rows import drives_of_logged
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.clamped_inverse import RANK
@@ -45,7 +44,7 @@ def with_other_joints_at_rest(states: LoadStates, chain: Chain) -> LoadStates:
     held = held_frame(chain, states)
     if held is None or chain.n_joints == 1 or not states.setup.moments_measured:
         return states
-    wrench, sigma, drives = states.wrench.copy(), states.wrench_sigma.copy(), drives_of_logged(chain)
+    wrench, sigma, drives = states.wrench.copy(), states.wrench_sigma.copy(), chain.drives_of_logged
     known = states.clamped & np.isfinite(sigma).all(axis=1) & np.isfinite(wrench).all(axis=1)
     for run in np.unique(states.run[known]):
         members = np.flatnonzero(known & (states.run == run))

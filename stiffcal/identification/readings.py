@@ -12,6 +12,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.joints_at_rest import with_other_joints_at_rest
+from stiffcal.identification.pose_history import pose_history
 from stiffcal.identification.pose_spread import PoseSpread, pose_spread
 from stiffcal.identification.rows import ROTATION, RowLayout, layout_of, with_gauges, with_motors, with_rods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
@@ -311,4 +312,6 @@ def _order(states: LoadStates, chain: Chain, reference: Integers, keep: Integers
         swept=np.array([run.swept for run in states.runs], dtype=np.bool_)[states.run[keep]],
         motor_torque=np.array([run.motor_torque for run in states.runs], dtype=np.bool_)[states.run[keep]],
         kelvin=kelvin[keep],
+        approach=np.ascontiguousarray(states.approach[keep].T),
+        history=pose_history(states, chain, keep),
     )

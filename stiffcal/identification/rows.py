@@ -238,17 +238,12 @@ def with_motors(
     for number in np.unique(states.run[states.clamped]):
         in_run = np.flatnonzero(states.run == number)
         # The others stand still and carry no torque but the sensor's noise: within a play that turns them at random.
-        driven = int(np.argmax(np.ptp(states.joints[in_run] @ drives_of_logged(chain).T, axis=0)))
+        driven = int(np.argmax(np.ptp(states.joints[in_run] @ chain.drives_of_logged.T, axis=0)))
         motor_readings[np.ix_(np.arange(n_drives) != driven, in_run)] = np.nan
     rows = np.arange(len(measured), len(measured) + n_drives)
     measured.extend(motor_readings)
     added = _extend_rows(layout, MOTOR, np.full(n_drives, held.target), np.arange(n_drives))
     return replace(added, motors=MotorRows(rows, held))
-
-
-def drives_of_logged(chain: Chain) -> Floats:
-    """Return (J, L) how far each drive turns per turn of each logged joint."""
-    return np.asarray(np.linalg.inv(chain.drive_axes) @ chain.coupling)
 
 
 def _extend_rows(layout: RowLayout, kind: int, body: Integers, component: Integers) -> RowLayout:

@@ -12,6 +12,7 @@ _SI = {
     "joints.velocity": "radps",
     "joints.torque": "Nm",
     "joints.current": "A",
+    "joints.approach": "sign",
     "mass": "kg",
     "translation": "m",
     "rotation": "rad",

@@ -146,7 +146,7 @@ def collect_raw_states(
     progress("reading tables", None)
     tables: list[RawStates] = []
     try:
-        table = tabled_states(campaign.folder, manifest, quality.update)
+        table = tabled_states(campaign.folder, manifest, campaign.chain, quality.update)
         if table is not None:
             tables.append(table if ingest_options.only is None else of_run(table, ingest_options.only))
     except InputError as error:

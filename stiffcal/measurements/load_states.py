@@ -88,6 +88,8 @@ class MeasurementSetup:
     """(4, 4) motion in base axes of what is reported against what is there, as ``base_from_tracker`` is not where the
     tracker stands; None: it is.
     """
+    tracker: str = ""
+    """Name of the manifest's frame in which places were read, "" where that is the base."""
     estimated: tuple[str, ...] = ()
     """Names of the frames that the manifest leaves to be found."""
     load_point_sigma: float = 0.0
@@ -141,6 +143,8 @@ class RunInfo:
     """Of a clamped run: True where the load is the motor's torque, the friction of the drive in it; False where a force
     sensor measures it.
     """
+    direct: bool = field(default=False, kw_only=True)
+    """Of an absolute run, True where the robot went from each row straight to the next."""
 
 
 @dataclass(frozen=True)
@@ -205,12 +209,16 @@ class LoadStates:
     """(n, L) N·m, of the motors about the logged axes at rest, where an absolute run logs them; NaN elsewhere. L is 0
     where none counts.
     """
+    approach: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    """(n, J) direction of each drive's last motion before the rows of absolute runs: 1, −1, or 0 where it is not known;
+    no columns where none is.
+    """
     set_aside_code: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, dtype=np.str_))
     """(n,) values of `SetAsideCode`; where not given, what has a text is excluded."""
 
     def __post_init__(self) -> None:
         # Campaigns without rods, gauges or torques need not say so: no columns, as many rows as there are states.
-        for name in ("lengths", "displacement", "joint_torque"):
+        for name in ("lengths", "displacement", "joint_torque", "approach"):
             if getattr(self, name).size == 0:
                 object.__setattr__(self, name, np.zeros((len(self), 0)))
         if self.markers_measured.size == 0:
@@ -263,7 +271,7 @@ class LoadStates:
                 "run", "time", "hold", "joints", "wrench", "position", "rotation", "deflection", "reference",
                 "temperature", "row", "n_readings", "wrench_scatter", "position_scatter", "set_aside",
                 "lengths", "displacement", "markers_measured", "sigma", "motor_sigma", "wrench_sigma",
-                "joint_torque", "set_aside_code",
+                "joint_torque", "approach", "set_aside_code",
             )
         }  # fmt: skip
         return replace(self, **arrays)

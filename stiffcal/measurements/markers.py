@@ -33,6 +33,22 @@ class Markers:
         """1/m²: variance of the turn by all points, mean of the axes, for points of unit noise."""
         return float(np.trace(_middle_and_turn(self.places)[1])) / 3.0
 
+    def pose_sigma(self, point_sigma: float) -> tuple[float, float]:
+        """Return the standard uncertainty of the points' middle, m, and of the turn by all of them, rad, per axis.
+
+        Parameters
+        ----------
+        point_sigma : standard uncertainty of each coordinate of one point, m.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> cross = Markers(tuple("abcd"), np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]))
+        >>> [round(float(sigma), 4) for sigma in cross.pose_sigma(0.1)]
+        [0.05, 0.0645]
+        """
+        return point_sigma / float(np.sqrt(len(self.names))), point_sigma * float(np.sqrt(self.turn_variance))
+
     def covariance(self, measured_mask: Booleans, rotation: Floats) -> Floats:
         """Return (n, 6, 6) of poses, base axes, for points of unit noise on every axis; parameters as in `spread`."""
         share, covariance = self.spread(measured_mask, rotation)

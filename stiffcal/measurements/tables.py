@@ -32,6 +32,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
 
     Columns: ``run`` (id), ``row`` (data row of the source, or the hold's number in the run, from 1), ``time_s``,
     ``hold_s``, ``<joint>_rad``, ``<joint>_torque_Nm`` (of the motors at rest, where they count),
+    ``<joint>_approach`` (direction of each drive's last motion, where it is known of rows of absolute runs),
     ``Fx_N … Mz_Nm`` (what the surroundings do to the robot, in the axes of
     ``setup.wrench_axes``), per target ``<target>_x_m …`` and ``<target>_qw … _qz`` (base axes), ``<target>_dx_m …``
     and ``<target>_rx_rad …`` (deflection already taken), ``<target>_x_sigma_m …`` and ``<target>_rx_sigma_rad …``
@@ -56,6 +57,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     }
     columns |= {f"{name}_rad": states.joints[:, k] for k, name in enumerate(names)}
     columns |= {f"{names[k]}_torque_Nm": states.joint_torque[:, k] for k in range(states.joint_torque.shape[1])}
+    columns |= {f"{names[k]}_approach": states.approach[:, k] for k in range(states.approach.shape[1])}
     columns |= {name: states.wrench[:, k] for k, name in enumerate(_WRENCH)}
     quaternions = quaternion_from_rotation(states.rotation)
     for b, target in enumerate(states.setup.target_names):
@@ -107,6 +109,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
             _fixture(run),
             of=run.get("of", ""),
             motor_torque=run.get("motor_torque", False),
+            direct=run.get("direct", False),
         )
         for run in document["runs"]
     )
@@ -136,6 +139,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
         return np.stack(blocks, axis=1) if blocks else np.zeros((table.num_rows, 0, 3))
 
     torques = [f"{name}_torque_Nm" for name in document["joints"]]
+    approaches = [f"{name}_approach" for name in document["joints"]]
     temperatures = [name for name in table.column_names if name.startswith("temperature")]
     deflection = np.concatenate([of_targets("{}_d{}_m", "xyz"), of_targets("{}_r{}_rad", "xyz")], axis=2)
     return LoadStates(
@@ -161,6 +165,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
         markers_measured=_markers_measured(table, setup),
         sigma=np.concatenate([stated("{}_{}_sigma_m"), stated("{}_r{}_sigma_rad")], axis=2),
         joint_torque=block([name for name in torques if name in table.column_names]),
+        approach=block([name for name in approaches if name in table.column_names]),
         set_aside_code=values_of(table.column("set_aside_code")),
         **_clamped_sigma(table),
     )
@@ -224,6 +229,7 @@ def _setup_document(states: LoadStates) -> Document:
             | ({"swept": True} if run.swept else {})
             | ({"of": run.of} if run.of else {})
             | ({"motor_torque": True} if run.motor_torque else {})
+            | ({"direct": True} if run.direct else {})
             | ({"fixture": [list(row) for row in run.fixture]} if run.fixture is not None else {})
             for run in states.runs
         ],
@@ -234,6 +240,7 @@ def _setup_document(states: LoadStates) -> Document:
             "target_names": list(setup.target_names),
             "moments_measured": setup.moments_measured,
             "base_from_tracker": setup.base_from_tracker.tolist(),
+            "tracker": setup.tracker,
             "estimated": list(setup.estimated),
             "load_point_sigma_m": setup.load_point_sigma,
             "torque_gain_sigma": setup.torque_gain_sigma,
@@ -286,6 +293,7 @@ def _setup(document: Document) -> MeasurementSetup:
         target_names=tuple(document["target_names"]),
         moments_measured=bool(document["moments_measured"]),
         base_from_tracker=np.array(document["base_from_tracker"], dtype=np.float64),
+        tracker=str(document.get("tracker", "")),
         estimated=tuple(document.get("estimated", ())),
         load_point_sigma=float(document.get("load_point_sigma_m", 0.0)),
         torque_gain_sigma=float(document.get("torque_gain_sigma", 0.0)),

@@ -129,3 +129,8 @@ class Chain:
             return unit_axes
         display_only = combined & ~self.mechanical
         return np.where(display_only[:, None], unit_axes, self.coupling)
+
+    @property
+    def drives_of_logged(self) -> Floats:
+        """(J, L) how far each drive turns per turn of each logged joint."""
+        return np.asarray(np.linalg.inv(self.drive_axes) @ self.coupling)

@@ -2,12 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+
+
+@dataclass(frozen=True)
+class PoseHistory:
+    """N poses that a robot went through one after the other, those of which nothing was measured among them.
+
+    Why beside the states: each row of an absolute run is left out of a fit by itself, and what a drive carried before
+    counts all the same.
+    """
+
+    torque: Floats
+    """(J, N) N·m, what each drive carries at rest on the undeformed robot of the robot file, payload included."""
+    segment: NDArray[np.int64]
+    """(N,) number of the uninterrupted sequence that the pose belongs to; contiguous and in order."""
+    time: Floats
+    """(N,) s, as of the states."""
+    hold: Floats
+    """(N,) s since the pose was reached, NaN where not known."""
+    index: NDArray[np.int64]
+    """(n,) the pose of each of n states; −1 for a state of which no history is known."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +54,10 @@ class StateOrder:
     """(n,) True where the load is the torque of a clamped robot's motor; empty where a sensor measures all loads."""
     kelvin: Floats = field(default_factory=lambda: np.zeros(0))
     """(n,) K, the first temperature channel itself; NaN where none is logged."""
+    approach: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    """(J, n) direction of each drive's last motion: 1, −1, 0 where it is not known; no rows where it is of no state."""
+    history: PoseHistory | None = None
+    """What the drives carried before, where states are poses of a known order; None: nowhere."""
 
     def __post_init__(self) -> None:
         if self.kelvin.size == 0:
@@ -62,4 +86,10 @@ class StateOrder:
             self.swept[rows] if self.swept.size else self.swept,
             self.motor_torque[rows] if self.motor_torque.size else self.motor_torque,
             self.kelvin[rows],
+            self.approach[:, rows] if self.approach.size else self.approach,
+            None if self.history is None else replace(self.history, index=self.history.index[rows]),
         )
+
+    def direction(self, joint: int) -> Floats:
+        """Return (n,) the direction of the last motion of the drive of ``joint`` (from 1): 1, −1, 0: not known."""
+        return self.approach[joint - 1] if self.approach.size else np.zeros(len(self.run))

@@ -56,7 +56,8 @@ def _joint_readings(joints: JointSignals, block: Block) -> dict[str, Floats]:
     readings = {}
     for key, columns in joints.groups().items():
         unit_key = "position" if key == "command" else key
-        readings[keys.get(key, f"joints.{key}")] = block(columns, joints.unit_of(unit_key).factor)
+        factor = 1.0 if key == "approach" else joints.unit_of(unit_key).factor
+        readings[keys.get(key, f"joints.{key}")] = block(columns, factor)
     if joints.torque_constant is not None and "joints.current" in readings and "joints.torque" not in readings:
         constant = np.array(joints.torque_constant)
         readings["joints.torque"] = readings["joints.current"] * constant[:, None]

@@ -60,7 +60,10 @@ def kept_rows(source: Source, batch: Batch) -> KeptRows:
 
 
 def columns_with_gaps(source: Source) -> frozenset[str]:
-    """Return the columns in which a reading may be missing: points that were hidden, targets of tables of states."""
+    """Return the columns in which a reading may be missing: points that were hidden, targets of tables of states.
+
+    Of a joint's last motion too: of the first row it is seldom known.
+    """
     columns: set[str] = set()
     for pose in source.body_poses().values():
         columns |= {column for marker in pose.markers.values() for column in marker.columns}
@@ -72,6 +75,8 @@ def columns_with_gaps(source: Source) -> frozenset[str]:
         columns |= set(source.displacement.column_names())
     if source.is_states:
         columns |= _sigma_columns(source)
+    if source.joints is not None:
+        columns |= set(source.joints.approach or ())
     return frozenset(columns)
 
 

@@ -39,7 +39,7 @@ class Rows:
     """Name to (c, n). ``joints`` rad, ``wrench`` (6) N, N·m as it acts on the robot, ``mass`` kg, ``position.BODY`` m
     and ``quaternion.BODY`` w x y z in the pose's frame, ``marker.BODY.NAME`` m, ``translation`` m and ``rotation`` rad
     of a deflection, ``displacement.SOURCE`` m, ``lengths.ROD`` m, ``temperature`` K, ``hold`` s, and what else a
-    controller logs: ``joints.command``, ``joints.velocity``, ``joints.torque``.
+    controller logs: ``joints.command``, ``joints.velocity``, ``joints.torque``, ``joints.approach`` (its sign counts).
     """
 
     def __len__(self) -> int:

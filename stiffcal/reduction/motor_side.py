@@ -1,8 +1,8 @@
 """Motor-side logs at the joint's side: gear ratios, and motor angles that start anew at every turn.
 
 What a controller logs of its motors is turned once, while the log streams past, so that nothing behind it need know of
-motors: angles, commands and velocities are divided by the gear ratio, torques are multiplied with it (physics, section
-1: the joint's side counts). Currents stay what they are.
+motors: angles, commands, velocities and last motions are divided by the gear ratio, torques are multiplied with it
+(physics, section 1: the joint's side counts). Currents stay what they are.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ class MotorSide:
     source : its manifest entry; rows of sources that are not motor-side pass unchanged.
     chain : gear ratios.
     name : the source's name, for faults.
+    starts_anew : whether a log may start anew at every turn of a motor; states far apart show no turns.
 
     Raises
     ------
@@ -41,7 +42,8 @@ class MotorSide:
         The log is motor-side, and the robot file gives no gear ratio.
     """
 
-    def __init__(self, source: Source, chain: Chain, name: str = "") -> None:
+    def __init__(self, source: Source, chain: Chain, name: str = "", starts_anew: bool = True) -> None:
+        self._starts_anew = starts_anew
         self._ratio: Floats | None = None
         if source.joints is not None and source.joints.motor:
             if bool(np.all(chain.gear_ratio == 1.0)):
@@ -65,12 +67,15 @@ class MotorSide:
             return rows
         signals = dict(rows.signals)
         if "joints" in signals:
-            signals["joints"] = self._unwrap(signals["joints"]) / ratio[:, None]
+            angles = self._unwrap(signals["joints"]) if self._starts_anew else signals["joints"]
+            signals["joints"] = angles / ratio[:, None]
         for name in ("joints.command", "joints.velocity"):
             if name in signals:
                 signals[name] = signals[name] / ratio[:, None]
         if "joints.torque" in signals:
             signals["joints.torque"] = signals["joints.torque"] * ratio[:, None]
+        if "joints.approach" in signals:
+            signals["joints.approach"] = signals["joints.approach"] / ratio[:, None]
         return replace(rows, signals=signals)
 
     def all(self, batches: Iterator[Rows]) -> Iterator[Rows]:

@@ -64,7 +64,7 @@ def first_impossible(
         reason = f"a mass of {values[0, negative[0]]:.4g} kg"
         return ImpossibleReading(int(negative[0]), reason, "write the mass that hangs on the tool, positive")
     largest, reason, mend = _BOUNDS.get(kind, (np.inf, "", ""))
-    if name in ("joints.velocity", "joints.torque", "joints.current") or not np.isfinite(largest):
+    if name in ("joints.velocity", "joints.torque", "joints.current", "joints.approach") or not np.isfinite(largest):
         return None
     if np.fmax(np.abs(low), np.abs(high)).max() <= largest:
         return None

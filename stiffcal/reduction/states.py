@@ -16,6 +16,7 @@ from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunI
 from stiffcal.measurements.set_aside import SetAside, SetAsideCode, set_aside_columns
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quaternions import rotation_from_quaternion
+from stiffcal.reduction.approach import approach_of_drives
 from stiffcal.reduction.markers import fitted_poses
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.references import reference_states
@@ -60,12 +61,13 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
     measured = _anything_measured(position, rotation, deflection, lengths, displacement)
     set_aside = _with_not_measured(raw_states.set_aside, measured, run)
     codes, texts = set_aside_columns(set_aside)
+    joints = _joint_angles(raw_states, chain, manifest_runs)
     states = LoadStates(
         runs=tuple(_run_info(name, manifest_runs.get(name), manifest) for name in names),
         run=run,
         time=raw_states.time,
         hold=raw_states.hold,
-        joints=_joint_angles(raw_states, chain, manifest_runs),
+        joints=joints,
         wrench=_wrench_of_places(_wrench(raw_states, chain), absolute, raw_states, setup.tared),
         position=position,
         rotation=rotation,
@@ -85,6 +87,7 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
         motor_sigma=raw_states.signals.get("sigma.motor", np.full((n, 1), np.nan))[:, 0],
         wrench_sigma=raw_states.signals.get("sigma.wrench", np.full((n, 6), np.nan)),
         joint_torque=_torques_at_rest(raw_states, absolute, setup.torque_gain_sigma),
+        approach=approach_of_drives(raw_states, joints, absolute, chain, manifest_runs),
         set_aside_code=codes,
     )
     if not states.deflection_given:
@@ -144,6 +147,7 @@ def _run_info(name: str, run: Run | None, manifest: Manifest) -> RunInfo:
         run.compensation == "on",
         run.fixture_compliance,
         motor_torque=run.experiment == "clamped" and not sensor,
+        direct=run.approach == "direct",
     )
 
 

@@ -14,13 +14,15 @@ from stiffcal.campaign.source import Source
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
+from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.excluded_rows import RowExclusions
 from stiffcal.reduction.logs import Rows, place_of_row, read_rows
+from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.raw_states import RawStates, concatenated, joined_side_by_side, pick
 
 
 def tabled_states(
-    folder: Path, manifest: Manifest, observer: Callable[[str, str, Rows], None] | None = None
+    folder: Path, manifest: Manifest, chain: Chain, observer: Callable[[str, str, Rows], None] | None = None
 ) -> RawStates | None:
     """Read the sources that hold one row per load state; None where there is none.
 
@@ -39,14 +41,19 @@ def tabled_states(
         tables = []
         for run, files in _files(manifest, name):
             display_name = next(iter(files.values()), "")
-            observe = None if observer is None else partial(observer, name, display_name)
+            motors = MotorSide(source, chain, name, starts_anew=False)
+            observe = None if observer is None else partial(_observe, partial(observer, name, display_name), motors)
             exclusions = RowExclusions.of(manifest, name, None if run is None else run.id)
-            rows = _signals_together(list(read_rows(folder, name, source, files, observe, exclusions)))
+            rows = _signals_together(list(motors.all(read_rows(folder, name, source, files, observe, exclusions))))
             tables.append(_with_labels(manifest, name, run, rows, display_name))
             _check_order(tables[-1], display_name, partial(_place, folder, source, files))
         table = concatenated(tables)
         raw_states = table if raw_states is None else joined_side_by_side(raw_states, table, name)
     return None if raw_states is None else _without_unreadable(raw_states)
+
+
+def _observe(observer: Callable[[Rows], None], motors: MotorSide, rows: Rows) -> None:
+    observer(motors.joint_side(rows))
 
 
 def _files(manifest: Manifest, source: str) -> list[tuple[Run | None, dict[str, str]]]:

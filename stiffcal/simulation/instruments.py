@@ -30,6 +30,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import rotation_from_vector, rpy_from_rotation, vector_from_rotation
 from stiffcal.quaternions import quaternion_from_rotation
+from stiffcal.reduction.approach import last_motion
 from stiffcal.simulation.motion import MotionProgram, PoseProgram
 from stiffcal.simulation.sensors import Channels
 from stiffcal.simulation.settings import TrueRobot
@@ -275,6 +276,8 @@ def _joints(signal: JointSignals, samples: SamplingContext, place: str) -> Signa
             value = value * ratio
         elif key in ("position", "command"):
             value, kind = program.joints_at(samples.path) * ratio, "angle_rad" if key == "position" else "none"
+        elif key == "approach":
+            value, kind = _last_motions(program, samples.path), "none"
         elif key == "velocity":
             value, kind = program.velocity_at(samples.path) * ratio, "velocity_rad_s"
         else:
@@ -284,6 +287,14 @@ def _joints(signal: JointSignals, samples: SamplingContext, place: str) -> Signa
         parts.append(value)
         kinds += [kind] * value.shape[1]
     return SignalSamples(Channels(tuple(kinds)), np.concatenate(parts, axis=1))
+
+
+def _last_motions(program: MotionProgram, path: Floats) -> Floats:
+    """Return (n, L) the sign of the last motion of each logged joint before poses taken one after the other."""
+    if not isinstance(program, PoseProgram):
+        return np.zeros((path.size, program.joints.shape[1]))
+    motions = last_motion(program.joints, np.arange(len(program)) > 0)
+    return motions[np.clip(np.searchsorted(program.end, path), 0, len(program) - 1)]
 
 
 def _torque_constants(signal: JointSignals, place: str, count: int) -> Floats:

@@ -27,7 +27,7 @@ def search_now(
     robot : the model; None for the campaign's.
     n_searches : how many searches of the campaign there are, this among them, that share nothing.
     """
-    from stiffcal.diagnosis.model_settings import search_with_settings
+    from stiffcal.diagnosis.model_settings import given_frames, search_with_settings
     from stiffcal.diagnosis.search import search_missing
     from stiffcal.identification.identify import Settings, fit_problem
     from stiffcal.model.assembly import fixed_parameters
@@ -41,9 +41,10 @@ def search_now(
         return search_missing(data.states, robot, catalogue, settings, context.progress, n_searches=n_searches)
 
     search = search_again(present, settings)
-    if not settings.fixed and present.deformed:
+    problem = fit_problem(data.states, present)
+    if not settings.fixed and present.deformed and not given_frames(present, problem.data):
         return search
-    return search_with_settings(search, fit_problem(data.states, present), settings, search_again)
+    return search_with_settings(search, problem, settings, search_again)
 
 
 def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:

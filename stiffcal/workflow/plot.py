@@ -20,11 +20,13 @@ from stiffcal.workflow.validate import up_to_date_validation
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from stiffcal.arrays import Floats
+    from stiffcal.measurements.load_states import LoadStates
     from stiffcal.report.content import ReportStates, ResidualCovariate
     from stiffcal.results.identify_result import IdentifyResult
 
 PICTURES = (".svg", ".png", ".pdf")
-AGAINST = "torque:4, angle:2, force:x, load, time, hold, temperature, state, or velocity:2 (friction)"
+AGAINST = "torque:4, angle:2, approach:2, force:x, load, time, hold, temperature, state, or velocity:2 (friction)"
 
 
 def plot_campaign(
@@ -43,6 +45,7 @@ def plot_campaign(
     output : ``*.svg``, ``*.png`` or ``*.pdf``; default plot.svg in the present folder.
     run : only this run.
     against : draw the residual in held-out poses against this: ``torque:4``, ``angle:2`` (joint by number or name),
+        ``approach:2`` (direction of the joint's last motion, absolute runs),
         ``force:x``, ``load``, ``time``, ``hold``, ``temperature``, ``state``; ``velocity`` or ``velocity:2``: friction
         over speed; None: load against deformation, or friction where there are no load states.
 
@@ -194,14 +197,29 @@ def _covariate(
         return ResidualCovariate(name, unit, np.asarray(values, dtype=np.float64))
     if quantity == "force" and selection in ("x", "y", "z"):
         return ResidualCovariate(f"force along {selection}", "N", report_states.force[:, "xyz".index(selection)])
-    if quantity in ("torque", "angle"):
+    if quantity in ("torque", "angle", "approach"):
         joint = _joint(selection, data.joint_names)
+        if quantity == "approach":
+            return ResidualCovariate(
+                f"direction of the last motion of joint {joint + 1}", "1", _approach(states, joint)
+            )
         if quantity == "angle":
             return ResidualCovariate(f"angle of joint {joint + 1}", "°", np.degrees(states.joints[:, joint]))
         return ResidualCovariate(f"torque on joint {joint + 1}", "N·m", joint_torques(data, identified)[:, joint])
     raise InputError.at(
         FaultCode.OPTION_INVALID, "command line", "--against", f"unknown quantity {against}", f"choose {AGAINST}"
     )
+
+
+def _approach(states: LoadStates, joint: int) -> Floats:
+    """Return (n,) the direction of a drive's last motion, NaN where it is not known; ``joint`` from 0."""
+    if not states.approach.any():
+        raise InputError.at(
+            FaultCode.DATA_MISSING, "command line", "--against",
+            "the direction of the joints' last motions is not known in this campaign",
+            'name approach columns of the joints, or write approach = "direct" in [[runs]]',
+        )  # fmt: skip
+    return np.where(states.approach[:, joint] != 0.0, states.approach[:, joint], np.nan)
 
 
 def _joint(which: str, names: tuple[str, ...]) -> int:

@@ -219,6 +219,10 @@ def _variables(data: Ingested, drawn: ReportStates, torque: Floats, clamped: boo
         ("time", 0, "time", "s", states.time),
         ("hold", 0, "time under load", "s", states.hold),
         *(("temperature", k + 1, f"temperature {k + 1}", "", column) for k, column in enumerate(states.temperature.T)),
+        *(
+            ("approach", k + 1, f"direction of the last motion of {names[k]}", "", np.where(column, column, np.nan))
+            for k, column in enumerate(states.approach.T)
+        ),
     ]
     variables = [
         ViewVariable(name=f"{name}{number or ''}", label=label, unit=unit, values=values)

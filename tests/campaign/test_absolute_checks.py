@@ -68,3 +68,29 @@ def test_a_zeroed_sensor_may_serve_other_runs_but_not_an_absolute_one() -> None:
     written["runs"][0]["files"]["ft"] = "raw/ft0.csv"
     (fault,) = absolute_faults(Manifest.model_validate(written))
     assert fault.place == "sources.ft.wrench.tared"
+
+
+def test_the_order_of_approach_is_that_of_absolute_runs() -> None:
+    assert not list(absolute_faults(manifest(joints={"position": "A1..A6", "approach": "D1..D6"})))
+    (fault,) = absolute_faults(manifest("load", joints={"position": "A1..A6", "approach": "D1..D6"}))
+    assert fault.code is FaultCode.KEY_CONFLICT
+    assert fault.place == "sources.table.joints.approach"
+    direct = with_run(manifest(), id="push", experiment="load", approach="direct")
+    (fault,) = absolute_faults(direct)
+    assert "push" in fault.place
+
+
+def test_a_measured_frame_does_not_hang_on_an_estimated_one() -> None:
+    poses = {"point": POSE | {"position": ["X1", "Y1", "Z1"]}}
+    written = manifest(poses=poses).model_dump(by_alias=True, exclude_unset=True)
+    written["frames"] = {
+        "tracker": {"parent": "base", "estimate": True},
+        "plate": {"parent": "flange", "estimate": True},
+        "point": {"parent": "plate"},
+    }
+    (fault,) = absolute_faults(Manifest.model_validate(written))
+    assert (fault.code, fault.place) == (FaultCode.FRAME_UNSUITABLE, "frames.plate.estimate")
+    assert "markers" in fault.mend
+    written["frames"]["plate"]["estimate"] = False
+    written["frames"]["point"]["estimate"] = True
+    assert not list(absolute_faults(Manifest.model_validate(written)))

@@ -8,16 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.model_settings import search_with_settings
+from stiffcal.diagnosis.model_settings import given_frames, search_with_settings
 from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.identification.identify import Settings, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
-from tests.laboratory.robots import six_axes
+from stiffcal.model.measured_frames import placed_frame
+from tests.laboratory.absolute_places import TARGET, absolute_states, measured_by
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
 NOISE = Sigma(16e-6, 30e-6, 0.5, 0.1)
@@ -80,3 +83,39 @@ def test_the_first_order_balance_is_switched_where_the_deformation_shows() -> No
     assert [setting.setting for setting in search.contradicted] == [SettingKind.BALANCE]
     assert search.found == ()
     assert np.sqrt(np.sum(search.final_scan.base.heldout) / search.final_scan.dof) < 1.05
+
+
+def places_of(shift: float, turn: float) -> LoadStates:
+    """Return absolute places; the tracker is off the manifest's frame by a shift along z, m, and a turn about it."""
+    chain = six_axes()
+    states = absolute_states(chain, 60, seed=2)
+    setup = replace(states.setup, tracker="tracker", estimated=(TARGET,))
+    springs = joint_springs(chain)
+    values = {f"joint-compliance.j{k + 1}.c": 1.0 / stiffness for k, stiffness in enumerate(SIX_STIFFNESS)}
+    measured = measured_by(springs.with_values(values), replace(states, setup=setup), seed=2)
+    rotation = rotation_from_vector(np.array([0.0, 0.0, turn]))
+    return replace(measured, position=measured.position @ rotation.T + [0.0, 0.0, shift])
+
+
+@pytest.mark.parametrize(("shift", "turn"), [(1e-3, 5e-4), (0.0, 0.0)])
+def test_a_trackers_frame_that_is_given_wrong_is_named_and_no_geometry(shift: float, turn: float) -> None:
+    states = places_of(shift, turn)
+    robot = joint_springs(six_axes())
+    robot = replace(robot, placed=(placed_frame(TARGET, False), *robot.placed))
+    effects = {name: find_effects()[name] for name in ("link-geometry", "bearing-tilt")}
+
+    def search_again(robot: CompliantRobot, settings: Settings) -> Search:
+        return search_missing(states, robot, effects, settings)
+
+    search = search_with_settings(search_again(robot, Settings()), fit_problem(states, robot), Settings(), search_again)
+    named = [(setting.setting, setting.parameter) for setting in search.contradicted]
+    assert named == ([(SettingKind.FRAME, "frame.tracker")] if shift else [])
+    assert search.found == ()
+    assert not search.unexplained
+
+
+def test_frames_that_are_tried_are_those_that_the_manifest_gives() -> None:
+    states, robot = places_of(0.0, 0.0), joint_springs(six_axes())
+    data = fit_problem(states, robot).data
+    assert [frame.place.frame for frame in given_frames(robot, data)] == ["tracker"]
+    assert not given_frames(replace(robot, placed=(placed_frame("tracker", True), *robot.placed)), data)

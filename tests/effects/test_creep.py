@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.effects.creep import Creep
 from stiffcal.model.effect import RZ, Place, StateOrder, joint_node
+from stiffcal.model.state_order import PoseHistory
 from tests.laboratory.effect_bench import bare_states, displacement, loads, order_of, robot_chain
 
 EFFECT = Creep()
@@ -88,3 +91,38 @@ def test_times_from_the_shortest_step_to_the_longest_run() -> None:
     carried = loads({(NODE, RZ): np.ones(6)}, order_of([0, 0, 0, 1, 1, 1], [0, 6, 12, 1000, 1003, 1090]))
     times = EFFECT.nonlinear_grid(PLACE, robot_chain(), carried)["time"]
     np.testing.assert_allclose(times[[0, -1]], [1.0, 90.0])
+
+
+def history(torque: Floats, stamps: Floats, index: list[int], segment: list[int] | None = None) -> PoseHistory:
+    carried = np.zeros((6, len(torque)))
+    carried[1] = torque
+    segments = np.zeros(len(torque), dtype=np.int64) if segment is None else np.array(segment)
+    return PoseHistory(carried, segments, stamps, np.full(len(torque), np.nan), np.array(index))
+
+
+def test_poses_that_follow_each_other_are_loads_though_some_are_left_out() -> None:
+    stamps, torque = np.array([0.0, 20.0, 40.0, 60.0, 75.0]), np.array([10.0, 90.0, -30.0, 40.0, 40.0])
+    whole = crept(torque, order_of([0] * 5, stamps), 25.0, weight=10.0)
+    # each row is a run of its own, and two of them are not in the fit
+    kept = [1, 3, 4]
+    order = replace(order_of([0, 1, 2], stamps[kept]), history=history(torque, stamps, kept))
+    np.testing.assert_allclose(crept(torque[kept], order, 25.0), whole[kept], rtol=1e-13)
+    # a part of them still does
+    np.testing.assert_allclose(crept(torque[[3]], order.block(slice(1, 2)), 25.0), whole[[3]], rtol=1e-13)
+
+
+def test_an_interrupted_sequence_begins_relaxed() -> None:
+    stamps, torque = np.array([0.0, 20.0, 40.0, 60.0]), np.array([10.0, 90.0, -30.0, 40.0])
+    order = replace(order_of([0, 1, 2, 3], stamps), history=history(torque, stamps, [0, 1, 2, 3], [0, 0, 1, 1]))
+    found = crept(torque, order, 25.0)
+    np.testing.assert_allclose(found[[0, 2]], torque[[0, 2]], rtol=1e-13)
+    np.testing.assert_allclose(found[3], 40.0 + (-30.0 - 40.0) * np.exp(-20.0 / 25.0), rtol=1e-13)
+
+
+def test_absolute_places_need_the_order_of_approach() -> None:
+    states = bare_states([0, 1, 2], time=[0.0, 20.0, 40.0])
+    runs = tuple(replace(run, experiment="absolute") for run in states.runs)
+    held = replace(states, runs=runs, hold=np.full(3, 5.0))
+    assert "order of approach" in (EFFECT.lacking(robot_chain(), held) or "")
+    ordered = replace(held, runs=tuple(replace(run, direct=True) for run in runs))
+    assert EFFECT.lacking(robot_chain(), ordered) is None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -94,3 +96,34 @@ def test_single_states_have_no_path() -> None:
 def test_without_weight_the_memory_is_empty() -> None:
     carried = NodeLoads(loads({(NODE, RZ): [100.0]}).wrench, np.zeros((6, 1)), order_of([0]))
     assert displacement(EFFECT, PLACE, {"c": 1.0, "slip": 10.0}, carried)[NODE, RZ, 0] == 90.0
+
+
+def test_a_drive_that_moved_has_slipped_through() -> None:
+    """Link and friction: moving up the drive carries less than the load by the slip, moving down more (τ ∓ r)."""
+    torque = np.array([80.0, 80.0, -5.0, 80.0])
+    order = replace(order_of([0, 1, 2, 3]), approach=np.tile([1.0, -1.0, 1.0, 0.0], (6, 1)))
+    moved = displacement(EFFECT, PLACE, {"c": 2e-6, "slip": 30.0}, loads({(NODE, RZ): torque}, order))[NODE, RZ]
+    np.testing.assert_allclose(moved, 2e-6 * np.array([50.0, 110.0, -35.0, 50.0]), rtol=1e-13)
+
+
+def test_the_form_of_absolute_places_is_the_part_that_is_no_compliance() -> None:
+    torque, direction = np.array([80.0, 80.0, -5.0]), np.array([1.0, -1.0, 1.0])
+    carried = loads({(NODE, RZ): torque}, replace(order_of([0, 1, 2]), approach=np.tile(direction, (6, 1))))
+    form = EFFECT.form(["width"])
+    moved = displacement(form, PLACE, {"width": 2.0 * 2e-6 * 30.0}, carried)[NODE, RZ]
+    whole = displacement(EFFECT, PLACE, {"c": 2e-6, "slip": 30.0}, carried)[NODE, RZ]
+    np.testing.assert_allclose(moved + 2e-6 * torque, whole, rtol=1e-13)
+    assert form.form(["c", "slip"]).parameters == EFFECT.parameters
+
+
+def test_absolute_places_need_both_directions_of_a_drive() -> None:
+    states = bare_states([0, 1, 2])
+    states = replace(states, runs=tuple(replace(run, experiment="absolute") for run in states.runs))
+    assert "order of approach" in (EFFECT.lacking(robot_chain(), states) or "")
+    one_way = replace(states, approach=np.ones((3, 6)))
+    assert "order of approach" in (EFFECT.lacking(robot_chain(), one_way) or "")
+    both = one_way.approach.copy()
+    both[1, 4] = -1.0
+    assert EFFECT.lacking(robot_chain(), replace(states, approach=both)) is None
+    (form,) = EFFECT.forms_to_try(replace(states, approach=both))
+    assert [spec.symbol for spec in form.parameters] == ["width"]

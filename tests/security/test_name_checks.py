@@ -43,7 +43,8 @@ NAMED: dict[str, Callable[[str], str]] = {
 
 def states_of(folder: Path) -> RawStates:
     """Return the rows of a campaign's table of states."""
-    found = tabled_states(folder, load_campaign(folder).manifest)
+    campaign = load_campaign(folder)
+    found = tabled_states(folder, campaign.manifest, campaign.chain)
     assert found is not None
     return found
 

@@ -7,12 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.experiments.absolute.simulation_settings import AbsolutePoses
+from stiffcal.identification.pose_history import rigid_drive_torques
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
+from stiffcal.model.state_order import PoseHistory
+from stiffcal.reduction.approach import last_motion
 from stiffcal.simulation.kinds import RunSetup, RunSimulation
 from stiffcal.simulation.motion import PoseProgram, pose_program
 from stiffcal.simulation.settings import FILE_NAME
@@ -69,7 +73,7 @@ class AbsoluteSimulation(RunSimulation[AbsolutePoses]):
             tool_mass=tool.mass,
             tool_com=tool.com,
         )
-        order = _order_of(robot, planned, program)
+        order = _order_of(robot, planned, program, wrench, setup)
         try:
             balance = solve_balance(robot, robot.chain.model_angles(program.joints), wrench, setup, order)
         except NoBalanceError as error:
@@ -89,16 +93,28 @@ class AbsoluteSimulation(RunSimulation[AbsolutePoses]):
         return TrueRun(replace(planned, program=solved), program.node, position, turn, unloaded)
 
 
-def _order_of(robot: CompliantRobot, planned: PlannedRun, program: PoseProgram) -> StateOrder:
-    """Return the order of the poses: each is a run of its own, and drift counts from the first."""
-    size = len(program)
+def _order_of(
+    robot: CompliantRobot, planned: PlannedRun, program: PoseProgram, wrench: Floats, setup: MeasurementSetup
+) -> StateOrder:
+    """Return the order of the poses: each is a run of its own, drift counts from the first, drives have a memory."""
+    size, chain = len(program), robot.chain
     kelvin = planned.kelvin(program.node)
+    follows = np.arange(size) > 0
+    hold = 0.5 * (program.end - program.start)
     return StateOrder(
         run=np.arange(size),
         time=planned.start_s + program.node,
-        hold=0.5 * (program.end - program.start),
-        motor=np.zeros((robot.chain.n_joints, size)),
+        hold=hold,
+        motor=np.zeros((chain.n_joints, size)),
         temperature=kelvin - kelvin[0],
         since_reference=program.node - program.node[0],
         kelvin=kelvin,
+        approach=last_motion(program.joints @ chain.drives_of_logged.T, follows).T,
+        history=PoseHistory(
+            rigid_drive_torques(chain, program.joints, wrench, setup),
+            np.zeros(size, dtype=np.int64),
+            planned.start_s + program.node,
+            hold,
+            np.arange(size),
+        ),
     )

@@ -20,7 +20,7 @@ def draw_pattern(pattern: CompliancePattern) -> Figure:
 
     Returns
     -------
-    Figure; µrad/(N·m), angles in degrees, else N·m, N or s.
+    Figure; µrad/(N·m), angles in degrees, else N·m, N or s; directions as numbers.
     """
     angle = pattern.follows is FollowedBy.JOINT_ANGLE
     factor = 180.0 / np.pi if angle else pattern.scale
@@ -29,6 +29,7 @@ def draw_pattern(pattern: CompliancePattern) -> Figure:
         FollowedBy.JOINT_TORQUE: (f"size of the torque on joint {pattern.of_joint}", "N·m"),
         FollowedBy.LOAD: ("size of the load", "N"),
         FollowedBy.TIME: ("time", "s"),
+        FollowedBy.LAST_MOTION: (f"last motion of joint {pattern.of_joint}: 1 with its torque, −1 against it", "1"),
     }[pattern.follows]
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 60)
     axes = figure.subplots()
