@@ -86,6 +86,7 @@ def campaign(folder: Path, hidden: Hidden, logged: str) -> Path:
     return out
 
 
+@pytest.mark.long
 def test_friction_is_named_by_the_direction_of_the_last_motion(tmp_path: Path) -> None:
     folder = campaign(tmp_path, FRICTION, "columns")
     result = improve_campaign(folder)
@@ -98,6 +99,7 @@ def test_friction_is_named_by_the_direction_of_the_last_motion(tmp_path: Path) -
     assert abs(width.value - 2.0 * 3e-7 * 200.0) < 3.5 * width.std < 2e-5
 
 
+@pytest.mark.long
 def test_creep_is_named_where_the_rows_follow_each_other(tmp_path: Path) -> None:
     result = diagnose_campaign(campaign(tmp_path, CREEP, "direct"))
     assert not {"friction-hysteresis", "creep"} & {entry.effect for entry in result.not_tried}
