@@ -176,12 +176,10 @@ def _without(data: Ingested, suspicion: Suspicion) -> Ingested:
 
 def _kept(data: Ingested, suspicion: Suspicion) -> Booleans:
     """Return (n,) True for the states that are not of a suspect."""
-    import numpy as np
-
     from stiffcal.diagnosis.suspects.words import without_steps
 
     firm = without_steps(suspicion)
-    return firm.keep(data.states) if firm.suspects or firm.moved else np.ones(len(data.states), dtype=np.bool_)
+    return firm.keep(data.states)
 
 
 def _with_suspects(
@@ -214,7 +212,7 @@ def _with_suspects(
     left_out = [
         data.states.runs[suspect.run].name for suspect in suspicion.suspects if suspect.run not in remaining_runs
     ]
-    if suspicion.moved is not None:
+    if suspicion.moved is not None and not suspicion.moved.or_drift:
         left_out.append(f"{int(suspicion.moved.leave_out.sum())} rows before or after a move of the base")
     run_names = ", ".join(left_out)
     return replace(

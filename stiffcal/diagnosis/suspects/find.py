@@ -98,9 +98,12 @@ class Suspicion:
     """A move of the base between two rows of absolute runs; None where there is none."""
 
     def keep(self, states: LoadStates) -> Booleans:
-        """Return (n,) True for the states that are not a suspect's, and on the longer side of a move of the base."""
+        """Return (n,) True for the states that are not a suspect's, and on the longer side of a move of the base.
+
+        Both sides stay where it may be a drift, which an effect explains.
+        """
         kept = ~np.isin(states.run, [suspect.run for suspect in self.suspects])
-        return kept if self.moved is None else kept & ~self.moved.leave_out
+        return kept if self.moved is None or self.moved.or_drift else kept & ~self.moved.leave_out
 
 
 def find_suspects(

@@ -84,6 +84,12 @@ class Suspect:
     """By what the readings are to be multiplied, where that is the cure."""
     without: FitWithout | None
     """The fit without this run alone; null after the first twelve of many suspects."""
+    between: OrAbsent[list[int]] = None
+    """The two rows between which the base or the tracker moved, with 95 % probability; ``row`` is the most likely first
+    row after the move. Only of such a move.
+    """
+    or_drift: OrAbsent[bool] = None
+    """Whether a drift over the rows is an explanation too. Only of such a move."""
     explained_by: OrAbsent[list[EffectAt]] = None
     """Effects of the catalogue with which the run agrees with the others as well; only where effects were searched."""
     exclude: Annotated[list[str], NOT_PROMISED] = field(default_factory=list)

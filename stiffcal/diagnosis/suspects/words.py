@@ -127,24 +127,37 @@ def _likely(suspect: FoundSuspect, states: LoadStates) -> str:
 
 
 def suspect_of_move(moved: MovedBase, states: LoadStates) -> Suspect:
-    """Return a move of the base as a result: the first row after it."""
-    info = states.runs[int(states.run[moved.state])]
-    row = int(states.row[moved.state])
+    """Return a move of the base as a result: the rows between which it happened."""
+    rows = [int(states.row[state]) for state in (*moved.between, moved.state)]
+    runs = [states.runs[int(states.run[state])] for state in (*moved.between, moved.state)]
+    names = [info.of or info.name for info in runs]
+    several = len(set(names)) > 1
+    first, last, likeliest = (
+        f"{row} of run {name}" if several else str(row) for row, name in zip(rows, names, strict=True)
+    )
     size, turn = (float(np.linalg.norm(vector)) for vector in (moved.shift, moved.turn))
+    # between two rows one after the other there is one place
+    adjacent = rows[0] + 1 == rows[1] == rows[2]
+    most_likely = "" if adjacent else f" (most likely before row {likeliest})"
+    drift, cure = (
+        (", or drifted over the rows", "add thermal-drift to the model, or fit") if moved.or_drift else ("", "fit")
+    )
     return Suspect(
-        run=info.of or info.name,
-        row=row,
+        run=names[2],
+        row=rows[2],
         kind=SuspectKind.BUMP,
         why=(
-            f"from row {row} on all positions are displaced: {1e3 * size:.3g} mm and {1e3 * turn:.2g} mrad, "
+            f"from row {likeliest} on all positions are displaced: {1e3 * size:.3g} mm and {1e3 * turn:.2g} mrad, "
             f"{moved.standard_errors:.2g} standard errors"
         ),
         likely=(
-            f"the base or the tracker was moved before row {row}: fit only the rows on one side of it; exclude the "
-            "other rows or repeat them"
+            f"the base or the tracker moved between rows {first} and {last}{most_likely}{drift}: {cure} only the rows "
+            "on one side of it; exclude the other rows or repeat them"
         ),
         factor=None,
         without=None,
+        between=rows[:2],
+        or_drift=moved.or_drift,
     )
 
 
