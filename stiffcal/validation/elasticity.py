@@ -114,7 +114,7 @@ def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:
             why=_REASONS[verdict],
             payload_kg=None
             if verdict == "identified"
-            else judge.payload(parameter.place.joints[0], min(known) if known else parameter.spec.typical),
+            else payload_that_shows(fit, parameter.place.joints[0], min(known) if known else parameter.spec.typical),
         )
         for parameter, verdict in verdicts
     ]
@@ -190,35 +190,36 @@ class _Judge:
             self.waves[joints] = fit, self._squares(fit)
         return self.waves[joints]
 
-    def payload(self, joint: int, compliance: float) -> float | None:
-        """Return the mass at the flange, in half of the poses, that shows a compliance to 20 %; None where none does.
-
-        A kilogram turns the joint by c τ, which moves the flange by its lever about the axis.
-        """
-        chain, angles = self.fit.robot.chain, self.fit.data.angles
-        bodies = stacked_bodies(chain, angles)
-        levers, torques = [], []
-        for k in range(1, chain.n_joints + 1):
-            lever = np.cross(bodies[k].rotation[:, 2].T, (bodies[-1].position - bodies[k].position).T)
-            levers.append(np.linalg.norm(lever, axis=1))
-            torques.append(lever @ chain.gravity)
-        turned = float(np.sqrt(np.mean(torques[joint - 1] ** 2)))
-        largest = float(np.max(levers)) * float(np.linalg.norm(chain.gravity))
-        if turned <= LEAST_LEVER * largest or compliance <= 0.0:
-            return None
-        shown = compliance * float(np.sqrt(np.sum((levers[joint - 1] * torques[joint - 1]) ** 2) / 2.0))
-        rows = self.fit.data.kind == TRANSLATION
-        left = self.fit.residual[rows][self.fit.data.measured_mask[rows]]
-        mass = KNOWN * float(np.sqrt(np.mean(left**2))) / shown
-        # no arm of this kind carries more than it weighs
-        return mass if not chain.masses_known or mass < float(np.sum(chain.link_mass)) else None
-
     def _refit(self, robot: CompliantRobot) -> Fit:
         return identify_parameters(self.states, robot, self.settings)
 
     def _squares(self, fit: Fit) -> Floats:
         """Return (n,) squared distances in regions left out, m²."""
         return squared_distances(left_out_residuals(fit, self.folds).residual, fit.data)
+
+
+def payload_that_shows(fit: Fit, joint: int, compliance: float) -> float | None:
+    """Return the mass at the flange, in half of the poses, that shows a compliance to 20 %; None where none does.
+
+    A kilogram turns the joint by c τ, which moves the flange by its lever about the axis.
+    """
+    chain, angles = fit.robot.chain, fit.data.angles
+    bodies = stacked_bodies(chain, angles)
+    levers, torques = [], []
+    for k in range(1, chain.n_joints + 1):
+        lever = np.cross(bodies[k].rotation[:, 2].T, (bodies[-1].position - bodies[k].position).T)
+        levers.append(np.linalg.norm(lever, axis=1))
+        torques.append(lever @ chain.gravity)
+    turned = float(np.sqrt(np.mean(torques[joint - 1] ** 2)))
+    largest = float(np.max(levers)) * float(np.linalg.norm(chain.gravity))
+    if turned <= LEAST_LEVER * largest or compliance <= 0.0:
+        return None
+    shown = compliance * float(np.sqrt(np.sum((levers[joint - 1] * torques[joint - 1]) ** 2) / 2.0))
+    rows = fit.data.kind == TRANSLATION
+    left = fit.residual[rows][fit.data.measured_mask[rows]]
+    mass = KNOWN * float(np.sqrt(np.mean(left**2))) / shown
+    # no arm of this kind carries more than it weighs
+    return mass if not chain.masses_known or mass < float(np.sum(chain.link_mass)) else None
 
 
 def _without(robot: CompliantRobot, parameter: Parameter) -> CompliantRobot:

@@ -11,11 +11,12 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.uncertainty import NORMAL_95, is_poorly_known
+from stiffcal.wording import significant
 from stiffcal.workflow.check_results import CheckedJoint
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fit import Fit, Parameter
     from stiffcal.identification.observability import ObservabilityIndices
     from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
@@ -25,6 +26,8 @@ MOST_NAMED = 6
 """Parameters that a sentence lists."""
 FEW_POSES = 4
 """Rows from which on poses that are too few for the frames are poses too much alike."""
+MOST_POSES = 10000
+"""More poses are no advice: a robot takes one in ten seconds, so that these fill a day."""
 ON_THE_AXIS = 5e-3
 """m, distance below which a target counts as on an axis: what a direction known no better than assembly moves it by."""
 
@@ -135,7 +138,39 @@ def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
         half_width = 100.0 * NORMAL_95 * relative
         known = f"expected uncertainty about ± {half_width:.2g} % (95 %)"
         text = f"poorly determined, ± {half_width:.0f} % (95 %)" if is_poorly_known(1.0, relative) else known
+    if own and fit.data.absolute.all() and (relative is None or is_poorly_known(1.0, relative)):
+        text += _what_would_show(fit, number, own[0], relative)
     return CheckedJoint(joint=name, largest_torque_Nm=torque, expected_relative_std=relative, says=text)
+
+
+def _what_would_show(fit: Fit, number: int, own: Parameter, relative: float | None) -> str:
+    """Return how many such poses, or which payload, give a joint's compliance to 20 %, as the end of a line.
+
+    What a payload shows follows from the joint's own compliance; where none is known, from that of the stiffest joint.
+
+    Parameters
+    ----------
+    own : the joint's compliance about its axis. relative : its standard uncertainty, of its value; None: not known.
+    """
+    from stiffcal.validation.elasticity import KNOWN, payload_that_shows
+
+    compliances = [
+        parameter.value
+        for parameter in fit.parameters
+        if parameter.spec.compliance
+        and parameter.spec.along == 5
+        and parameter.value
+        and parameter.std
+        and parameter.value > KNOWN * parameter.std
+    ]
+    compliance = (relative and own.value) or min(compliances, default=own.spec.typical)
+    mass = payload_that_shows(fit, number, compliance)
+    ways = []
+    if relative is not None:
+        poses = fit.data.n_measured * (KNOWN * relative) ** 2
+        ways += [f"about {significant(poses, 2)} such poses"] if poses <= MOST_POSES else []
+    ways += [f"{significant(mass, 2)} kg at the flange in half of the poses"] if mass is not None else []
+    return f"; {' or '.join(ways)} would give ± {100.0 * NORMAL_95 / KNOWN:.0f} % or better" if ways else ""
 
 
 def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:

@@ -163,6 +163,7 @@ def _edit(
     n_joints = campaign.chain.n_joints
     changes = []
     if action == "add":
+        _check_not_included(campaign, catalogue, effect, given)
         changes += _remove_replaced(folder, campaign, law, given)
         new = add_effect(folder, effect, **given, n_joints=n_joints)
         if new or not wanted.curved:
@@ -288,6 +289,25 @@ def _check_possible(effect: str, given: Mapping[str, Sequence[Any]], possible: S
             raise InputError.at(
                 FaultCode.PLACE_INVALID, "command line", "EFFECT", f"{effect} cannot act at {label}", mend
             )
+
+
+def _check_not_included(
+    campaign: Campaign, catalogue: Mapping[str, Effect], effect: str, given: Mapping[str, Sequence[Any]]
+) -> None:
+    """Raise where an effect of the model includes the new one at the same place: that adds nothing."""
+    from stiffcal.campaign.model_file import place_names
+
+    new = set(place_names(given["joints"], given["links"], given["pairs"]))
+    for entry in campaign.model.effects:
+        present = catalogue.get(entry.type)
+        if present is None or effect not in present.includes:
+            continue
+        there = place_names(entry.joints or (), entry.links or (), entry.pairs or ())
+        shared = [label for label in there if label in new]
+        if shared:
+            reason = f"{entry.type} in the model includes {effect} at {', '.join(shared)}"
+            mend = f"nothing is to be added; for {effect} alone, remove {entry.type} there first"
+            raise InputError.at(FaultCode.EFFECT_CONFLICT, "command line", effect, reason, mend)
 
 
 def _remove_replaced(folder: Path, campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]) -> list[str]:

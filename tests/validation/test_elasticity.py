@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.validation.elasticity import Elasticity, _Judge, _with_waves, elasticity_of
+from stiffcal.validation.elasticity import Elasticity, _with_waves, elasticity_of, payload_that_shows
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 
@@ -58,11 +60,11 @@ def test_a_softer_joint_needs_less_payload() -> None:
     chain = six_axes()
     robot = CompliantRobot(chain, tuple(on_all_joints(JointCompliance(), 6, [{"c": 1e-6}] * 6)))
     states = measured_by(robot, absolute_states(chain, N_POSES, 7), 8)
-    judge = _Judge(states, identify_parameters(states, robot))
-    stiff, soft = judge.payload(2, 1e-6), judge.payload(2, 1e-5)
+    fit = identify_parameters(states, robot)
+    stiff, soft = payload_that_shows(fit, 2, 1e-6), payload_that_shows(fit, 2, 1e-5)
     assert stiff is not None
     assert soft == pytest.approx(stiff / 10.0)
-    assert judge.payload(1, 1e-5) is None
+    assert payload_that_shows(fit, 1, 1e-5) is None
     assert np.isfinite(stiff)
 
 
@@ -111,4 +113,25 @@ def test_the_payload_is_the_one_that_shows_the_compliance_to_a_fifth() -> None:
     column = 1e-5 * jacobian[:, :, 2] * torque[:, [2]]
     scatter = np.sqrt(np.mean(fit.residual[:3] ** 2))
     wanted = 5.0 * scatter / np.sqrt(np.sum(column**2) / 2.0)
-    assert _Judge(states, fit).payload(3, 1e-5) == pytest.approx(wanted, rel=1e-6)
+    assert payload_that_shows(fit, 3, 1e-5) == pytest.approx(wanted, rel=1e-6)
+
+
+def test_the_payload_gives_what_is_promised_and_not_ten_times_more() -> None:
+    """To a fifth by the flange alone; the robot's own weight and the target's longer lever add to it."""
+    chain = six_axes()
+    values = [{"c": 1.0 / stiffness} for stiffness in SIX_STIFFNESS]
+    robot = CompliantRobot(chain, tuple(on_all_joints(JointCompliance(), 6, values)))
+    states = measured_by(robot, absolute_states(chain, N_POSES, 7), 8)
+    fit = identify_parameters(states, robot)
+    point = Attachment(chain.n_joints + 1, np.eye(4))
+    for joint in (4, 5):
+        compliance = 1.0 / SIX_STIFFNESS[joint - 1]
+        mass = payload_that_shows(fit, joint, compliance)
+        assert mass is not None
+        wrench = np.zeros((N_POSES, 6))
+        wrench[::2, :3] = mass * chain.gravity
+        hung = replace(states, setup=replace(states.setup, wrench_point=point))
+        loaded = measured_by(robot, hung, 9, wrench=wrench)
+        std = identify_parameters(loaded, robot).parameter(f"joint-compliance.j{joint}.c").std
+        assert std is not None
+        assert 0.02 < std / compliance < 0.2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -115,3 +116,17 @@ def test_check_states_what_a_few_absolute_poses_lack(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:  # rows enough, of one pose: a mistake, and no table half measured
         check_campaign(folder)
     assert caught.value.code is FaultCode.POSES_TOO_FEW
+
+
+def test_check_states_what_more_poses_or_a_payload_would_bring(tmp_path: Path) -> None:
+    """Of campaign 01 joint 4 carries 8 N·m at most; joint 1 is vertical, and no weight turns it."""
+    folder = Path(shutil.copytree(ABSOLUTE.parent / "01", tmp_path / "poses", ignore=shutil.ignore_patterns("store")))
+    joints = {joint.joint: joint for joint in check_campaign(folder).joints or []}
+    found = re.search(r"about (\d+) such poses or (\d+) kg at the flange in half of the poses", joints["A4"].says)
+    assert found is not None
+    relative = joints["A4"].expected_relative_std
+    assert relative is not None
+    assert int(found[1]) == pytest.approx(80 * (relative / 0.2) ** 2, rel=0.05)
+    assert 5 < int(found[2]) < 50
+    assert " kg" not in joints["A1"].says
+    assert " kg" not in joints["A2"].says

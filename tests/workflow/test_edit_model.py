@@ -93,3 +93,13 @@ def test_start_values_choose_the_form(campaign: Path) -> None:
 def test_a_start_value_that_is_none_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="not a start value"):
         start_values(text)
+
+
+@pytest.mark.parametrize(("general", "included"), [("link-geometry", "joint-offset"), ("joint-full", "bearing-tilt")])
+def test_what_the_model_includes_already_is_not_added(campaign: Path, general: str, included: str) -> None:
+    edit_model(campaign, "add", general, where={"joints": "2,3"})
+    before = (campaign / "model.toml").read_text()
+    with pytest.raises(InputError, match=f"{general} in the model includes {included} at j3"):
+        edit_model(campaign, "add", included, where={"joints": "3,4"})
+    assert (campaign / "model.toml").read_text() == before
+    edit_model(campaign, "add", included, where={"joints": "4"})
