@@ -75,8 +75,8 @@ def settle(
     data, columns = problem.data, free_columns(robot, settings.fixed)
     amplitude = amplitudes(robot, columns)
     iterations, last, robust = 0, np.inf, settings.loss == "huber"
-    rough = stated is not None or any(c.role is ParameterRole.NONLINEAR for c in columns)
-    small = ROUGH_STEP if rough else SMALL_STEP
+    bends = any(c.role is ParameterRole.NONLINEAR for c in columns)
+    small = ROUGH_STEP if stated is not None or bends else SMALL_STEP
     weights, lowered, moved = stated, None, 0.0
     taken: TakenStep | None = None
     while True:
@@ -105,11 +105,12 @@ def settle(
         taken = TakenStep.of(amplitude, updated, reduced, checked, under)
         change, amplitude = taken.left, updated
         robot = with_estimates(robot, columns, amplitude)
-        # Steps contract evenly: the next one is predicted by this one and the ratio to the last.
+        # Steps contract evenly: the next one is predicted by this one and the ratio to the last. Next to a corner they
+        # do not: the steps of a law with shape parameters have to be small themselves.
         next_step = change * min(1.0, change / last) if iterations > 1 and last > 0.0 else change
         # Far from the solution a residual is the model's, not the wrench's.
         corrected, moved = corrected_wrenches(robot, data, reduced, weights) if next_step < NEAR else (data, 0.0)
-        settled = moved < SMALL_CORRECTION and (change < small or (next_step < small and not robust))
+        settled = moved < SMALL_CORRECTION and (change < small or (next_step < small and not (robust or bends)))
         settled = settled or (near and next_step < NEAR)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             last_step = change if (robot.deformed or robust) and not settled else None

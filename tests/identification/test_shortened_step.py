@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from stiffcal.identification.gauss_newton import MAX_STEPS
+from stiffcal.identification.gauss_newton import MAX_STEPS, ROUGH_STEP, WHOLE_STEPS
 from stiffcal.identification.identifiability import Identifiability
 from stiffcal.identification.identify import fit_problem, identify_parameters
 from stiffcal.identification.least_squares import Reduced
@@ -18,9 +19,11 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
-from tests.laboratory.simulated_states import joint_springs, played
+from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
 NOISE = Sigma(3e-6, 3e-6)
+# A knee of three times the noise of the torque, which makes 0.3 mrad of it where the drive winds up.
+KNEE = PlacedEffect(find_effects()["two-slope"], Place("joints", (4,)), {"c": 5e-4, "knee": 2.0})
 
 
 def with_plays(robot: CompliantRobot, *effects: tuple[str, int, bool]) -> CompliantRobot:
@@ -73,3 +76,26 @@ def test_the_parabola_along_a_step(after: float, share: float | None) -> None:
     held = replace(free, left_at_neutral=np.ones(1, dtype=np.bool_))
     moved = TakenStep.of(np.ones(1), np.zeros(1), Reduced(np.eye(1), -np.ones(1), 0.0, 10), held, under)
     assert moved.shortened(reached, under) is None
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_law_with_a_corner_ends_with_a_small_step_and_not_with_a_promise_of_one(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Steps next to a knee do not contract evenly: after 2.5 and 0.10 standard uncertainties comes 0.12."""
+    steps: list[float] = []
+    describe = TakenStep.of
+
+    def recorded(*arguments: Any) -> TakenStep:
+        taken = describe(*arguments)
+        steps.append(taken.change)
+        return taken
+
+    monkeypatch.setattr(TakenStep, "of", recorded)
+    robot = medium_robot()
+    true = replace(robot, placed=(*robot.placed, KNEE))
+    states = played(true, runs=8, noise=Sigma(16e-6, 30e-6, 0.5, 0.6), load_scatter=0.3, seed=seed)
+    fit = identify_parameters(states, with_plays(joint_springs(six_axes()), ("two-slope", 4, False)))
+    assert fit.last_step is None
+    if fit.iterations <= WHOLE_STEPS:
+        assert steps[-1] < ROUGH_STEP
