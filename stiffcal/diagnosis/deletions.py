@@ -16,9 +16,10 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import confidence, first_least
+from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.judge import possible_values, rms_reduction
+from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
 from stiffcal.diagnosis.scan import Scan, Trial, bounds_with
-from stiffcal.diagnosis.scoring import quadratic, solve_within, without_rows
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import (
     DELETIONS_OF,
@@ -112,7 +113,7 @@ def _contenders(scan: Scan, near: Sequence[Trial], named: Trial) -> list[Trial]:
         if trial.candidate.effect.general == general and not is_slip(trial.candidate.effect)
     ][:LEADERS_OF]
     if rivals:
-        leading = np.unique(first_least(np.stack([_remaining_squares(scan, trial) for trial in rivals])))
+        leading = np.unique(first_least(np.stack([_remaining_squares(trial) for trial in rivals])))
         alternatives += [rivals[k] for k in leading if possible_values(scan, rivals[k])]
     result: list[Trial] = []
     for trial in (named, *alternatives):
@@ -129,19 +130,9 @@ def _becomes(trial: Trial, named: Trial) -> bool:
     return same_place and named.candidate.effect.name in trial.candidate.effect.in_limit
 
 
-def _remaining_squares(scan: Scan, trial: Trial) -> Floats:
+def _remaining_squares(trial: Trial) -> Floats:
     """Return (F,) squares that a candidate leaves of the other poses, fitted without each, two per parameter added."""
-    products = _products(scan, trial)
-    remainder = products.sum(axis=0) - products
-    return np.asarray(quadratic(remainder, trial.score.without) + 2.0 * len(trial.regressor.symbols))
-
-
-def _products(scan: Scan, trial: Trial) -> Floats:
-    """Return (F, k + 1, k + 1) inner products of base columns, the candidate's and what it leaves of the residual."""
-    regressor = trial.regressor
-    remaining = scan.residual - regressor.fixed
-    rows = scan.space.rows(np.concatenate([scan.columns, regressor.columns, remaining[None]]))
-    return scan.products(rows)
+    return np.asarray(trial.score.left.rest + 2.0 * len(trial.regressor.symbols))
 
 
 @dataclass(frozen=True)
@@ -153,7 +144,7 @@ class _Deleted:
     groups: Integers
     """(F,) group of each pose: one of its own in campaigns of a few dozen."""
     solutions: Floats
-    """(G, F, k) without group g and, in small campaigns, without pose f."""
+    """(G, F, k) without group g and pose f in small campaigns, else (G, k) without group g."""
     errors: Floats
     """(G, F) whitened squares on pose f."""
 
@@ -162,37 +153,73 @@ class _Deleted:
         """Refit."""
         regressor = trial.regressor
         rows = scan.space.rows(np.concatenate([scan.columns, regressor.columns, regressor.fixed[None]]))
-        products = _products(scan, trial)
-        low, high = bounds_with(scan, regressor)
-        n_folds = len(products)
-        n_groups = min(n_folds, SINGLE_POSES)
-        groups = np.arange(n_folds, dtype=np.int64) % n_groups
-        total, near = products.sum(axis=0), trial.score.solution
-        solutions = np.empty((n_groups, n_folds, len(near)))
-        for group in range(n_groups):
-            rest = without_rows(total, products[groups == group].sum(axis=0))
-            if n_folds <= SINGLE_POSES:
-                inner = np.stack([without_rows(rest, product) for product in products])
-                inner[group] = rest
-                solutions[group] = solve_within(inner[:, :-1, :-1], inner[:, :-1, -1], low, high, near)
-            else:
-                # Of so many poses the one on which the error is taken hardly moves the fit.
-                solutions[group] = solve_within(rest[:-1, :-1], rest[:-1, -1], low, high, near)
-        return cls(rows, groups, solutions, quadratic(products, solutions))
+        left = scan.space.rows((scan.residual - regressor.fixed)[None])
+        data, bounds = np.concatenate([rows[:-1], left]), bounds_with(scan, regressor)
+        n_folds = len(scan.folds)
+        groups = np.arange(n_folds, dtype=np.int64) % min(n_folds, SINGLE_POSES)
+        small = n_folds <= SINGLE_POSES
+        # Of more poses the one on which the error is taken hardly moves the fit.
+        solutions, errors = (_without_two if small else _without_groups)(scan, data, groups, bounds, trial)
+        return cls(rows, groups, solutions, errors)
 
-    def predicted(self, group: int, fold: int, members: Integers) -> Floats:
-        """Return whitened displacements on a pose, fitted without a group."""
-        return np.asarray(np.append(self.solutions[group, fold], 1.0) @ self.rows[:, members])
+    def predicted(self, group: int, folds: Sequence[Integers]) -> Floats:
+        """Return (N,) whitened displacements, fitted without a group and, in small campaigns, without each pose."""
+        solution = self.solutions[group]
+        if solution.ndim == 1:
+            return np.asarray(np.append(solution, 1.0) @ self.rows)
+        result = np.empty(self.rows.shape[1])
+        for x, fold in zip(solution, folds, strict=True):
+            result[fold] = np.append(x, 1.0) @ self.rows[:, fold]
+        return result
+
+
+def _without_two(
+    scan: Scan, data: Floats, groups: Integers, bounds: tuple[Floats, Floats], trial: Trial
+) -> tuple[Floats, Floats]:
+    """Return (F, F, k) parameters without poses g and f, and (F, F) the squares that they leave of pose f.
+
+    Parameters
+    ----------
+    data : (k + 1, N) whitened rows, what the candidate leaves of the residual last.
+    groups : (F,) group of each pose, here of its own. bounds : (k,) lower and upper. trial : the candidate.
+    """
+    products = scan.products(data)
+    total, solutions = products.sum(axis=0), np.empty((len(groups), len(groups), len(data) - 1))
+    for group, product in enumerate(products):
+        rest = without_rows(total, product)
+        inner = np.stack([without_rows(rest, other) for other in products])
+        inner[group] = rest
+        solutions[group] = solve_within(inner[:, :-1, :-1], inner[:, :-1, -1], *bounds, trial.score.solution)
+    return solutions, quadratic(products, solutions)
+
+
+def _without_groups(
+    scan: Scan, data: Floats, groups: Integers, bounds: tuple[Floats, Floats], trial: Trial
+) -> tuple[Floats, Floats]:
+    """Return (G, k) parameters without each group of poses, and (G, F) the squares that they leave of each pose.
+
+    Parameters
+    ----------
+    data, groups, bounds, trial : as in `_without_two`.
+    """
+    group_of_row = groups[scan.fold_of_row]
+    products = fold_products(data, [np.flatnonzero(group_of_row == group) for group in range(int(groups.max()) + 1)])
+    prior = np.zeros(len(data) - 1)
+    if scan.prior is not None:
+        prior[: len(scan.prior)] = scan.prior / len(groups)
+        first = np.arange(len(prior))
+        products[:, first, first] += np.bincount(groups)[:, None] * prior
+    rest = without_rows(products.sum(axis=0), products)
+    solutions = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], *bounds, trial.score.solution)
+    errors = np.stack([scan.by_fold((data[-1] - x @ data[:-1]) ** 2) + prior @ x**2 for x in solutions])
+    return solutions, errors
 
 
 def _wins(scan: Scan, named: _Deleted, rival: _Deleted, group: int) -> bool:
     """Return whether another candidate has less error without a group of poses, by two standard errors over poses."""
     kept = np.flatnonzero(named.groups != group)
-    apart = (
-        np.subtract(named.predicted(group, int(f), scan.folds[f]), rival.predicted(group, int(f), scan.folds[f]))
-        for f in kept
-    )
-    squared_change = np.array([np.sum(difference**2) for difference in apart])
+    apart = named.predicted(group, scan.folds) - rival.predicted(group, scan.folds)
     dof = round(scan.dof * len(kept) / len(named.groups))
+    squared_change = scan.by_fold(apart**2)[kept]
     fall, errors = rms_reduction(named.errors[group, kept], rival.errors[group, kept], squared_change, dof)
     return fall > LOOK_ALIKE_SHARE and errors > STANDARD_ERRORS

@@ -18,8 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.scoring import fold_products, solve_within
+from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.identification.observation import ParameterColumn, free_columns
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised, Regressor

@@ -9,7 +9,6 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.scan import ROUNDING, Scan
-from stiffcal.diagnosis.scoring import quadratic, without_rows
 from stiffcal.diagnosis.thresholds import (
     ADEQUATE_RATIO,
     LEAST_EXPLAINED,
@@ -104,9 +103,7 @@ def predictive_squares(scan: Scan) -> Floats:
     That is by how much the fit's sum of squares grows with the pose: eᵀ (I + X C Xᵀ)⁻¹ e, C the covariance of the
     values fitted without it (Cook and Weisberg, Residuals and Influence in Regression, 1982, section 2.2).
     """
-    products = scan.products(scan.space.rows(np.concatenate([scan.columns, scan.residual[None]])))
-    rest = without_rows(products.sum(axis=0), products)
-    return np.asarray(np.maximum(scan.base.sum_of_squares - quadratic(rest, scan.base.without), 0.0))
+    return np.asarray(np.maximum(scan.base.sum_of_squares - scan.base.left.rest, 0.0))
 
 
 def _mean_square_ratio(first: Scan, last: Scan) -> float:

@@ -28,6 +28,8 @@ def left_out_residual(scan: LoadScan, trial: Trial | None) -> Floats:
     trial : the candidate, None for the present model.
     """
     score = scan.base if trial is None else trial.score
+    if score.left.without is None:
+        return corrected_for_freedom(scan.space.unwhitened(score.left.residual), scan.fit.data)
     columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.regressor.columns])
     residual = scan.residual if trial is None else scan.residual - trial.regressor.fixed
     residual = residual.copy()
@@ -36,7 +38,7 @@ def left_out_residual(scan: LoadScan, trial: Trial | None) -> Floats:
     n_sags = 0 if scan.geometry is None else len(scan.geometry.sag)
     own[scan.n_columns : len(scan.columns) - n_sags] = 0.0
     for number, members in enumerate(members_of(scan.fold_of_state)):
-        residual[:, members] -= np.tensordot(score.without[number] * own, columns[:, :, members], axes=1)
+        residual[:, members] -= np.tensordot(score.left.without[number] * own, columns[:, :, members], axes=1)
     # No other pose shows a slip: in its own it is judged by the load cycles, as its score is.
     for positions, change in score.in_run:
         states = np.unique(positions % residual.shape[1])

@@ -8,8 +8,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.choosing import chosen_in_every_fold
+from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.diagnosis.scan import ModelFit, Scan, Trial, bounds_with
-from stiffcal.diagnosis.scoring import solve_within
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import (
     ADEQUATE_RATIO,
@@ -135,18 +135,8 @@ def reduction_between(before: Scan, after: Scan) -> tuple[float, float]:
     ----------
     before, after : of the same observations, whitened alike.
     """
-    moved = _left_out_rows(before) - _left_out_rows(after)
-    squares = np.array([float(np.sum(moved[fold] ** 2)) for fold in before.folds])
-    return rms_reduction(before.base.heldout, after.base.heldout, squares, before.dof)
-
-
-def _left_out_rows(scan: Scan) -> Floats:
-    """Return (m · n) whitened residuals of the present model, each pose by the fit without it."""
-    rows = scan.space.rows(np.concatenate([scan.columns, scan.residual[None]]))
-    result = np.zeros(rows.shape[1])
-    for number, fold in enumerate(scan.folds):
-        result[fold] = np.append(-scan.base.without[number], 1.0) @ rows[:, fold]
-    return result
+    moved = before.base.left.residual - after.base.left.residual
+    return rms_reduction(before.base.heldout, after.base.heldout, before.by_fold(moved**2), before.dof)
 
 
 def family_p(scan: Scan, trial: Trial) -> float:
@@ -257,10 +247,8 @@ def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
     gap = float(np.sqrt(score.heldout.sum() / scan.dof) - np.sqrt(best_score.heldout.sum() / scan.dof))
     if gap <= LOOK_ALIKE_SHARE:
         return True
-    squared_change = (predicted_without_pose(scan, trial) - predicted_without_pose(scan, best)) ** 2
-    _, errors = rms_reduction(
-        score.heldout, best_score.heldout, np.array([squared_change[fold].sum() for fold in scan.folds]), scan.dof
-    )
+    squared_change = (score.left.residual - best_score.left.residual) ** 2
+    _, errors = rms_reduction(score.heldout, best_score.heldout, scan.by_fold(squared_change), scan.dof)
     return errors <= LOOK_ALIKE_ERRORS or same_within_noise(scan, trial, best)
 
 
@@ -309,12 +297,3 @@ def _not_reproduced(scan: Scan, trial: Trial, other_trial: Trial) -> float:
     solution = solve_within(normal, right, *bounds_with(scan, other))
     left = float(solution @ (normal @ solution - 2.0 * right) + aim @ aim)
     return max(left - float(known @ values[:base] ** 2), 0.0)
-
-
-def predicted_without_pose(scan: Scan, trial: Trial) -> Floats:
-    """Return whitened rows (m · n) that a candidate predicts for every pose, fitted with that pose left out."""
-    rows = scan.space.rows(np.concatenate([scan.columns, trial.regressor.columns, trial.regressor.fixed[None]]))
-    result = np.zeros(rows.shape[1])
-    for number, fold in enumerate(scan.folds):
-        result[fold] = np.append(trial.score.without[number], 1.0) @ rows[:, fold]
-    return result

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.base_rows import BaseRows, in_order
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.folds import FoldProducts
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
-from stiffcal.diagnosis.scan import BaseRows, Scan, Trial, scan_rows, try_candidate
+from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
 from stiffcal.diagnosis.thresholds import LINGERING
@@ -166,8 +168,8 @@ def scan_candidates(
     trials, n_tried = scan_rows(ground, candidates, source.kept, try_one)
     dof = int(np.count_nonzero(data.measured_mask)) - space.n_offsets
     return LoadScan(
-        fit=fit, base=ground.base, trials=trials, folds=tuple(folds), groups=ground.groups, dof=dof,
-        n_columns=len(columns), n_tried=n_tried, space=space, columns=base_columns, residual=residual,
+        fit=fit, base=in_order(ground.base, ground.order), trials=trials, folds=tuple(folds), groups=ground.groups,
+        dof=dof, n_columns=len(columns), n_tried=n_tried, space=space, columns=base_columns, residual=residual,
         bounds=(ground.low, ground.high), fold_of_state=fold, source=source, prior=prior, geometry=geometry,
     )  # fmt: skip
 
@@ -186,9 +188,11 @@ def _slip(
     regressor = state.regressor(candidate.effect, candidate.place, {"state": float(data.order.number[first])})
     mine = ground.rows_of(regressor)
     products, bounds = ground.products(mine), ground.bounds(regressor)
-    score = score_variants([products], *bounds, ground.groups, ground.base)
-    rows = np.empty((len(ground.rows) + len(mine), mine.shape[1]))
-    rows[:, ground.order] = np.concatenate([ground.rows, mine])
+    sorted_rows = np.concatenate([ground.rows, mine])
+    folds = FoldProducts(products, sorted_rows, ground.cuts)
+    score = in_order(score_variants([folds], *bounds, ground.groups, ground.base), ground.order)
+    rows = np.empty_like(sorted_rows)
+    rows[:, ground.order] = sorted_rows
     members = np.flatnonzero(data.run == data.run[first])
     stretches = [
         (np.arange(len(data.measured))[:, None] * data.n_states + stretch).ravel()

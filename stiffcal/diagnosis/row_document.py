@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.document import against_noise, proposed
+from stiffcal.diagnosis.folds import FoldProducts
 from stiffcal.diagnosis.judge import rms_reduction
 from stiffcal.diagnosis.ranking import effect_at, ranked_findings
 from stiffcal.diagnosis.results import (
@@ -24,7 +25,7 @@ from stiffcal.diagnosis.results import (
 from stiffcal.diagnosis.row_context import RowSearchContext
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.diagnosis.scoring import Score, fold_products, score_variants
+from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.search_results import SearchOf
 from stiffcal.diagnosis.thresholds import LEAST_FOLDS, LOOK_ALIKE_ERRORS, LOOK_ALIKE_SHARE
 from stiffcal.diagnosis.words import candidate_in_words, place_in_words, values_in_words
@@ -134,11 +135,7 @@ def too_few_folds(problem: RowProblem, fit: RowFit) -> DiagnoseResult | None:
 def left_out_residual(scan: RowScan, trial: Trial | None) -> Floats:
     """Return (k,) residuals with each fold left out in turn, free constants taken out and their freedom counted."""
     score = scan.base if trial is None else trial.score
-    columns = scan.columns[:, 0] if trial is None else np.concatenate([scan.columns, trial.regressor.columns])[:, 0]
-    residual = scan.residual[0].copy()
-    for number, members in enumerate(scan.folds):
-        residual[members] -= score.without[number] @ columns[:, members]
-    return free_of_constants(scan, residual)
+    return free_of_constants(scan, score.left.residual * scan.fit.sigma)
 
 
 def free_of_constants(scan: RowScan, residual: Floats) -> Floats:
@@ -263,21 +260,10 @@ def _time_would_do(context: RowSearchContext, search: RowSearch, candidate: Cand
     added = sum(placed.amplitude(s) * column for s, column in zip(own.symbols, own.columns, strict=True))
     rows = scan.space.rows(np.concatenate([scan.columns[kept], timed.columns, (scan.residual + added)[None]]))
     free = np.full(len(rows) - 1, np.inf)
-    score = score_variants([fold_products(rows, list(scan.folds))], -free, free, scan.groups)
-    present = scan.space.rows(np.concatenate([scan.columns, scan.residual[None]]))
-    moved = np.array(
-        [
-            float(np.sum((_left_out(score, rows, k, fold) - _left_out(scan.base, present, k, fold)) ** 2))
-            for k, fold in enumerate(scan.folds)
-        ]
-    )
-    gap, errors = rms_reduction(score.heldout, scan.base.heldout, moved, scan.dof)
+    score = score_variants([FoldProducts.of(rows, scan.folds)], -free, free, scan.groups)
+    squares = (score.left.residual - scan.base.left.residual) ** 2
+    gap, errors = rms_reduction(score.heldout, scan.base.heldout, scan.by_fold(squares), scan.dof)
     return gap <= LOOK_ALIKE_SHARE or errors <= LOOK_ALIKE_ERRORS
-
-
-def _left_out(score: Score, rows: Floats, number: int, fold: Integers) -> Floats:
-    """Return the whitened residuals of a fold, fitted without it."""
-    return np.asarray(np.append(-score.without[number], 1.0) @ rows[:, fold])
 
 
 def _who(problem: RowProblem) -> str:

@@ -8,14 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.judge import fitted_values
+from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.diagnosis.refit_values import RefitValue, refit_values
 from stiffcal.diagnosis.refits import MOST_CANDIDATES, Refit, RefitSummary, refit_with_all
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.diagnosis.row_document import RowSearch, free_of_constants, left_out_residual, rms_of_rows
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.diagnosis.scoring import fold_products, solve_within
 from stiffcal.experiments.row_search import RowProblem
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.base_rows import BaseRows, in_order
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.scan import BaseRows, Scan, Trial, scan_rows, try_candidate
+from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
 from stiffcal.experiments.row_search import RowFit
 from stiffcal.measurements.load_states import members_of
@@ -86,8 +87,8 @@ def scan_row_candidates(
 
     trials, n_tried = scan_rows(ground, candidates, try_one=try_one)
     return RowScan(
-        fit=fit, base=ground.base, trials=trials, folds=tuple(folds), groups=ground.groups, dof=dof,
-        n_columns=len(fit.columns), n_tried=n_tried * n_searches, space=space, columns=fit.columns[:, None],
+        fit=fit, base=in_order(ground.base, ground.order), trials=trials, folds=tuple(folds), groups=ground.groups,
+        dof=dof, n_columns=len(fit.columns), n_tried=n_tried * n_searches, space=space, columns=fit.columns[:, None],
         residual=fit.residual[None], bounds=fit.bounds, ground=ground, indistinct=tuple(indistinct),
     )  # fmt: skip
 

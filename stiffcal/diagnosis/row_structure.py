@@ -11,10 +11,11 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.diagnosis.folds import FoldProducts
 from stiffcal.diagnosis.judge import f_tail, rms_reduction
 from stiffcal.diagnosis.results import ResidualDependence
 from stiffcal.diagnosis.row_scan import RowScan
-from stiffcal.diagnosis.scoring import fold_products, score_variants
+from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P, LEAST_FALL, STANDARD_ERRORS
 from stiffcal.experiments.row_search import RowProblem
 
@@ -40,7 +41,7 @@ def what_rows_follow(scan: RowScan, problem: RowProblem) -> list[ResidualDepende
         rows = scan.space.rows(np.concatenate([scan.columns, curves[:, None], scan.residual[None]]))
         free = np.full(len(curves), np.inf)
         low, high = np.concatenate([scan.bounds[0], -free]), np.concatenate([scan.bounds[1], free])
-        score = score_variants([fold_products(rows, list(scan.folds))], low, high, scan.groups, scan.base)
+        score = score_variants([FoldProducts.of(rows, scan.folds)], low, high, scan.groups, scan.base)
         fall, errors = rms_reduction(before, score.heldout, score.prediction_change, scan.dof)
         residual_dof = scan.dof - scan.n_columns - len(curves)
         if residual_dof <= 0 or fall <= LEAST_FALL or errors <= STANDARD_ERRORS:

@@ -10,20 +10,13 @@ from typing import Protocol
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.base_rows import BaseRows, RowSpace, amplitude_bounds, in_order, of_folds, sorted_by_fold
 from stiffcal.diagnosis.candidates import Candidate, variants
+from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.results import AgreementWithPlaces
-from stiffcal.diagnosis.scoring import (
-    FoldProducts,
-    FoldRows,
-    Score,
-    fold_products,
-    quadratic,
-    rows_by_fold,
-    score_variants,
-    solve_within,
-)
-from stiffcal.diagnosis.thresholds import CHOICE_FOLDS, MANY_SHAPES
-from stiffcal.identification.regressors import Regressor, RegressorMaker, StoredRegressor
+from stiffcal.diagnosis.scoring import Score, score_variants
+from stiffcal.diagnosis.thresholds import MANY_SHAPES
+from stiffcal.identification.regressors import Regressor, StoredRegressor
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, ParameterRole
 
@@ -60,13 +53,6 @@ class ModelFit(Protocol):
     @property
     def noise(self) -> KnownNoise | None:
         """Noise of the readings; None where it cannot be determined."""
-
-
-class RowSpace(Protocol):
-    """Turns what was measured or predicted into independent rows of unit variance."""
-
-    def rows(self, stack: Floats) -> Floats:
-        """Return (k, m · n) whitened rows of (k, m, n), free constants eliminated."""
 
 
 @dataclass(frozen=True)
@@ -124,15 +110,28 @@ class Scan:
         """(p, m, n) of the base model's free parameters alone."""
         return self.columns[: self.n_columns]
 
+    @cached_property
+    def fold_of_row(self) -> Integers:
+        """(m · n,) fold of each whitened row."""
+        result = np.empty(self.residual.size, dtype=np.int64)
+        for number, fold in enumerate(self.folds):
+            result[fold] = number
+        return result
+
+    def by_fold(self, values: Floats) -> Floats:
+        """Return (F,) sums of values (m · n) of whitened rows over each fold."""
+        return np.bincount(self.fold_of_row, weights=values, minlength=len(self.folds)).astype(np.float64)
+
     def products(self, rows: Floats) -> Floats:
         """Return (F, k, k) inner products of rows (k, m · n) fold by fold, `columns` first, their prior included."""
         return fold_products(rows, self.folds, self.prior)
 
-    def of_folds(self, rows: Floats) -> Floats | FoldRows:
-        """Return what `score_variants` takes of rows (k + 1, m · n), `columns` first, residual last."""
+    def score_of(self, rows: Floats, low: Floats, high: Floats) -> Score:
+        """Score rows (k + 1, m · n), `columns` first, residual last, as an addition to the model within bounds (k,)."""
         order, cuts = sorted_by_fold(self.folds)
-        few = None if has_prior(self.prior) else rows_by_fold(rows[:, order], cuts)
-        return few or self.products(rows)
+        base = replace(self.base, left=replace(self.base.left, residual=self.base.left.residual[order]))
+        score = score_variants([of_folds(rows[:, order], cuts, self.prior)], low, high, self.groups, base)
+        return in_order(score, order)
 
     def drift(self) -> tuple[float, float, float]:
         """Return the residuals' drift within runs: `LackOfFit.drift`, its p-value, correlation of successive ones."""
@@ -146,126 +145,6 @@ class Scan:
         """Let go of what regressors could be made again from."""
 
 
-def choice_groups(n_folds: int) -> Integers:
-    """Deal folds into groups for the repeated choice, every n-th to the same."""
-    return np.arange(n_folds, dtype=np.int64) % min(n_folds, CHOICE_FOLDS)
-
-
-def has_prior(prior: Floats | None) -> bool:
-    """Return whether anything is known of a parameter before the data."""
-    return prior is not None and bool(prior.any())
-
-
-def sorted_by_fold(folds: Sequence[Integers]) -> tuple[Integers, list[slice]]:
-    """Return (m · n,) indices that sort whitened rows by fold, and the rows of each fold after sorting."""
-    ends = np.cumsum([len(fold) for fold in folds])
-    return np.concatenate(folds), [slice(int(e) - len(fold), int(e)) for e, fold in zip(ends, folds, strict=True)]
-
-
-@dataclass(frozen=True)
-class BaseRows:
-    """The present model's rows, sorted by fold, to which candidates are added."""
-
-    state: RegressorMaker
-    """Makes candidates' regressors about the model."""
-    space: RowSpace
-    """Whitening and free constants."""
-    rows: Floats
-    """(p, m · n) base columns, sorted by fold."""
-    residual: Floats
-    """(1, m · n) whitened residual, sorted by fold."""
-    order: Integers
-    """(m · n,) indices that sort whitened rows by fold."""
-    cuts: list[slice]
-    """The rows of each fold after sorting."""
-    inner_sum: Floats
-    """(p, p) inner products of the base columns over all folds."""
-    groups: Integers
-    """(F,) groups of folds for the repeated choice."""
-    low: Floats
-    """(p,) lower bounds of the base model's parameters."""
-    high: Floats
-    """(p,) their upper bounds."""
-    base: Score
-    """Its score."""
-    prior: Floats | None = None
-    """(p,) precision of the base columns' parameters before the data; None: none."""
-
-    @cached_property
-    def inner(self) -> Floats:
-        """(F, p, p) inner products of the base columns, by fold."""
-        return fold_products(self.rows, self.cuts, self.prior)
-
-    @classmethod
-    def of(
-        cls, state: RegressorMaker, space: RowSpace, stack: Floats, folds: Sequence[Integers], low: Floats,
-        high: Floats, prior: Floats | None = None,
-    ) -> BaseRows:  # fmt: skip
-        """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual, ``prior`` (p,) their precision."""
-        order, cuts = sorted_by_fold(folds)
-        rows = space.rows(stack)[:, order]
-        few = None if has_prior(prior) else rows_by_fold(rows, cuts)
-        whole, groups = few or FoldProducts(fold_products(rows, cuts, prior)), choice_groups(len(folds))
-        base, inner = score_variants([whole], low, high, groups), whole.total[:-1, :-1]
-        return cls(state, space, rows[:-1], rows[-1:], order, cuts, inner, groups, low, high, base, prior)
-
-    def rows_of(self, regressor: Regressor) -> Floats:
-        """Return (q + 1, m · n): the candidate's columns and what is left of the residual, sorted by fold."""
-        rows = self.space.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))[:, self.order]
-        rows[-1] = self.residual[0] - rows[-1]
-        return np.asarray(rows)
-
-    def products(self, mine: Floats) -> Floats:
-        """Return (F, k + 1, k + 1) inner products of base columns, the candidate's and the residual."""
-        p, q = len(self.rows), len(mine)
-        whole = np.concatenate([self.rows, mine])
-        result = np.empty((len(self.cuts), p + q, p + q))
-        result[:, :p, :p] = self.inner
-        for k, cut in enumerate(self.cuts):
-            result[k, :, p:] = whole[:, cut] @ mine[:, cut].T
-        result[:, p:, :p] = np.swapaxes(result[:, :p, p:], 1, 2)
-        return result
-
-    def of_folds(self, mine: Floats) -> Floats | FoldRows:
-        """Return what `score_variants` takes of base columns, the candidate's and the residual."""
-        few = None if has_prior(self.prior) else rows_by_fold(np.concatenate([self.rows, mine]), self.cuts)
-        return few or self.products(mine)
-
-    def bounds(self, regressor: Regressor) -> tuple[Floats, Floats]:
-        """Return the bounds of base and candidate."""
-        low, high = amplitude_bounds(regressor)
-        return np.concatenate([self.low, low]), np.concatenate([self.high, high])
-
-    def sum_of_squares(self, regressor: Regressor) -> float:
-        """Return the residual's whitened sum of squares with a candidate added, fitted with all poses."""
-        candidate_rows, p = self.rows_of(regressor), len(self.rows)
-        total = np.empty((p + len(candidate_rows), p + len(candidate_rows)))
-        total[:p, :p] = self.inner_sum
-        total[:p, p:], total[p:, p:] = self.rows @ candidate_rows.T, candidate_rows @ candidate_rows.T
-        total[p:, :p] = total[:p, p:].T
-        solution = solve_within(total[:-1, :-1], total[:-1, -1], *self.bounds(regressor))
-        return float(quadratic(total, solution))
-
-    def score(self, regressors: Sequence[Regressor]) -> tuple[Score, Regressor]:
-        """Score a candidate, the choice among its foremost shapes repeated in every fold; and the best of them."""
-        rows = (self.rows_of(regressor) for regressor in regressors)
-        score = score_variants(map(self.of_folds, rows), *self.bounds(regressors[0]), self.groups, self.base)
-        best = regressors[score.variant]
-        if best.fixed.any():
-            score = replace(score, prediction_change=self._prediction_change(best, score))
-        return score, best
-
-    def _prediction_change(self, regressor: Regressor, score: Score) -> Floats:
-        """Return (F,) by how much a candidate moves each pose left out, what it adds without a parameter included."""
-        candidate_rows, p = self.rows_of(regressor), len(self.rows)
-        change = score.without.copy()
-        change[:, :p] -= self.base.without
-        shift = self.residual[0] - candidate_rows[-1]
-        rows = np.concatenate([self.rows, candidate_rows[:-1]])
-        squares = [np.sum((x @ rows[:, cut] + shift[cut]) ** 2) for x, cut in zip(change, self.cuts, strict=True)]
-        return np.array(squares)
-
-
 def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     """Score several candidates as one, each at the shape that was best alone."""
     regressors = [trial.regressor for trial in trials]
@@ -275,7 +154,7 @@ def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     )
     bounds = [scan.bounds, *(amplitude_bounds(regressor) for regressor in regressors)]
     low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
-    return score_variants([scan.of_folds(rows)], low, high, scan.groups, scan.base)
+    return scan.score_of(rows, low, high)
 
 
 def scan_rows(
@@ -373,16 +252,6 @@ def _refine_nonlinear(trial: Trial, ground: BaseRows) -> Trial:
         best, spread = dict(shapes.shape), np.sqrt(spread)
     score, regressor = shapes.score()
     return Trial(trial.candidate, regressor, score, trial.n_variants + shapes.n_tried)
-
-
-def amplitude_bounds(regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
-    """Return the bounds of a candidate's amplitudes: what cannot be negative is not."""
-    low, high = [], []
-    for symbol in regressor.symbols:
-        spec = regressor.effect.spec(symbol)
-        low.append(0.0 if spec.inverse or (spec.lower >= 0.0 and spec.role is ParameterRole.AMPLITUDE) else -np.inf)
-        high.append(np.inf)
-    return np.array(low), np.array(high)
 
 
 def bounds_with(scan: Scan, regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:

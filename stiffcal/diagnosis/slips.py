@@ -17,7 +17,8 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.scoring import Score, quadratic, solve_within, without_rows
+from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
+from stiffcal.diagnosis.scoring import Score
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, TRANSLATION
@@ -106,7 +107,7 @@ def score_in_run(
     total = products.sum(axis=0)
     stretch_products = np.stack([rows[:, stretch] @ rows[:, stretch].T for stretch in stretches])
     rest = without_rows(total, stretch_products)
-    p = base.without.shape[1]
+    p = len(base.solution)
     plain = np.ix_(range(len(stretch_products)), [*range(p), total.shape[0] - 1], [*range(p), total.shape[0] - 1])
     x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper)
     y = solve_within(rest[plain][:, :-1, :-1], rest[plain][:, :-1, -1], lower[:p], upper[:p])

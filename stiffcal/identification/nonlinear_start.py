@@ -13,7 +13,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.least_squares import triangular
 from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import Observations
+from stiffcal.identification.observation import Observations, evaluate, free_columns
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -42,10 +42,13 @@ def start_nonlinear(
             continue
         other_effects = replace(robot, placed=tuple(p for k, p in enumerate(robot.placed) if k != number))
         state = Linearised.about(other_effects, data)
-        started = [
-            state.regressor(p.effect, p.place, p.shape()) for p in other_effects.placed if not lacks_nonlinear_value(p)
+        columns = [
+            column
+            for column in free_columns(other_effects)
+            if column.role is not ParameterRole.NONLINEAR
+            and not lacks_nonlinear_value(other_effects.placed[column.placed])
         ]
-        background = np.concatenate([s.columns for s in started] or [np.zeros((0, *data.measured.shape))])
+        background = np.concatenate([block.columns for block in evaluate(other_effects, data, columns)], axis=2)
         residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
         base = space.rows(np.concatenate([background, residual[None]]))
         best, least = {spec.symbol: spec.typical for spec in placed_effect.specs(ParameterRole.NONLINEAR)}, np.inf

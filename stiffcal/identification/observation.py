@@ -16,6 +16,7 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.finite_columns import check_finite
 from stiffcal.identification.readings import Observations, observe
 from stiffcal.identification.weight_columns import weight_column
+from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import cross
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.deformed_chain import unit_wrenches
@@ -131,7 +132,7 @@ def _evaluate_block(
         if column.role is ParameterRole.AMPLITUDE
     }
     if rows:
-        terms = [*loaded.terms, *geometry_terms(model, data)]
+        terms = [*loaded.terms, *geometry_terms(model.placed, model.chain, data)]
         _law_columns(model, terms, unloaded, _levers(loaded, data, terms), rows, columns_out)
     _observation_columns(model, data, displacement, columns_out, rows)
     _frame_columns(model, data, columns, loaded, columns_out)
@@ -141,10 +142,24 @@ def _evaluate_block(
     return Evaluation(block, prediction, columns_out, sensitivity)
 
 
-def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, WeightOnlyRest]:
-    """Return the robot's rest under load, and what its displacements are counted from."""
+def rests(model: CompliantRobot, data: Observations, for_memory: bool | None = None) -> tuple[Rest, WeightOnlyRest]:
+    """Return the robot's rest under load, and what its displacements are counted from.
+
+    Parameters
+    ----------
+    model : chain and effects with values.
+    data : the observations.
+    for_memory : whether laws with a memory act on this rest, which begins under weight alone; None: where the model
+        holds some.
+    """
     inputs = Inputs(data.angles, data.wrench, data.setup)
+    for_memory = model.has_memory if for_memory is None else for_memory
     try:
+        if data.absolute.all() and not (for_memory or data.order.motor_torque.any()):
+            # counted from the robot file's robot, and nothing asks for the rest under weight alone
+            inputs = replace(inputs, loaded=bool(data.wrench.any()))
+            loaded = find_rest(model, inputs, data.order, tolerance=FIT_TOLERANCE)
+            return loaded, replace(nominal_robot(model.chain, inputs), absolute=data.absolute)
         unloaded = rest_under_weight(model, inputs, FIT_TOLERANCE, data.order)
         loaded = find_rest(model, inputs, data.order, unloaded.wrench, unloaded.displacement, FIT_TOLERANCE)
     except NoBalanceError as error:
@@ -231,19 +246,23 @@ def _levers(
     return {key: lever_of(loaded, data, *key) for key in components}
 
 
-def geometry_terms(model: CompliantRobot, data: Observations) -> list[tuple[PlacedEffect, Term]]:
+def geometry_terms(placed: Sequence[PlacedEffect], chain: Chain, data: Observations) -> list[tuple[PlacedEffect, Term]]:
     """Return how the parameters of the geometry move the nodes outboard of them; nothing where displacements count.
 
     A displacement depends on the geometry by its square alone: both of its ends move with it.
+
+    Parameters
+    ----------
+    placed : the effects; shape parameters have their values or typical ones.
+    chain : as the robot file describes it.
+    data : the observations.
     """
     if not data.absolute.any():
         return []
     return [
         (placed_effect, replace(term, value=np.where(data.absolute, term.value, 0.0)))
-        for placed_effect in model.placed
-        for term in placed_effect.effect.geometry_terms(
-            placed_effect.place, model.chain, data.angles, placed_effect.shape()
-        )
+        for placed_effect in placed
+        for term in placed_effect.effect.geometry_terms(placed_effect.place, chain, data.angles, placed_effect.shape())
     ]
 
 

@@ -92,6 +92,16 @@ class Projection:
             white[:, :, states] = own.reshape(n_runs, k, m, -1).transpose(1, 2, 0, 3).reshape(k, m, -1)
         return np.asarray(white.reshape(k, -1))
 
+    def unwhitened(self, rows: Floats) -> Floats:
+        """Return (m, n) displacements, run offsets taken out, of whitened rows (m · n); 0 where none was measured."""
+        white, lower = rows.reshape(self.data.measured.shape), self.whitening.lower
+        if lower is None:
+            scale = self.whitening.scale
+            return np.where(scale > 0.0, white / np.where(scale > 0.0, scale, 1.0), 0.0)
+        factor = np.moveaxis(lower, -1, 0) + np.apply_along_axis(np.diag, 1, (~self.data.measured_mask).T.astype(float))
+        white = np.where(self.data.measured_mask, white, 0.0)
+        return np.asarray(np.linalg.solve(factor, white.T[..., None])[..., 0].T)
+
 
 def _offsets(
     data: Observations, whitening: Whitening, edges: Integers, counts: Integers

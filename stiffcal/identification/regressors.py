@@ -17,6 +17,7 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.load_scale import is_proportional
 from stiffcal.identification.observation import (
     Observations,
+    geometry_terms,
     held_by_bent_chain,
     lever_of,
     observed_displacement,
@@ -82,7 +83,7 @@ class Linearised:
     @classmethod
     def about(cls, robot: CompliantRobot, data: Observations) -> Linearised:
         """Find the rests of a robot in all states."""
-        loaded, unloaded = rests(robot, data)
+        loaded, unloaded = rests(robot, data, for_memory=True)
         data = held_by_bent_chain(robot, data, unloaded)
         displacement = observed_displacement(robot, data, loaded, unloaded)
         return cls(robot, data, loaded, unloaded, displacement, predicted_rows(data, displacement, loaded, unloaded))
@@ -127,6 +128,10 @@ class Linearised:
             lever = self.lever(term.node, term.component)
             if lever is not None:
                 add(term.symbol, -lever * term.value)
+        for _, term in geometry_terms([PlacedEffect(effect, place, shape)], chain, data):
+            lever = self.lever(term.node, term.component)
+            if lever is not None:
+                add(term.symbol, lever * term.value)
         observed = Observed(self.displacement, data.order, data.layout.held)
         for symbol, column in effect.observation_columns(place, observed, shape).items():
             add(symbol, data.layout.of_targets(column))

@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import process_time
@@ -58,6 +59,16 @@ position = ["X", "Y", "Z"]
 rotvec = ["RX", "RY", "RZ"]
 units = { position = "mm", rotation = "rad" }
 """
+PLACES = """[sources.table.pose]
+frame = "tracker"
+body = "tool"
+position = ["X", "Y", "Z"]
+units = { position = "mm" }
+sigma = { position = 0.015 }
+[[runs]]
+id = "poses"
+experiment = "absolute"
+"""
 TOOL_M = (0.06, -0.04, 0.2)
 
 
@@ -82,7 +93,19 @@ def make_pose_campaign(folder: Path, n_rows: int) -> Path:
     return _written(folder, text + POSE, n_rows, 1)
 
 
-def _written(folder: Path, manifest: str, n_runs: int, per_run: int) -> Path:
+def make_place_campaign(folder: Path, n_rows: int) -> Path:
+    """Write a table of absolute places without orientation, as of a tracker; two joints' angles err by a sine."""
+    text = MANIFEST.format(tracker="estimate = true", tool="estimate = true", run='""').replace('run = ""\n', "")
+    errors = [
+        PlacedEffect(find_effects()["joint-eccentricity"], Place("joints", (joint,)), {"a": a, "b": -a, "order": order})
+        for joint, a, order in ((2, 1e-4, 2.0), (3, 2e-4, 1.0))
+    ]
+    return _written(folder, text + PLACES, n_rows, 1, errors)
+
+
+def _written(
+    folder: Path, manifest: str, n_runs: int, per_run: int, more_effects: Sequence[PlacedEffect] = ()
+) -> Path:
     folder.mkdir()
     (folder / "campaign.toml").write_text(manifest, "utf-8")
     (folder / "robot.toml").write_text(bundled_robot("irb4400"), "utf-8")
@@ -99,6 +122,7 @@ def _written(folder: Path, manifest: str, n_runs: int, per_run: int) -> Path:
     play = effects["backlash"]
     typical = {spec.symbol: spec.typical for spec in play.parameters}
     placed.append(PlacedEffect(play, Place("joints", (4,)), typical))
+    placed += more_effects
     tool = Attachment(chain.n_joints + 1, shifted(*TOOL_M))
     setup = MeasurementSetup(Attachment(0, np.eye(4)), tool, (tool,), ("tool",), True, np.eye(4))
     balance = solve_balance(CompliantRobot(chain, tuple(placed)), chain.model_angles(joints), wrench, setup)

@@ -10,9 +10,10 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.explained import explained_share, predictive_squares
+from stiffcal.diagnosis.folds import FoldProducts
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.scan import Scan
-from stiffcal.diagnosis.scoring import fold_products, score_variants
+from stiffcal.diagnosis.scoring import score_variants
 
 FOLDS, PER_FOLD = 8, 12
 
@@ -30,7 +31,7 @@ def scan_of(columns: Floats, values: Floats) -> Scan:
     solution = np.linalg.lstsq(columns.T, values, rcond=None)[0]
     residual = values - solution @ columns
     bound = np.full(len(columns), np.inf)
-    products = fold_products(np.concatenate([columns, residual[None]]), folds)
+    products = FoldProducts.of(np.concatenate([columns, residual[None]]), folds)
     groups = np.arange(FOLDS)
     base = score_variants([products], -bound, bound, groups)
     fit = cast(Any, SimpleNamespace(noise=SimpleNamespace(dof=np.inf, source="repeats"), robot=None))

@@ -7,7 +7,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-import stiffcal.diagnosis.scoring
+import stiffcal.diagnosis.folds
 import stiffcal.identification.least_squares
 import stiffcal.identification.projection
 import stiffcal.identification.regressors
@@ -52,7 +52,7 @@ def test_a_diagnosis_is_the_same_when_signatures_are_not_kept(monkeypatch: pytes
     monkeypatch.setattr(stiffcal.identification.regressors, "MOST_KEPT", 0)
     monkeypatch.setattr(stiffcal.identification.projection, "NUMBERS_AT_ONCE", 3000)
     monkeypatch.setattr(stiffcal.identification.least_squares, "NUMBERS_AT_ONCE", 3000)
-    monkeypatch.setattr(stiffcal.diagnosis.scoring, "NUMBERS_AT_ONCE", 200)
+    monkeypatch.setattr(stiffcal.diagnosis.folds, "NUMBERS_AT_ONCE", 200)
     pieces = search_missing(states, robot, catalogue)
     assert all(isinstance(trial.regressor, StoredRegressor) for trial in pieces.first.trials)
     expected, found = diagnosis_result(states, whole), diagnosis_result(states, pieces)

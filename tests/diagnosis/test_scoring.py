@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from stiffcal.diagnosis.scoring import fold_products, quadratic, score_variants, solve_within, without_rows
+from stiffcal.diagnosis.folds import FoldProducts, fold_products
+from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
+from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import score_in_run
 
 
@@ -35,13 +37,16 @@ def test_leaving_folds_out_equals_refitting() -> None:
     rng = np.random.default_rng(1)
     rows = rng.normal(size=(4, 120))
     folds = [np.arange(k, 120, 6) for k in range(6)]
-    score = score_variants([fold_products(rows, folds)], np.full(3, -np.inf), np.full(3, np.inf), np.arange(6))
+    score = score_variants([FoldProducts.of(rows, folds)], np.full(3, -np.inf), np.full(3, np.inf), np.arange(6))
     for number, fold in enumerate(folds):
         rest = np.setdiff1d(np.arange(120), fold)
         x, *_ = np.linalg.lstsq(rows[:3, rest].T, rows[3, rest], rcond=None)
         left = rows[3, fold] - x @ rows[:3, fold]
         assert score.heldout[number] == pytest.approx(float(left @ left), rel=1e-6)
-        assert np.allclose(score.without[number], x, rtol=1e-6)
+        assert score.left.without is not None
+        assert np.allclose(score.left.without[number], x, rtol=1e-6)
+        assert np.allclose(score.left.residual[fold], left, rtol=1e-6)
+        assert score.left.rest[number] == pytest.approx(float(np.sum((rows[3, rest] - x @ rows[:3, rest]) ** 2)))
     assert np.allclose(np.diagonal(score.nested), score.heldout, rtol=1e-6)
 
 
@@ -53,7 +58,7 @@ def test_the_shape_is_chosen_without_the_fold_it_is_judged_on() -> None:
     folds = [np.arange(30), np.arange(30, 60), np.arange(60, 90)]
     tempting = rng.normal(size=90)
     tempting[:30] = residual[:30]  # perfect on the first fold, useless elsewhere
-    products = [fold_products(np.stack([column, residual]), folds) for column in (truth, tempting)]
+    products = [FoldProducts.of(np.stack([column, residual]), folds) for column in (truth, tempting)]
     score = score_variants(products, np.array([-np.inf]), np.array([np.inf]), np.arange(3))
     assert score.variant == 0
     assert score.heldout[0] == pytest.approx(float(noise[:30] @ noise[:30]), rel=0.2)
@@ -77,7 +82,7 @@ def test_columns_whose_rows_are_all_left_out_are_zero() -> None:
     assert np.all(without_rows(shuffled, products.sum(axis=0)) == 0.0)
     some = without_rows(shuffled, products[0])
     assert np.allclose(some, products[1] + products[2], rtol=1e-12)
-    score = score_variants([products[:2]], np.zeros(3), np.full(3, np.inf), np.arange(2))
+    score = score_variants([FoldProducts(products[:2], rows, folds[:2])], np.zeros(3), np.full(3, np.inf), np.arange(2))
     # both left out: nothing is known, and the residual of either is what it was
     assert score.nested[0, 1] == pytest.approx(products[1, -1, -1])
     assert score.nested[1, 0] == pytest.approx(products[0, -1, -1])
@@ -95,8 +100,8 @@ def test_a_slip_changes_its_pose_in_every_repeated_choice_alike() -> None:
     open_below, open_above = np.full(4, -np.inf), np.full(4, np.inf)
     products, groups = fold_products(rows, folds), np.arange(4)
     plain = products[:, [0, 1, 2, 4]][:, :, [0, 1, 2, 4]]
-    base = score_variants([plain], open_below[:3], open_above[:3], groups)
-    score = score_variants([products], open_below, open_above, groups, base)
+    base = score_variants([FoldProducts(plain, rows[[0, 1, 2, 4]], folds)], open_below[:3], open_above[:3], groups)
+    score = score_variants([FoldProducts(products, rows, folds)], open_below, open_above, groups, base)
     stretches = np.split(folds[2], 3)
     judged = score_in_run(score, base, products, rows, stretches, 2, groups, open_below, open_above)
     np.testing.assert_allclose(judged.nested[:, 2] - score.nested[:, 2], judged.heldout[2] - score.heldout[2])

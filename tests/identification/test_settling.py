@@ -7,7 +7,7 @@ import pytest
 
 from stiffcal import bounded_least_squares
 from stiffcal.bounded_least_squares import least_squares_within
-from stiffcal.diagnosis import scoring
+from stiffcal.diagnosis import normal_equations
 from stiffcal.diagnosis.choosing import first_least
 from stiffcal.errors import InputError
 from stiffcal.identification import dual_form, gauss_newton, variance_components
@@ -54,9 +54,9 @@ def test_bounded_least_squares_that_do_not_settle_are_errors(monkeypatch: pytest
     monkeypatch.setattr(bounded_least_squares, "MOST_EXCHANGES", -len(zero))  # as many more come with the unknowns
     with pytest.raises(InputError, match="with 4 unknowns do not converge"):
         least_squares_within(design, wanted, zero, zero + np.inf)
-    monkeypatch.setattr(scoring, "PIVOTS", 0)
+    monkeypatch.setattr(normal_equations, "PIVOTS", 0)
     with pytest.raises(InputError, match="with 4 unknowns do not converge"):
-        scoring.solve_within(design, wanted, zero, zero + np.inf)
+        normal_equations.solve_within(design, wanted, zero, zero + np.inf)
 
 
 @pytest.mark.parametrize("pivots", [0, 6])
@@ -66,8 +66,8 @@ def test_pivots_that_do_not_end_are_left_to_the_active_set(pivots: int, monkeypa
     columns, wanted = rng.normal(size=(20, 40, 5)), rng.normal(size=(20, 40))
     normal, right = np.swapaxes(columns, 1, 2) @ columns, np.einsum("bnk,bn->bk", columns, wanted)
     zero = np.zeros(5)
-    monkeypatch.setattr(scoring, "PIVOTS", pivots)
-    found = scoring.solve_within(normal, right, zero, zero + np.inf)
+    monkeypatch.setattr(normal_equations, "PIVOTS", pivots)
+    found = normal_equations.solve_within(normal, right, zero, zero + np.inf)
     for design, aim, x in zip(columns, wanted, found, strict=True):
         best, _ = least_squares_within(design, aim, zero, zero + np.inf)
         assert x == pytest.approx(best, rel=1e-8, abs=1e-9)

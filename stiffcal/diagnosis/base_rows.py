@@ -1,0 +1,177 @@
+"""The present model's whitened rows, fold after fold, to which candidates are added."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.few_rows import AddedColumns, FewRows
+from stiffcal.diagnosis.folds import FoldProducts, fold_products
+from stiffcal.diagnosis.normal_equations import quadratic, solve_within
+from stiffcal.diagnosis.scoring import Score, score_variants
+from stiffcal.diagnosis.thresholds import CHOICE_FOLDS
+from stiffcal.identification.regressors import Regressor, RegressorMaker, StoredRegressor
+from stiffcal.model.effect import ParameterRole
+
+
+class RowSpace(Protocol):
+    """Turns what was measured or predicted into independent rows of unit variance."""
+
+    def rows(self, stack: Floats) -> Floats:
+        """Return (k, m · n) whitened rows of (k, m, n), free constants eliminated."""
+
+
+def choice_groups(n_folds: int) -> Integers:
+    """Deal folds into groups for the repeated choice, every n-th to the same."""
+    return np.arange(n_folds, dtype=np.int64) % min(n_folds, CHOICE_FOLDS)
+
+
+def has_prior(prior: Floats | None) -> bool:
+    """Return whether anything is known of a parameter before the data."""
+    return prior is not None and bool(prior.any())
+
+
+def sorted_by_fold(folds: Sequence[Integers]) -> tuple[Integers, list[slice]]:
+    """Return (m · n,) indices that sort whitened rows by fold, and the rows of each fold after sorting."""
+    ends = np.cumsum([len(fold) for fold in folds])
+    return np.concatenate(folds), [slice(int(e) - len(fold), int(e)) for e, fold in zip(ends, folds, strict=True)]
+
+
+def of_folds(
+    rows: Floats, cuts: Sequence[slice], prior: Floats | None, few: FewRows | None = None
+) -> FoldProducts | AddedColumns:
+    """Return what `score_variants` takes of rows (k + 1, m · n), sorted by fold, residual last.
+
+    Parameters
+    ----------
+    cuts : the rows of each fold.
+    prior : as in `fold_products`, which folds of few rows do not take.
+    few : the first of these rows, where they are prepared already.
+    """
+    if few is None and not has_prior(prior):
+        few = FewRows.of(rows[:-1], cuts)
+    if few is None:
+        return FoldProducts.of(rows, cuts, prior)
+    return AddedColumns(few, np.ascontiguousarray(rows[few.columns.shape[1] :].T))
+
+
+def in_order(score: Score, order: Integers) -> Score:
+    """Return the score of rows that were sorted, its own rows in the order before."""
+    residual = np.empty_like(score.left.residual)
+    residual[order] = score.left.residual
+    return replace(score, left=replace(score.left, residual=residual))
+
+
+def amplitude_bounds(regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
+    """Return the bounds of a candidate's amplitudes: what cannot be negative is not."""
+    low, high = [], []
+    for symbol in regressor.symbols:
+        spec = regressor.effect.spec(symbol)
+        low.append(0.0 if spec.inverse or (spec.lower >= 0.0 and spec.role is ParameterRole.AMPLITUDE) else -np.inf)
+        high.append(np.inf)
+    return np.array(low), np.array(high)
+
+
+@dataclass(frozen=True)
+class BaseRows:
+    """The present model's rows, sorted by fold, to which candidates are added."""
+
+    state: RegressorMaker
+    """Makes candidates' regressors about the model."""
+    space: RowSpace
+    """Whitening and free constants."""
+    rows: Floats
+    """(p, m · n) base columns, sorted by fold."""
+    residual: Floats
+    """(1, m · n) whitened residual, sorted by fold."""
+    order: Integers
+    """(m · n,) indices that sort whitened rows by fold."""
+    cuts: list[slice]
+    """The rows of each fold after sorting."""
+    inner_sum: Floats
+    """(p, p) inner products of the base columns over all folds."""
+    groups: Integers
+    """(F,) groups of folds for the repeated choice."""
+    low: Floats
+    """(p,) lower bounds of the base model's parameters."""
+    high: Floats
+    """(p,) their upper bounds."""
+    base: Score
+    """Its score, of the sorted rows."""
+    prior: Floats | None = None
+    """(p,) precision of the base columns' parameters before the data; None: none."""
+
+    few: FewRows | None = None
+    """The base columns, where folds have few rows."""
+
+    @cached_property
+    def inner(self) -> Floats:
+        """(F, p, p) inner products of the base columns, by fold."""
+        return fold_products(self.rows, self.cuts, self.prior)
+
+    @classmethod
+    def of(
+        cls, state: RegressorMaker, space: RowSpace, stack: Floats, folds: Sequence[Integers], low: Floats,
+        high: Floats, prior: Floats | None = None,
+    ) -> BaseRows:  # fmt: skip
+        """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual, ``prior`` (p,) their precision."""
+        order, cuts = sorted_by_fold(folds)
+        rows = space.rows(stack)[:, order]
+        whole, groups = of_folds(rows, cuts, prior), choice_groups(len(folds))
+        base, inner = score_variants([whole], low, high, groups), whole.total[:-1, :-1]
+        few = whole.base if isinstance(whole, AddedColumns) else None
+        return cls(state, space, rows[:-1], rows[-1:], order, cuts, inner, groups, low, high, base, prior, few)
+
+    def rows_of(self, regressor: Regressor) -> Floats:
+        """Return (q + 1, m · n): the candidate's columns and what is left of the residual, sorted by fold."""
+        rows = self.space.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))[:, self.order]
+        rows[-1] = self.residual[0] - rows[-1]
+        return np.asarray(rows)
+
+    def products(self, mine: Floats) -> Floats:
+        """Return (F, k + 1, k + 1) inner products of base columns, the candidate's and the residual."""
+        p, q = len(self.rows), len(mine)
+        whole = np.concatenate([self.rows, mine])
+        result = np.empty((len(self.cuts), p + q, p + q))
+        result[:, :p, :p] = self.inner
+        for k, cut in enumerate(self.cuts):
+            result[k, :, p:] = whole[:, cut] @ mine[:, cut].T
+        result[:, p:, :p] = np.swapaxes(result[:, :p, p:], 1, 2)
+        return result
+
+    def of_folds(self, mine: Floats) -> FoldProducts | AddedColumns:
+        """Return what `score_variants` takes of base columns, the candidate's and the residual."""
+        if self.few is not None:
+            return AddedColumns(self.few, np.ascontiguousarray(mine.T))
+        return FoldProducts(self.products(mine), np.concatenate([self.rows, mine]), self.cuts)
+
+    def bounds(self, regressor: Regressor) -> tuple[Floats, Floats]:
+        """Return the bounds of base and candidate."""
+        low, high = amplitude_bounds(regressor)
+        return np.concatenate([self.low, low]), np.concatenate([self.high, high])
+
+    def sum_of_squares(self, regressor: Regressor) -> float:
+        """Return the residual's whitened sum of squares with a candidate added, fitted with all poses."""
+        candidate_rows, p = self.rows_of(regressor), len(self.rows)
+        total = np.empty((p + len(candidate_rows), p + len(candidate_rows)))
+        total[:p, :p] = self.inner_sum
+        total[:p, p:], total[p:, p:] = self.rows @ candidate_rows.T, candidate_rows @ candidate_rows.T
+        total[p:, :p] = total[:p, p:].T
+        solution = solve_within(total[:-1, :-1], total[:-1, -1], *self.bounds(regressor))
+        return float(quadratic(total, solution))
+
+    def score(self, regressors: Sequence[Regressor]) -> tuple[Score, Regressor]:
+        """Score a candidate, the choice among its foremost shapes repeated in every fold; and the best of them."""
+        rows = (self.rows_of(regressor) for regressor in regressors)
+        score = score_variants(map(self.of_folds, rows), *self.bounds(regressors[0]), self.groups, self.base)
+        best = regressors[score.variant]
+        if best.fixed.any():
+            # what it adds without a parameter moves a pose left out too
+            moved = (self.base.left.residual - score.left.residual) ** 2
+            score = replace(score, prediction_change=np.array([moved[cut].sum() for cut in self.cuts]))
+        return in_order(score, self.order), best

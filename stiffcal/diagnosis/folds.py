@@ -1,0 +1,112 @@
+"""Poses (folds) left out of the fit in turn, from their inner products.
+
+Leaving folds out is subtraction of their inner products, refitting is one small solve, and the error on what was left
+out is a quadratic form. Folds of few rows each are cheaper still (`few_rows`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
+
+# Numbers of the matrices that one batched solve works on: 32 MB, of which it makes a handful of copies.
+NUMBERS_AT_ONCE = 1 << 22
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """What the fits without each fold leave."""
+
+    residual: Floats
+    """(N,) residual of each row, by the fit without its fold."""
+    rest: Floats
+    """(F,) squares of all other folds, by the same fit."""
+    without: Floats | None = None
+    """(F, k) the parameters of these fits; None where folds have few rows, whose number is that of the readings."""
+
+
+def fold_products(rows: Floats, folds: Sequence[Integers | slice], prior: Floats | None = None) -> Floats:
+    """Return (F, k, k) inner products of rows (k, m · n), fold by fold.
+
+    ``prior`` (p,) is the precision of the first p columns' parameters before the data, about zero: each fold holds an
+    equal part of it, as if every pose brought a reading of them.
+    """
+    products = np.stack([rows[:, fold] @ rows[:, fold].T for fold in folds])
+    if prior is not None:
+        first = np.arange(len(prior))
+        products[:, first, first] += prior / len(folds)
+    return products
+
+
+@dataclass(frozen=True)
+class FoldProducts:
+    """Folds of many rows each, by their inner products."""
+
+    each: Floats
+    """(F, k + 1, k + 1) residual last."""
+    rows: Floats
+    """(k + 1, N) the rows behind them."""
+    folds: Sequence[Integers | slice]
+    """F positions in the rows."""
+
+    @classmethod
+    def of(cls, rows: Floats, folds: Sequence[Integers | slice], prior: Floats | None = None) -> FoldProducts:
+        """Prepare rows (k + 1, N), residual last; ``prior`` as in `fold_products`."""
+        return cls(fold_products(rows, folds, prior), rows, folds)
+
+    @cached_property
+    def total(self) -> Floats:
+        """(k + 1, k + 1) of all folds."""
+        return np.asarray(self.each.sum(axis=0))
+
+    def left_out(self, lower: Floats, upper: Floats, near: Floats) -> tuple[LeftOut, Floats]:
+        """Leave each fold out in turn; return what is left and (F,) its squares in what was left out.
+
+        Parameters
+        ----------
+        lower, upper : (k,) bounds. near : (k,) the solution with all folds.
+        """
+        without, rest = solve_folds(self.total, self.each, lower, upper, near)
+        residual = np.zeros(self.rows.shape[1])
+        for x, fold in zip(without, self.folds, strict=True):
+            residual[fold] = self.rows[-1, fold] - x @ self.rows[:-1, fold]
+        return LeftOut(residual, rest, without), quadratic(self.each, without)
+
+    def moved(self, left: LeftOut, base: LeftOut) -> Floats:
+        """Return (F,) squares by which the prediction of each fold left out differs from that of the base model."""
+        if left.without is None or base.without is None:
+            squares = (base.residual - left.residual) ** 2
+            return np.array([squares[fold].sum() for fold in self.folds])
+        change = left.without.copy()
+        change[:, : base.without.shape[1]] -= base.without
+        moved = (self.each[:, :-1, :-1] @ change[..., None])[..., 0]
+        return np.asarray(np.einsum("fk,fk->f", change, moved))
+
+    def grouped(self, groups: Integers) -> Floats:
+        """Return (G, k + 1, k + 1) of groups of folds."""
+        member = (groups[None, :] == np.arange(int(groups.max()) + 1)[:, None]).astype(np.float64)
+        return np.asarray((member @ self.each.reshape(len(self.each), -1)).reshape(-1, *self.each.shape[1:]))
+
+
+def solve_folds(total: Floats, folds: Floats, lower: Floats, upper: Floats, near: Floats) -> tuple[Floats, Floats]:
+    """Return (F, k) parameters with each fold left out, and (F,) the squares that they leave of the rest.
+
+    Parameters
+    ----------
+    total : (k + 1, k + 1) inner products of all folds, residual last. folds : (F, k + 1, k + 1) of each.
+    lower, upper : (k,) bounds. near : (k,) the solution with all folds.
+    """
+    solutions, training = np.empty((len(folds), len(near))), np.empty(len(folds))
+    step = max(1, NUMBERS_AT_ONCE // total.size)
+    for start in range(0, len(folds), step):
+        batch = slice(start, start + step)
+        rest = without_rows(total, folds[batch])
+        solutions[batch] = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper, near)
+        training[batch] = quadratic(rest, solutions[batch])
+    return solutions, training
