@@ -103,9 +103,7 @@ def make_place_campaign(folder: Path, n_rows: int) -> Path:
     return _written(folder, text + PLACES, n_rows, 1, errors)
 
 
-def _written(
-    folder: Path, manifest: str, n_runs: int, per_run: int, more_effects: Sequence[PlacedEffect] = ()
-) -> Path:
+def _written(folder: Path, manifest: str, n_runs: int, per_run: int, more_effects: Sequence[PlacedEffect] = ()) -> Path:
     folder.mkdir()
     (folder / "campaign.toml").write_text(manifest, "utf-8")
     (folder / "robot.toml").write_text(bundled_robot("irb4400"), "utf-8")

@@ -14,8 +14,11 @@ import stiffcal.identification.regressors
 from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.search import search_missing
+from stiffcal.diagnosis.search_context import LoadSearchContext
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.effects.joint_compliance import JointCompliance
+from stiffcal.effects.link_geometry import LinkGeometry
+from stiffcal.identification.identify import Settings, fit_problem, identify_parameters
 from stiffcal.identification.least_squares import triangular, triangular_of_rows
 from stiffcal.identification.regressors import StoredRegressor
 from stiffcal.measurements.load_states import LoadStates, Sigma
@@ -23,6 +26,7 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.validation.heldout import factors_without_each
+from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
@@ -119,3 +123,20 @@ def test_a_factor_of_many_rows_is_made_piece_by_piece(monkeypatch: pytest.Monkey
     monkeypatch.setattr(stiffcal.identification.least_squares, "NUMBERS_AT_ONCE", 50)
     found = triangular_of_rows(rows)
     assert np.allclose(found.T @ found, rows @ rows.T, rtol=1e-12, atol=1e-12)
+
+
+def test_what_a_look_keeps_of_a_candidate_is_bounded_by_the_poses() -> None:
+    """Six numbers of eight bytes a pose, and what does not grow; regressors, which have a limit of their own, apart."""
+    chain, n = six_axes(), 1000
+    true = CompliantRobot(chain, tuple(on_all_joints(JointCompliance(), 6, [{"c": 1e-6} for _ in range(6)])))
+    states = measured_by(true, absolute_states(chain, n, 1), 2)
+    model = CompliantRobot(chain, (*on_all_joints(JointCompliance(), 6), *on_all_joints(LinkGeometry(), 6)))
+    bench = LoadSearchContext(states, fit_problem(states, model), find_effects(), Settings())
+    fit = bench.fit(model)
+    scan = bench.scan(fit, bench.candidates(fit.robot)[0])
+    assert len(scan.trials) > 50
+    for trial in scan.trials:
+        left, score = trial.score.left, trial.score
+        assert left.without is None
+        kept = (left.residual, left.rest, score.heldout, score.prediction_change, score.nested, score.normal)
+        assert sum(array.nbytes for array in kept) < 64 * n + 50_000

@@ -22,7 +22,11 @@ PLACES = {
     "bearing-tilt": Place("joints", (3,)),
     "link-beam": Place("links", link="swing"),
     "joint-translation": Place("joints", (2,)),
+    "joint-eccentricity": Place("joints", (2,)),
+    "joint-offset": Place("joints", (3,)),
+    "link-geometry": Place("joints", (4,)),
 }
+SHAPES = {"joint-eccentricity": {"order": 2.0}}
 
 
 @pytest.fixture(scope="module")
@@ -40,15 +44,15 @@ def test_candidates_columns_are_differences_of_the_whole_balance(
     name: str, at_hand: tuple[CompliantRobot, Observations]
 ) -> None:
     robot, data = at_hand
-    effect, place = built_in_effects()[name], PLACES[name]
+    effect, place, shape = built_in_effects()[name], PLACES[name], SHAPES.get(name, {})
     state = Linearised.about(robot, data)
-    regressor = state.regressor(effect, place, {})
+    regressor = state.regressor(effect, place, shape)
     assert regressor.symbols
     rounding = 1e-9 * float(np.abs(regressor.columns).max())
     for symbol, column in zip(regressor.symbols, regressor.columns, strict=True):
         step = 1e-2 * effect.spec(symbol).amplitude_of(effect.spec(symbol).typical)
         value = effect.spec(symbol).value_of(step)
-        gives = replace(robot, placed=(*robot.placed, PlacedEffect(effect, place, {symbol: value})))
+        gives = replace(robot, placed=(*robot.placed, PlacedEffect(effect, place, {**shape, symbol: value})))
         moved = Linearised.about(gives, data).predicted
         difference = (moved - state.predicted) / step
         # sag of the balance is of second order: a per cent of what a robot gives

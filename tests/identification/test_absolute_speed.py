@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import time
 import tracemalloc
+from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
+import stiffcal.identification.observation
+import stiffcal.model.equilibrium
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.equilibrium import Rest, find_rest
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 
@@ -73,6 +78,24 @@ def seconds(n: int) -> float:
 @pytest.mark.parametrize("n", list(LIMIT_S))
 def test_processor_seconds(n: int) -> None:
     assert seconds(n) < LIMIT_S[n]
+
+
+def test_orders_of_eccentricities_are_found_without_a_balance_for_every_parameter(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """48 parameters without values: by difference of balances their derivatives took 534 of these."""
+    balances = []
+
+    def counted(*arguments: Any, **named: Any) -> Rest:
+        balances.append(arguments)
+        return find_rest(*arguments, **named)
+
+    monkeypatch.setattr(stiffcal.identification.observation, "find_rest", counted)
+    monkeypatch.setattr(stiffcal.model.equilibrium, "find_rest", counted)
+    states, model = campaign(200)
+    fit = identify_parameters(states, replace(model, placed=tuple(replace(p, values={}) for p in model.placed)))
+    assert len(balances) < 80
+    assert {p.value for p in fit.parameters if p.name.endswith(".order")} == {1.0}
 
 
 def test_seconds_grow_with_the_number_of_poses() -> None:
