@@ -23,7 +23,7 @@ CALLS = {
     "step_speed": ("main()", "main(300, 500, 1)"),
     "cost": ("main()", "main(400, 200, 400)"),
 }
-LONG = ("batch_speed", "ingest_speed", "plan_cost")
+LONG = ("batch_speed", "ingest_speed", "plan_cost", "absolute_cost")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
