@@ -2,25 +2,26 @@
 
 Joint angles and places have to meet, but for the tracker's place and the targets' on their bodies, which are fitted to
 the rows so that a few wrong ones do not count (iteratively reweighted least squares with the weights of Geman and
-McClure 1985). Where no row meets, the single change of the whole table that makes them meet is looked for: the sign or
-the zero of a joint, the unit of all places, places some rows too high or too low. Where most rows meet, those that do
-not are looked at one by one: another unit, exchanged targets, angles of another row. Nothing is corrected.
+McClure 1985). Where no row meets, exchanged targets or another unit of many rows are looked for, then the single change
+of the whole table that makes them meet: the sign or the zero of a joint, the unit of all places, places some rows too
+high or too low. Where most rows meet, those that do not are looked at one by one: another unit, exchanged targets,
+angles of another row. Nothing is corrected.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import permutations
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.arrays import Integers
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.reduction.faults_of_rows import LENGTH_FACTORS, OTHER_UNIT, exchanged_rows, rows_in_another_unit
+from stiffcal.reduction.met_places import Met, Places, meet, meets, misses, orders, places_of
 
 MANIFEST = "campaign.toml"
 # An uncalibrated robot misses by millimetres: below this a table as a whole is not doubted.
@@ -29,73 +30,17 @@ DOUBTED_M = 5e-3
 MUCH_BETTER = 0.3
 # Changes that leave no more than so many times the least explain it alike.
 AS_GOOD = 1.5
-# A row that misses by so many times the usual distance, and by no less than this, is none of the others' kind …
-FAR, FAR_M = 12.0, 5e-3
-# … and one that meets with a change comes within so many times the usual distance, or this.
-MEETS, MEETS_M = 4.0, 2e-3
 # More rows than this share are no mistakes of single rows.
 MOST_WRONG = 0.25
 # Fewer rows than this do not determine the frames well enough to doubt one.
 LEAST_ROWS = 10
 # Of more rows so many are looked at for a change of the whole table.
 MOST_ROWS = 300
-ROUNDS = 40
 MOST_NAMED = 4
 # By so many rows at most the places of a table are taken to be moved against the joint angles.
 MOST_ROWS_MOVED = 3
-LENGTH_FACTORS = {
-    1e-3: "a thousand times too large",
-    1e3: "a thousand times too small",
-    1e-1: "ten times too large",
-    1e1: "ten times too small",
-    1e-2: "a hundred times too large",
-    1e2: "a hundred times too small",
-    25.4: "in inches",
-    1.0 / 25.4: "in millimetres",
-}
 ANGLE_FACTORS = {np.pi / 180.0: "degrees", 180.0 / np.pi: "radians"}
-# Of a single row, the unit that the others have.
-OTHER_UNIT = {25.4: " where the others are in millimetres", 1.0 / 25.4: " where the others are in inches"}
 TURNS = {np.pi / 2: "90°", -np.pi / 2: "−90°", np.pi: "180°"}
-
-
-@dataclass(frozen=True)
-class _Places:
-    """Rows in which at least one target was measured."""
-
-    measured: Floats
-    """(n, B, 3) m; NaN where a target was not measured."""
-    position: Floats
-    """(n, B, 3) m, of the bodies that carry the targets, base axes."""
-    rotation: Floats
-    """(n, B, 3, 3) base_from_body."""
-    offset: Floats
-    """(B, 3) m, of the targets on their bodies, as the manifest has them."""
-
-    def at(self, rows: Integers | Booleans) -> _Places:
-        """Return some rows."""
-        return replace(self, measured=self.measured[rows], position=self.position[rows], rotation=self.rotation[rows])
-
-
-@dataclass(frozen=True)
-class _Met:
-    """Frames with which most rows meet."""
-
-    turn: Floats
-    """(3, 3) base from the axes of the places."""
-    shift: Floats
-    """(3,) m."""
-    offset: Floats
-    """(B, 3) m, of the targets on their bodies."""
-
-    def distance(self, places: _Places) -> Floats:
-        """Return (n, B) m from where kinematics puts the targets; NaN where one was not measured."""
-        expected = places.position + np.einsum("nbij,bj->nbi", places.rotation, self.offset)
-        return np.asarray(np.linalg.norm(places.measured @ self.turn.T + self.shift - expected, axis=2))
-
-    def usual(self, places: _Places) -> float:
-        """Return the median distance, m."""
-        return float(np.nanmedian(self.distance(places)))
 
 
 def place_faults(states: LoadStates, chain: Chain) -> list[Fault]:
@@ -110,14 +55,21 @@ def place_faults(states: LoadStates, chain: Chain) -> list[Fault]:
     if len(rows) < LEAST_ROWS or not states.setup.targets:
         return []
     chosen = states.select(rows)
-    places = _places(chosen, chain)
-    met = _meet(places)
+    places = places_of(chosen, chain)
+    met = meet(places)
     usual = met.usual(places)
+    wrong = np.flatnonzero(misses(met, places, usual))
+    if usual > DOUBTED_M or len(wrong) > 1:
+        # rows of one mistake each are found one by one, and these are many with the same
+        fault = exchanged_rows(chosen, places, wrong if usual <= DOUBTED_M else wrong[:0])
+        if fault is None and (usual > DOUBTED_M or len(wrong) > MOST_WRONG * len(rows)):
+            fault = rows_in_another_unit(chosen, places)
+        if fault is not None:
+            return [fault]
     if usual > DOUBTED_M:
         fault = _of_the_table(chosen, chain, places, usual)
         if fault is not None:
             return [fault]
-    wrong = np.flatnonzero(_misses(met, places, usual))
     if 0 < len(wrong) <= MOST_WRONG * len(rows):
         found = [_of_a_row(chosen, chain, places, met, usual, int(k)) for k in wrong]
         named = [fault for fault in found if fault is not None]
@@ -129,60 +81,6 @@ def place_faults(states: LoadStates, chain: Chain) -> list[Fault]:
     return list(_exchanged_targets(places, met, states.setup.target_names, states.setup.targets))
 
 
-def _places(states: LoadStates, chain: Chain) -> _Places:
-    angles, targets = chain.model_angles(states.joints), states.setup.targets
-    bodies = [attached_poses(chain, angles, replace(target, transform=np.eye(4))) for target in targets]
-    return _Places(
-        states.position,
-        np.stack([position for position, _ in bodies], axis=1),
-        np.stack([rotation for _, rotation in bodies], axis=1),
-        np.stack([target.transform[:3, 3] for target in targets]),
-    )
-
-
-def _meet(places: _Places) -> _Met:
-    """Return the frames with which most rows meet: rows far from the others do not count."""
-    known: Booleans = np.asarray(np.isfinite(places.measured).all(axis=2))
-    measured = np.where(known[:, :, None], places.measured, 0.0)
-    weight: Floats = known.astype(np.float64)
-    n_targets = places.measured.shape[1]
-    offset = places.offset.copy()
-    turn, shift = np.eye(3), np.zeros(3)
-    for _ in range(ROUNDS):
-        expected = places.position + np.einsum("nbij,bj->nbi", places.rotation, offset)
-        turn, shift = _rigid_motion(measured, expected, weight)
-        # where the rigid motion is known, the targets' places on their bodies are weighted means
-        back = np.einsum("nbji,nbj->nbi", places.rotation, measured @ turn.T + shift - places.position)
-        for b in range(n_targets):
-            total = float(weight[:, b].sum())
-            offset[b] = weight[:, b] @ back[:, b] / total if total > 0.0 else offset[b]
-        distance = _Met(turn, shift, offset).distance(places)
-        scale = max(2.0 * float(np.nanmedian(distance)), 1e-6)
-        updated = np.where(known, 1.0 / (1.0 + (np.nan_to_num(distance) / scale) ** 2) ** 2, 0.0)
-        if np.abs(updated - weight).max() < 1e-4:
-            break
-        weight = np.asarray(updated)
-    return _Met(turn, shift, offset)
-
-
-def _rigid_motion(measured: Floats, expected: Floats, weight: Floats) -> tuple[Floats, Floats]:
-    """Return the turn and shift that bring measured places (n, B, 3) to the expected ones (Umeyama 1991)."""
-    total = weight.sum()
-    first, second = (np.einsum("nb,nbi->i", weight, places) / total for places in (measured, expected))
-    left, _, right = np.linalg.svd(np.einsum("nb,nbi,nbj->ij", weight, expected - second, measured - first))
-    turn = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
-    return turn, second - turn @ first
-
-
-def _misses(met: _Met, places: _Places, usual: float) -> Booleans:
-    """Return (n,) True for rows that are far from where the others put them."""
-    return np.asarray((np.nan_to_num(met.distance(places)) > max(FAR * usual, FAR_M)).any(axis=1))
-
-
-def _meets(met: _Met, places: _Places, usual: float) -> bool:
-    return bool(np.nanmax(met.distance(places)) <= max(MEETS * usual, MEETS_M))
-
-
 @dataclass(frozen=True)
 class _Change:
     """A change of the whole table."""
@@ -192,15 +90,15 @@ class _Change:
     words: str
     """As in "with … they miss by less"."""
     mend: str
-    places: _Places
+    places: Places
     """With the change."""
 
 
-def _of_the_table(states: LoadStates, chain: Chain, places: _Places, usual: float) -> Fault | None:
+def _of_the_table(states: LoadStates, chain: Chain, places: Places, usual: float) -> Fault | None:
     """Return the one change of all rows with which they meet; None where there is none."""
     some = np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_ROWS)).astype(np.int64))
     changes = [*_changes_of_the_table(states.select(some), chain, places.at(some)), *_moved_places(places, some)]
-    left = [(_meet(change.places).usual(change.places), change) for change in changes]
+    left = [(meet(change.places).usual(change.places), change) for change in changes]
     # places that shrink to a point are near to anything: what is left is held against their own spread as well
     left = [(distance, change) for distance, change in left if distance <= MUCH_BETTER * _spread(change.places)]
     least = min((distance for distance, _ in left), default=np.inf)
@@ -214,18 +112,18 @@ def _of_the_table(states: LoadStates, chain: Chain, places: _Places, usual: floa
     return Fault(change.code, MANIFEST, change.place, reason, change.mend)
 
 
-def _spread(places: _Places) -> float:
+def _spread(places: Places) -> float:
     """Return the rms distance of the measured places from their mean, m."""
     return float(np.sqrt(np.nansum(np.nanvar(places.measured, axis=(0, 1)))))
 
 
-def _changes_of_the_table(states: LoadStates, chain: Chain, places: _Places) -> Iterator[_Change]:
+def _changes_of_the_table(states: LoadStates, chain: Chain, places: Places) -> Iterator[_Change]:
     """Yield the changes that are tried, the likeliest mistakes first."""
 
-    def turned(joint: int, sign: float, turn: float) -> _Places:
+    def turned(joint: int, sign: float, turn: float) -> Places:
         joints = states.joints.copy()
         joints[:, joint] = sign * joints[:, joint] + turn
-        return _places(replace(states, joints=joints), chain)
+        return places_of(replace(states, joints=joints), chain)
 
     code = FaultCode.KINEMATICS_MISMATCH
     for joint, name in enumerate(chain.joint_names):
@@ -240,7 +138,7 @@ def _changes_of_the_table(states: LoadStates, chain: Chain, places: _Places) -> 
         yield _Change(
             FaultCode.UNIT_IMPLAUSIBLE, "joints.units.position", f"joint angles read as {words}",
             f"all joint angles are in {words}: correct units of the joints",
-            _places(replace(states, joints=factor * states.joints), chain),
+            places_of(replace(states, joints=factor * states.joints), chain),
         )  # fmt: skip
     for factor, words in LENGTH_FACTORS.items():
         yield _Change(
@@ -250,7 +148,7 @@ def _changes_of_the_table(states: LoadStates, chain: Chain, places: _Places) -> 
         )  # fmt: skip
 
 
-def _moved_places(places: _Places, some: Integers) -> Iterator[_Change]:
+def _moved_places(places: Places, some: Integers) -> Iterator[_Change]:
     """Yield the table with all places moved up or down by some rows against the joint angles.
 
     Parameters
@@ -272,24 +170,23 @@ def _moved_places(places: _Places, some: Integers) -> Iterator[_Change]:
             )  # fmt: skip
 
 
-def _of_a_row(states: LoadStates, chain: Chain, places: _Places, met: _Met, usual: float, k: int) -> Fault | None:
+def _of_a_row(states: LoadStates, chain: Chain, places: Places, met: Met, usual: float, k: int) -> Fault | None:
     """Return what explains a row that misses; None where nothing does, and it is left to the fit."""
     row, info = places.at(np.array([k])), states.runs[int(states.run[k])]
     where = f"run {info.of or info.name}, row {int(states.row[k])}"
     mend = "correct the row, or exclude it with [[exclude]]"
     missed = float(np.nanmax(met.distance(row)))
     names = states.setup.target_names
-    for factor, words in LENGTH_FACTORS.items():
-        if _meets(met, replace(row, measured=factor * row.measured), usual):
-            return Fault(
-                FaultCode.UNIT_IMPLAUSIBLE,
-                MANIFEST,
-                where,
-                f"its position is {words}{OTHER_UNIT.get(factor, '')}",
-                mend,
-            )
-    for order in _orders(row.position[0], len(names)):
-        if _meets(met, replace(row, measured=row.measured[:, order]), usual):
+    # of all targets, or of one
+    scaled = [np.ones((len(names), 1), dtype=np.bool_), *np.eye(len(names), dtype=np.bool_)[:, :, None]]
+    for which in scaled if len(names) > 1 else scaled[:1]:
+        for factor, words in LENGTH_FACTORS.items():
+            if meets(met, replace(row, measured=np.where(which, factor, 1.0) * row.measured), usual):
+                what = "its position" if which.all() else f"the position of {names[int(which.argmax())]}"
+                reason = f"{what} is {words}{OTHER_UNIT.get(factor, '')}"
+                return Fault(FaultCode.UNIT_IMPLAUSIBLE, MANIFEST, where, reason, mend)
+    for order in orders(len(names)):
+        if meets(met, replace(row, measured=row.measured[:, order]), usual):
             moved = [names[b] for b in range(len(names)) if order[b] != b]
             reason = f"the positions of {' and '.join(moved)} are interchanged"
             return Fault(FaultCode.KINEMATICS_MISMATCH, MANIFEST, where, reason, mend)
@@ -304,14 +201,14 @@ def _of_a_row(states: LoadStates, chain: Chain, places: _Places, met: _Met, usua
         return Fault(FaultCode.KINEMATICS_MISMATCH, MANIFEST, where, reason, mend)
     alone = states.select(np.array([k]))
     for factor, words in ((np.pi / 180.0, "degrees"), (180.0 / np.pi, "radians")):
-        if _meets(met, _places(replace(alone, joints=factor * alone.joints), chain), usual):
+        if meets(met, places_of(replace(alone, joints=factor * alone.joints), chain), usual):
             other = "radians" if words == "degrees" else "degrees"
             reason = f"its joint angles are in {words} where the other rows' are in {other}"
             return Fault(FaultCode.UNIT_IMPLAUSIBLE, MANIFEST, where, reason, mend)
     for joint, name in enumerate(chain.joint_names):
         joints = alone.joints.copy()
         joints[:, joint] *= -1.0
-        if _meets(met, _places(replace(alone, joints=joints), chain), usual):
+        if meets(met, places_of(replace(alone, joints=joints), chain), usual):
             reason = f"the angle of joint {name} has the wrong sign"
             return Fault(FaultCode.KINEMATICS_MISMATCH, MANIFEST, where, reason, mend)
     reason = (
@@ -320,23 +217,14 @@ def _of_a_row(states: LoadStates, chain: Chain, places: _Places, met: _Met, usua
     return Fault(FaultCode.KINEMATICS_MISMATCH, MANIFEST, where, reason, mend)
 
 
-def _orders(position: Floats, n_targets: int) -> Iterator[list[int]]:
-    """Return the orders of targets in which some on one body are exchanged, two at a time first."""
-    if n_targets > 5:
-        return
-    orders = [order for order in permutations(range(n_targets)) if order != tuple(range(n_targets))]
-    for order in sorted(orders, key=lambda order: sum(b != k for k, b in enumerate(order))):
-        yield list(order)
-
-
 def _exchanged_targets(
-    places: _Places, met: _Met, names: tuple[str, ...], targets: tuple[object, ...]
+    places: Places, met: Met, names: tuple[str, ...], targets: tuple[object, ...]
 ) -> Iterator[Fault]:
     """Yield a fault where the targets are found at each other's places on the body."""
     own = np.linalg.norm(met.offset - places.offset, axis=1)
     if own.max() < DOUBTED_M:
         return
-    for order in _orders(places.position[0], len(names)):
+    for order in orders(len(names)):
         same_body = all(np.allclose(places.position[:, a], places.position[:, b]) for a, b in enumerate(order))
         other = np.linalg.norm(met.offset - places.offset[order], axis=1)
         if same_body and other.max() < MUCH_BETTER * own.max():

@@ -211,3 +211,65 @@ def test_places_in_other_rows_than_their_angles_are_one_line(reduced: Reduce, ro
     fault = fault_of(reduced, "01", moved)
     assert (fault.code, fault.place) == (FaultCode.KINEMATICS_MISMATCH, "the order of the rows")
     assert f"move the columns of the places {words}" in fault.mend
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (slice(40, 80), "40 of 80 rows (41 to 80)"),
+        (slice(None, None, 2), "40 of 80 rows (1, 3, 5, 7, 9, 11 and 34 more places)"),
+        (slice(20, 80), "60 of 80 rows (21 to 80)"),
+        (slice(20, 30), "10 of 80 rows (21 to 30)"),
+    ],
+)
+def test_exchanged_targets_of_many_rows_are_one_line(reduced: Reduce, rows: slice, words: str) -> None:
+    """Where the manifest states the targets' places on the body, those at another's place are named."""
+    fault = fault_of(reduced, "03", lambda table: exchanged(table, rows))
+    assert fault.code is FaultCode.KINEMATICS_MISMATCH
+    assert fault.reason == f"the positions of target1 and target2 are interchanged in {words}"
+
+
+def test_two_rows_of_two_mistakes_are_two_lines(reduced: Reduce) -> None:
+    in_metres = all_of(*(scaled(axis, 1e-3, slice(ROW + 5, ROW + 6)) for axis in PLACE))
+    with pytest.raises(InputError) as refused:
+        reduced("03", all_of(lambda table: exchanged(table, slice(ROW, ROW + 1)), in_metres))
+    first, second = refused.value.faults
+    assert (first.code, first.place) == (FaultCode.KINEMATICS_MISMATCH, f"run poses, row {ROW + 1}")
+    assert (second.code, second.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"run poses, row {ROW + 6}")
+
+
+def test_targets_exchanged_in_a_circle_are_named(reduced: Reduce) -> None:
+    def circle(table: Table) -> None:
+        for axis in "XYZ":
+            columns = [np.array(table[f"{axis}{k}"]) for k in (1, 2, 3)]
+            for k, column in enumerate(columns):
+                table[f"{axis}{(k + 1) % 3 + 1}"][40:] = column[40:].tolist()
+
+    fault = fault_of(reduced, "03", circle)
+    assert "target1, target2 and target3 are interchanged in 40 of 80 rows (41 to 80)" in fault.reason
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1e-3, "a thousand times too small"), (1.0 / 25.4, "in inches")])
+def test_one_target_of_a_row_in_another_unit_is_named(reduced: Reduce, factor: float, words: str) -> None:
+    change = all_of(*(scaled(f"{axis}2", factor, slice(ROW, ROW + 1)) for axis in "XYZ"))
+    fault = fault_of(reduced, "03", change)
+    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"run poses, row {ROW + 1}")
+    assert f"the position of target2 is {words}" in fault.reason
+
+
+def test_one_target_in_another_unit_is_named(reduced: Reduce) -> None:
+    fault = fault_of(reduced, "03", all_of(*(scaled(f"{axis}2", 1e-3) for axis in "XYZ")))
+    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, "poses.target2.units.position")
+
+
+@pytest.mark.parametrize(
+    ("rows", "factor", "words"),
+    [
+        (slice(40, 80), 1e-3, "a thousand times too small in 40 of 80 rows (41 to 80)"),
+        (slice(20, 80), 1.0 / 25.4, "in inches where the others are in millimetres in 60 of 80 rows (21 to 80)"),
+    ],
+)
+def test_many_rows_in_another_unit_are_one_line(reduced: Reduce, rows: slice, factor: float, words: str) -> None:
+    fault = fault_of(reduced, "01", all_of(*(scaled(axis, factor, rows) for axis in PLACE)))
+    assert fault.code is FaultCode.UNIT_IMPLAUSIBLE
+    assert fault.reason == f"the positions are {words}"

@@ -1,0 +1,127 @@
+"""Joint angles and places that meet: frames of the tracker and the targets with which most rows agree.
+
+Rows far from the others do not count (iteratively reweighted least squares with the weights of Geman and McClure 1985).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import permutations
+
+import numpy as np
+
+from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses
+
+# A row that misses by so many times the usual distance, and by no less than this, is none of the others' kind …
+FAR, FAR_M = 12.0, 5e-3
+# … and one that meets with a change comes within so many times the usual distance, or this.
+MEETS, MEETS_M = 4.0, 2e-3
+ROUNDS = 40
+
+
+@dataclass(frozen=True)
+class Places:
+    """Rows in which at least one target was measured."""
+
+    measured: Floats
+    """(n, B, 3) m; NaN where a target was not measured."""
+    position: Floats
+    """(n, B, 3) m, of the bodies that carry the targets, base axes."""
+    rotation: Floats
+    """(n, B, 3, 3) base_from_body."""
+    offset: Floats
+    """(B, 3) m, of the targets on their bodies, as the manifest has them."""
+
+    def at(self, rows: Integers | Booleans) -> Places:
+        """Return some rows."""
+        return replace(self, measured=self.measured[rows], position=self.position[rows], rotation=self.rotation[rows])
+
+
+@dataclass(frozen=True)
+class Met:
+    """Frames with which most rows meet."""
+
+    turn: Floats
+    """(3, 3) base from the axes of the places."""
+    shift: Floats
+    """(3,) m."""
+    offset: Floats
+    """(B, 3) m, of the targets on their bodies."""
+
+    def distance(self, places: Places) -> Floats:
+        """Return (n, B) m from where kinematics puts the targets; NaN where one was not measured."""
+        expected = places.position + np.einsum("nbij,bj->nbi", places.rotation, self.offset)
+        return np.asarray(np.linalg.norm(places.measured @ self.turn.T + self.shift - expected, axis=2))
+
+    def usual(self, places: Places) -> float:
+        """Return the median distance, m."""
+        return float(np.nanmedian(self.distance(places)))
+
+
+def places_of(states: LoadStates, chain: Chain) -> Places:
+    """Return what was measured in the states, and where kinematics puts the bodies that carry the targets."""
+    angles, targets = chain.model_angles(states.joints), states.setup.targets
+    bodies = [attached_poses(chain, angles, replace(target, transform=np.eye(4))) for target in targets]
+    return Places(
+        states.position,
+        np.stack([position for position, _ in bodies], axis=1),
+        np.stack([rotation for _, rotation in bodies], axis=1),
+        np.stack([target.transform[:3, 3] for target in targets]),
+    )
+
+
+def meet(places: Places) -> Met:
+    """Return the frames with which most rows meet: rows far from the others do not count."""
+    known: Booleans = np.asarray(np.isfinite(places.measured).all(axis=2))
+    measured = np.where(known[:, :, None], places.measured, 0.0)
+    weight: Floats = known.astype(np.float64)
+    n_targets = places.measured.shape[1]
+    offset = places.offset.copy()
+    turn, shift = np.eye(3), np.zeros(3)
+    for _ in range(ROUNDS):
+        expected = places.position + np.einsum("nbij,bj->nbi", places.rotation, offset)
+        turn, shift = rigid_motion(measured, expected, weight)
+        # where the rigid motion is known, the targets' places on their bodies are weighted means
+        back = np.einsum("nbji,nbj->nbi", places.rotation, measured @ turn.T + shift - places.position)
+        for b in range(n_targets):
+            total = float(weight[:, b].sum())
+            offset[b] = weight[:, b] @ back[:, b] / total if total > 0.0 else offset[b]
+        distance = Met(turn, shift, offset).distance(places)
+        scale = max(2.0 * float(np.nanmedian(distance)), 1e-6)
+        updated = np.where(known, 1.0 / (1.0 + (np.nan_to_num(distance) / scale) ** 2) ** 2, 0.0)
+        if np.abs(updated - weight).max() < 1e-4:
+            break
+        weight = np.asarray(updated)
+    return Met(turn, shift, offset)
+
+
+def rigid_motion(measured: Floats, expected: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    """Return the turn and shift that bring measured places (n, B, 3) to the expected ones (Umeyama 1991)."""
+    total = weight.sum()
+    first, second = (np.einsum("nb,nbi->i", weight, places) / total for places in (measured, expected))
+    left, _, right = np.linalg.svd(np.einsum("nb,nbi,nbj->ij", weight, expected - second, measured - first))
+    turn = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
+    return turn, second - turn @ first
+
+
+def misses(met: Met, places: Places, usual: float) -> Booleans:
+    """Return (n,) True for rows that are far from where the others put them."""
+    return np.asarray((np.nan_to_num(met.distance(places)) > max(FAR * usual, FAR_M)).any(axis=1))
+
+
+def meets(met: Met, places: Places, usual: float) -> bool:
+    """Return whether all rows are where the others put them, whose usual distance in m is given."""
+    return bool(np.nanmax(met.distance(places)) <= max(MEETS * usual, MEETS_M))
+
+
+def orders(n_targets: int) -> Iterator[list[int]]:
+    """Return the orders of targets in which some on one body are exchanged, two at a time first."""
+    if n_targets > 5:
+        return
+    found = [order for order in permutations(range(n_targets)) if order != tuple(range(n_targets))]
+    for order in sorted(found, key=lambda order: sum(b != k for k, b in enumerate(order))):
+        yield list(order)
