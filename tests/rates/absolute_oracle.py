@@ -1,8 +1,10 @@
 """`python -m tests.rates.absolute_oracle --seed N`: one hidden effect of three times the noise in each campaign.
 
-Reduced χ² of a refit of the true effect, and the rms in regions left out: of the model that the search ends with over
-that of the refit, same regions. ``--chi2-only`` leaves the search out; ``--practice`` does the same with the campaigns
-in ``campaigns/absolute``, but for 07, whose law the catalogue does not have.
+Reduced χ² of a refit of the true effect, the refit's rigid robot against the true one without gauge (rms at 1000 poses
+over what the covariance predicts, with its probability), and the rms in regions left out: of the model that the search
+ends with over that of the refit, same regions. ``--chi2-only`` leaves the search out; ``--practice`` does the same with
+the campaigns in ``campaigns/absolute``, but for 07, whose law the catalogue does not have, and for the rigid robot
+(``tests/validation/test_practice_absolute.py``).
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
+from tests.laboratory.gauge_free import GaugeFree, compare_rigid, rigid_places
 from tests.rates.absolute_robots import draw_absolute, oracle_of
 from tests.rates.hiding import with_effects
 from tests.rates.practice import ABSOLUTE, hidden_place, truth
@@ -30,8 +33,14 @@ from tests.rates.workers import one_thread_each
 PRACTICE = ("01", "02", "03", "04", "05", "06")
 
 
-def study(job: tuple[int, int, bool]) -> tuple[float, float, str]:
-    """Return the refit's reduced χ², the search's error over the refit's (NaN without a search), and what is hidden."""
+N_POSES = 1000
+
+
+def study(job: tuple[int, int, bool]) -> tuple[float, float, GaugeFree, str]:
+    """Return the refit's reduced χ², the search's error over the refit's, the rigid robots compared, what is hidden.
+
+    The search's error is NaN without a search.
+    """
     seed, number, search_too = job
     campaign = draw_absolute("absolute 3x", np.random.default_rng([seed, number]), number)
     oracle = oracle_of(campaign)
@@ -41,7 +50,12 @@ def study(job: tuple[int, int, bool]) -> tuple[float, float, str]:
         final = search_missing(campaign.states, campaign.model, built_in_effects()).final
         best, own = fitted_rms(campaign.states, oracle).translation, fitted_rms(campaign.states, final).translation
         ratio = own / best if own and best else np.nan
-    return oracle.reduced_chi2 or np.nan, ratio, words
+    limits = campaign.model.chain.limits
+    joints = np.random.default_rng(3).uniform(limits[:, 0], limits[:, 1], (N_POSES, len(limits)))
+    angles = campaign.model.chain.model_angles(joints).T
+    true = rigid_places(oracle, campaign.truth, angles)
+    rigid = compare_rigid(oracle, true, lambda robot: rigid_places(oracle, robot, angles))
+    return oracle.reduced_chi2 or np.nan, ratio, rigid, words
 
 
 def practised(name: str) -> tuple[float, float, str]:
@@ -72,14 +86,26 @@ def main(arguments: Sequence[str]) -> int:
             print(f"{name}: reduced chi-square {chi2:.3f}, error over the refit's {ratio:.3f}, {words}", flush=True)
         return 0
     jobs = [(chosen.seed, number, not chosen.chi2_only) for number in range(chosen.count)]
-    reduced, ratios = [], []
+    reduced, ratios, rigid = [], [], []
     with one_thread_each(chosen.workers) as pool:
-        for (_, number, _), (chi2, ratio, words) in zip(jobs, pool.map(study, jobs), strict=True):
+        for (_, number, _), (chi2, ratio, against, words) in zip(jobs, pool.map(study, jobs), strict=True):
             reduced.append(chi2)
             ratios.append(ratio)
-            print(f"{number}: reduced chi-square {chi2:.3f}, error over the refit's {ratio:.3f}, {words}", flush=True)
+            rigid.append(against)
+            print(
+                f"{number}: reduced chi-square {chi2:.3f}, error over the refit's {ratio:.3f}, rigid robot over "
+                f"predicted {against.ratio:.3f} (probability {against.probability:.3f}), {words}",
+                flush=True,
+            )
     scatter = np.std(reduced, ddof=1) / np.sqrt(len(reduced))
     print(f"mean reduced chi-square {np.mean(reduced):.4f} ± {scatter:.4f} (one standard error)")
+    squares = np.array([against.ratio**2 for against in rigid])
+    error = squares.std(ddof=1) / np.sqrt(len(squares))
+    print(
+        f"rigid robot over predicted: mean square {squares.mean():.3f} ± {error:.3f}, "
+        f"above 1.5 in {np.sum(squares > 1.5**2)} of {len(squares)}, probability below 0.05 in "
+        f"{sum(against.probability < 0.05 for against in rigid)}"
+    )
     if not chosen.chi2_only:
         close = np.abs(np.array(ratios) - 1.0) <= 0.03
         print(
