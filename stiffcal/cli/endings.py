@@ -31,7 +31,10 @@ INTERRUPTED = 130
 
 
 def report_input_error(error: InputError, as_json: bool) -> None:
-    """Print each fault on one line of standard error; with `as_json` the one document on standard output."""
+    """Print each fault on one line of standard error; with `as_json` the one document on standard output.
+
+    Notes of the error, such as the next step, stand below them.
+    """
     if as_json:
         first, *further = (fault.as_document() for fault in error.faults)
         document: dict[str, object] = {"error": first}
@@ -41,6 +44,8 @@ def report_input_error(error: InputError, as_json: bool) -> None:
             return
     for fault in error.faults:
         sys.stderr.write(for_terminal(str(fault)) + "\n")
+    for note in getattr(error, "__notes__", ()):
+        sys.stderr.write("\n" + for_terminal(mask(note)) + "\n")
 
 
 def report_usage(error: typer.TyperException, command: str, as_json: bool) -> None:

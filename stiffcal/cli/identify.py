@@ -19,13 +19,14 @@ from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import deviation, significant
+from stiffcal.results.unidentified_words import unidentified_in_words
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.cli.console import AnswerConsole
     from stiffcal.identification.agreement_results import Agreement
-    from stiffcal.identification.fit_results import DualQuaternionFit, GeometryTaken, UnidentifiedParameters
+    from stiffcal.identification.fit_results import DualQuaternionFit, GeometryTaken
     from stiffcal.identification.geometry_results import GeometryFound
     from stiffcal.results.identify_result import IdentifyResult
 
@@ -119,10 +120,10 @@ def show_fitted(console: AnswerConsole, result: IdentifyResult, is_part: bool = 
     if result.rejected:
         console.print(f"{len(result.rejected)} states set aside before the fit (excluded, bumped or not measured)")
     show_suspects(console, result.suspects, result.suspects_not_checked)
-    for group in result.not_identifiable:
-        if elsewhere and set(group.parameters) <= elsewhere:
-            continue
-        console.print(f"cannot be identified: {unidentified_in_words(group)}")
+    for sentence in unidentified_in_words(
+        group for group in result.not_identifiable if not (elsewhere and set(group.parameters) <= elsewhere)
+    ):
+        console.print(f"cannot be identified: {sentence}")
     if result.expected_error:
         console.print(result.expected_error)
     if result.coupling is not None:
@@ -202,17 +203,3 @@ def _show_dual_quaternions(console: Console, comparison: DualQuaternionFit) -> N
         f"both forms agree within {comparison.largest_relative_difference:.1g} (relative); unweighted: Li et al. 2019, "
         "eq. 35 as printed, which weights lengths in m or mm and dimensionless numbers equally"
     )
-
-
-def unidentified_in_words(group: UnidentifiedParameters) -> str:
-    """Return the parameters that these data do not distinguish, why, and what is known of it.
-
-    Examples
-    --------
-    >>> from stiffcal.identification.fit_results import UnidentifiedParameters
-    >>> group = UnidentifiedParameters(parameters=["a", "b"], reason="they move the target alike", known="a + b")
-    >>> unidentified_in_words(group)
-    'a, b: they move the target alike; known: a + b'
-    """
-    text = f"{', '.join(group.parameters)}: {group.reason}"
-    return text + (f"; known: {group.known}" if group.known else "")

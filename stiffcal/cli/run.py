@@ -13,6 +13,8 @@ from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.validate import show_elasticity, whole_error
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import deviation, length, share
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
@@ -30,7 +32,16 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, progress=answer.progress, notify=answer.notify)
-        result = run_campaign(folder, context)
+        try:
+            result = run_campaign(folder, context)
+        except InputError as error:
+            if (
+                all(fault.code is FaultCode.FILE_MISSING for fault in error.faults)
+                and (folder / "campaign.toml").is_file()
+            ):
+                # nothing is wrong but that the logs are not there yet
+                error.add_note(f"next: {command_line('check', folder, store=store)}")
+            raise
         page = command_line("view", folder, store=store)
         answer.give(
             result, partial(show_run, page=page), after_diagnosis(folder, result.diagnose, store, finished=("view",))

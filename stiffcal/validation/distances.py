@@ -12,6 +12,7 @@ from stiffcal.documents import Number, OrAbsent
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import TRANSLATION
+from stiffcal.mechanics.chain import Chain
 from stiffcal.validation.heldout import left_out_residuals, with_load_folds
 from stiffcal.validation.region_folds import random_folds, region_folds
 
@@ -74,6 +75,8 @@ class RegionDistance:
     """Root mean square, m."""
     n: int
     """Places."""
+    centre: list[float] = field(default_factory=list)
+    """Mean direction of each logged joint angle over its rows, rad, −π to π."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,19 +125,31 @@ def distances_of(fit: Fit) -> Distances | None:
         residual = np.zeros(0) if single else left_out_residuals(fit, fold).residual
         heldout.append(None if single else summary_of(residual, fit.data))
         if folds_of_places is region_folds and not single:
-            regions = list(_by_region(residual, fit.data, fold))
+            regions = list(_by_region(residual, fit, fold))
     of_fit = summary_of(fit.residual, fit.data)
     return None if of_fit is None else Distances(of_fit, heldout[0], heldout[1], regions)
 
 
-def _by_region(residual: Floats, data: Observations, fold: Integers) -> Iterator[RegionDistance]:
+def _by_region(residual: Floats, fit: Fit, fold: Integers) -> Iterator[RegionDistance]:
+    data = fit.data
     for number in np.unique(fold[data.absolute]):
         members = np.flatnonzero((fold == number) & data.absolute)
         summary = summary_of(residual[:, members], data.subset(members))
         if summary is not None:
             yield RegionDistance(
-                int(number) + 1, summary.mean, summary.median, summary.p95, summary.max, summary.rms, summary.n
-            )
+                int(number) + 1, summary.mean, summary.median, summary.p95, summary.max, summary.rms, summary.n,
+                _middle(fit.robot.chain, data.angles[:, members]),
+            )  # fmt: skip
+
+
+def _middle(chain: Chain, angles: Floats) -> list[float]:
+    """Return the mean direction of each joint's model angle (J, n), as logged angles from −π to π.
+
+    Mardia and Jupp, Directional Statistics, 2000, eq. 2.2.4.
+    """
+    middle = np.arctan2(np.sin(angles).mean(axis=1), np.cos(angles).mean(axis=1))
+    logged = np.linalg.lstsq(chain.coupling, middle - chain.offset, rcond=None)[0]
+    return [float(angle) for angle in np.arctan2(np.sin(logged), np.cos(logged))]
 
 
 def summary_of(residual: Floats, data: Observations) -> DistanceSummary | None:

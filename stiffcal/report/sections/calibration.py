@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import partial
 
@@ -71,8 +72,16 @@ def _distances(distance: Distances) -> TableBlock:
 
 
 def _regions(distance: Distances) -> TableBlock:
-    rows = tuple((str(region.region), *_cells(region), str(region.n)) for region in distance.by_region)
-    return TableBlock(_columns("region", "places"), rows, "Distances in each region, by a fit without that region.")
+    columns = (*_columns("region", "places"), TableColumn("mean joint angles", "°", align="left"))
+    rows = tuple(
+        (str(region.region), *_cells(region), str(region.n), _centre(region.centre)) for region in distance.by_region
+    )
+    return TableBlock(columns, rows, "Distances in each region, by a fit without that region.")
+
+
+def _centre(angles: list[float]) -> str:
+    """Return joint angles in whole degrees; nothing where an older store does not have them."""
+    return ", ".join(f"{round(math.degrees(angle))}" for angle in angles).replace("-", "−")
 
 
 def _columns(first: str, last: str) -> tuple[TableColumn, ...]:

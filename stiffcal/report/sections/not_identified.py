@@ -7,6 +7,7 @@ from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, ReportSection
 from stiffcal.report.content import ReportContent
 from stiffcal.report.sections.stiffness import where_words
+from stiffcal.results.unidentified_words import unidentified_in_words
 
 ORDER = 40
 _TITLE = "What these data cannot identify"
@@ -24,10 +25,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
         for group in content.identify.not_identifiable
         if not group.parameters or not set(group.parameters) <= elsewhere
     ]
-    named = [
-        f"{wording.listing(group.parameters, 24)}: {group.reason}" if group.parameters else group.reason
-        for group in groups
-    ]
+    named = unidentified_in_words(groups)
     parameters = [parameter for parameter in content.identify.parameters if parameter.name not in elsewhere]
     open_ones = [
         f"{parameter.name} ({where_words(parameter.where, content.joint_names)}): no value"

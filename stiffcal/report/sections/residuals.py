@@ -149,7 +149,7 @@ def _degrees(parts: Sequence[ErrorSlice]) -> list[str]:
     return [
         part.label
         if part.low is None or part.high is None
-        else f"{math.degrees(part.low):.0f}° to {math.degrees(part.high):.0f}°".replace("-", "−")
+        else f"{round(math.degrees(part.low))}° to {round(math.degrees(part.high))}°".replace("-", "−")
         for part in parts
     ]
 
@@ -160,7 +160,7 @@ def _short(parts: Sequence[ErrorSlice], unit: str) -> list[ErrorSlice]:
     return [
         part
         if part.low is None or part.high is None
-        else replace(part, label=f"{part.low * factor:.0f} … {part.high * factor:.0f}".replace("-", "−"))
+        else replace(part, label=f"{round(part.low * factor)} … {round(part.high * factor)}".replace("-", "−"))
         for part in parts
     ]
 
