@@ -91,7 +91,7 @@ def source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[ProposedL
         line = f"time = {{ column = {quoted(roles.time.header)}, unit = {quoted(written)} }}"
         lines.append(ProposedLine(line, "seconds" if guessed else None))
     if absolute:
-        payload = _load_lines(roles, PAYLOAD) if roles.mass is not None else []
+        payload = _payload_lines(roles)
         places = _target_tables(roles) if roles.targets else _moved_lines(roles, TOOL)
         return [*lines, _joints_line(roles), *payload, *places]
     return [*lines, _joints_line(roles), *_load_lines(roles, TOOL), *_moved_lines(roles, TOOL)]
@@ -102,6 +102,18 @@ def run_lines(roles: Roles) -> list[ProposedLine]:
     if not serves_absolute(roles):
         return []
     return [ProposedLine(text) for text in ("", "[[runs]]", 'id = "poses"', 'experiment = "absolute"')]
+
+
+def _is_loaded(roles: Roles) -> bool:
+    """Return whether a column of payloads holds any: without one it is of no use where a payload hangs."""
+    return roles.mass is not None and any(column.size > 0.0 for column in roles.mass.columns)
+
+
+def _payload_lines(roles: Roles) -> list[ProposedLine]:
+    if roles.mass is None or _is_loaded(roles):
+        return [] if roles.mass is None else _load_lines(roles, PAYLOAD)
+    column = quoted(roles.mass.columns[0].header)
+    return [ProposedLine("", f"{column} is 0 in the rows that were looked at: no payload")]
 
 
 def _stands_still(time: SniffedColumn) -> bool:
@@ -298,7 +310,7 @@ def _frames_to_estimate(roles: Roles, known: str | None) -> list[ProposedLine]:
     place = ProposedLine(known) if known else roughly
     names = [name for name, _ in roles.targets] or [TOOL]
     target = [line for name in names for line in [*_table(name, "flange"), ProposedLine("estimate = true"), place]]
-    if roles.mass is not None:
+    if _is_loaded(roles):
         centre = ProposedLine("xyz_m = []", "to be filled in: centre of mass of the payload, m, in the flange frame")
         target += [*_table(PAYLOAD, "flange"), centre]
     return [*target, *_table(TRACKER, "base"), ProposedLine("estimate = true")]

@@ -15,6 +15,7 @@ from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import places, significant
 from stiffcal.printed_units import printed_unit
+from stiffcal.validation.change import CHANCE
 from stiffcal.wording import listing
 
 if TYPE_CHECKING:
@@ -77,4 +78,6 @@ def _verdict(result: CompareResult) -> tuple[Level, str]:
     if result.changed:
         moved = [f"{row.effect} ({places(row.where)})" for row in result.before_after if row.name in result.changed]
         return "warn", f"significant change: {listing(dict.fromkeys(moved))}{judged}"
+    if result.p_value_all is not None and result.p_value_all < CHANCE:
+        return "warn", f"no single parameter has changed significantly, but all of them together have{judged}"
     return "pass", f"no significant change of any parameter{judged}"

@@ -48,7 +48,7 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         fits.append(up_to_date_fit(data, context))
         origins.append(data.store.origin_of(IDENTIFY))
     require_one_robot(chains, before, after)
-    of_robot = [parameters_of_robot(fit.parameters) for fit in fits]
+    of_robot = parameters_of_robot([fit.parameters for fit in fits])
     first, second = ({parameter.name: parameter for parameter in parameters} for parameters in of_robot)
     shared = [name for name in first if name in second]
     if not shared:
@@ -72,15 +72,18 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
     )
 
 
-def parameters_of_robot(parameters: Sequence[IdentifiedParameter]) -> list[IdentifiedParameter]:
-    """Return the parameters that do not depend on where each campaign's own registration puts the tracker.
+def parameters_of_robot(
+    campaigns: Sequence[Sequence[IdentifiedParameter]],
+) -> list[list[IdentifiedParameter]]:
+    """Return of each campaign the parameters that do not depend on where its own registration puts the tracker.
 
     Frames count from there, and so do lengths and angles next to a tracker that was found together with them: of its
-    place along and about the first axis the registration decides, and the next links make up for it.
+    place along and about the first axis the registration decides, and the next links make up for it. They are then
+    compared in no campaign.
     """
-    if all(parameter.effect != FRAME for parameter in parameters):
-        return list(parameters)
-    return [p for p in parameters if p.effect != FRAME and not _is_geometry(p)]
+    if all(parameter.effect != FRAME for parameters in campaigns for parameter in parameters):
+        return [list(parameters) for parameters in campaigns]
+    return [[p for p in parameters if p.effect != FRAME and not _is_geometry(p)] for parameters in campaigns]
 
 
 def _is_geometry(parameter: IdentifiedParameter) -> bool:
@@ -114,7 +117,8 @@ def _together(fits: list[IdentifyResult]) -> float | None:
     import numpy as np
     from scipy.special import chdtrc
 
-    first, second = ({parameter.name for parameter in parameters_of_robot(fit.parameters)} for fit in fits)
+    of_robot = parameters_of_robot([fit.parameters for fit in fits])
+    first, second = ({parameter.name for parameter in parameters} for parameters in of_robot)
     names = [name for name in fits[0].free_parameters if name in fits[1].free_parameters and name in first & second]
     values, covariances = [], []
     for fit in fits:
@@ -146,7 +150,8 @@ def amplitude_of(parameter: IdentifiedParameter) -> float:
 
 def _warnings(fits: list[IdentifyResult], before: Path, after: Path) -> list[str]:
     texts = []
-    if any(len(parameters_of_robot(fit.parameters)) < len(fit.parameters) for fit in fits):
+    of_robot = parameters_of_robot([fit.parameters for fit in fits])
+    if any(len(own) < len(fit.parameters) for own, fit in zip(of_robot, fits, strict=True)):
         texts.append(
             "geometry and frames are not compared: they depend on the registration of the tracker in each campaign"
         )

@@ -103,7 +103,7 @@ def trend_campaigns(
         require_one_robot([loaded[0].chain, campaign.chain], folders[0], folder)
     _check_dates(folders, [campaign.manifest.trend.date for campaign in loaded])
     campaigns = _in_order([_fitted(folder, context) for folder in folders])
-    own = [parameters_of_robot(campaign.fit.parameters) for campaign in campaigns]
+    own = parameters_of_robot([campaign.fit.parameters for campaign in campaigns])
     charted = _charted(campaigns, own)
     charts = {chart.name: _chart(chart, len(charted)) for chart in charted}
     parameters = _parameters(own, charted, charts)

@@ -331,6 +331,15 @@ def test_a_payload_in_poses_without_unloaded_twins_hangs_at_a_point_of_its_own(t
         load_campaign(tmp_path / "cell")
 
 
+def test_a_payload_of_zero_in_every_row_asks_for_no_place(tmp_path: Path) -> None:
+    rows = "\n".join(f"{10 * k},{5 * k - 60},{20 + k},{k},{k},{k},1500,20,{900 + k},0" for k in range(4))
+    path = table(tmp_path, f"A1,A2,A3,A4,A5,A6,X,Y,Z,kg\n{rows}\n")
+    proposal = propose_campaign(tmp_path / "cell", [path], robot="irb4400", tool=(0.0, 0.0, 0.1))
+    assert "dead_weight" not in proposal.manifest
+    assert '# ? "kg" is 0 in the rows that were looked at: no payload' in proposal.manifest
+    assert "payload" not in load_campaign(tmp_path / "cell").manifest.frames
+
+
 @pytest.mark.parametrize(("masses", "is_absolute"), [((0, 5, 0, 5, 0, 5), True), ((0, 5, 0, 0, 5, 5), False)])
 def test_a_pose_that_repeats_under_the_same_payload_is_no_unloaded_twin(
     tmp_path: Path, masses: Sequence[int], is_absolute: bool

@@ -10,6 +10,7 @@ import pytest
 
 from stiffcal.cli.next_step import after_diagnosis, after_history, after_improvement, after_validation
 from stiffcal.measurements.rms import Rms
+from tests.laboratory.plugin_campaigns import stiffcal
 
 FOLDER = Path("campaign")
 
@@ -86,3 +87,12 @@ def test_after_the_pages_a_finished_model_is_exported() -> None:
     assert after_history(FOLDER, history(small), None, None, finished) == expected
     assert after_history(FOLDER, history(Rms(1e-4, None)), None, None, finished) == "stiffcal diagnose campaign"
     assert after_history(FOLDER, history(small), missing, None, finished) == "stiffcal improve campaign"
+
+
+def test_run_without_logs_names_check(tmp_path: Path) -> None:
+    folder = tmp_path / "new"
+    assert stiffcal("init", folder, "--kind", "load").returncode == 0
+    ended = stiffcal("run", folder)
+    assert ended.returncode == 2
+    assert ended.stderr.rstrip().splitlines()[-1] == f"next: stiffcal check {folder}"
+    assert "Traceback" not in ended.stderr

@@ -71,3 +71,9 @@ def test_a_region_left_out_is_predicted_as_a_fit_without_it_predicts() -> None:
     assert distances is not None
     assert distances.heldout_region is not None
     assert distances.heldout_region.rms > distances.fit.rms
+    # each region with the mean direction of its joints
+    assert sum(region.n for region in distances.by_region) == 90
+    for region in distances.by_region:
+        own_rows = states.joints[region_folds(fit.data) == region.region - 1]
+        direction = np.angle(np.exp(1j * own_rows).sum(axis=0))
+        np.testing.assert_allclose(np.exp(1j * np.array(region.centre)), np.exp(1j * direction), atol=1e-9)

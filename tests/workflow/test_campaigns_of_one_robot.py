@@ -64,6 +64,25 @@ def test_nothing_has_changed_but_where_the_tracker_stands(campaigns: tuple[Path,
     assert len(compared.warnings) == 1
 
 
+def test_geometry_is_compared_with_no_campaign_that_estimates_the_tracker(
+    campaigns: tuple[Path, Path], tmp_path: Path
+) -> None:
+    """Loads alone, in their registered frame, hold `link-geometry` that nothing determines."""
+    loads = tmp_path / "loads"
+    shutil.copytree(campaigns[0], loads, ignore=shutil.ignore_patterns("store"))
+    manifest = (loads / "campaign.toml").read_text(encoding="utf-8")
+    places = manifest.index('[[runs]]\nid = "places"')
+    pulls = manifest.index('[[runs]]\nid = "pull1"')
+    own = manifest.index("[sources.places]"), manifest.index("[sources.loads]")
+    manifest = manifest[: own[0]] + manifest[own[1] : places] + manifest[pulls:]
+    (loads / "campaign.toml").write_text(manifest, encoding="utf-8")
+    for pair in ((campaigns[1], loads), (loads, campaigns[1])):
+        compared = compare_campaigns(*pair)
+        assert {row.effect for row in compared.before_after} == {"joint-compliance"}
+        assert compared.only_before == compared.only_after == []
+        assert compared.changed == []
+
+
 def test_the_model_of_one_holds_in_the_other(campaigns: tuple[Path, Path]) -> None:
     judged = validate_campaign(campaigns[1], model=campaigns[0])
     # 35 µm are the noise of sixty places; the model and the frames are known to some 15 µm
