@@ -42,13 +42,13 @@
       const chosen = [...S.selected.keys()].filter((i) => S.selected[i]), groups = new Map();
       for (const i of chosen.length ? chosen : [S.state.at]) {
         const run = data.runs[states.run[i]];
-        if (!states.first_row[i] || data.measure === "torque") continue;
+        if (!states.first_row[i]) continue;
         const key = JSON.stringify([run.source, run.own_file ? run.name : ""]);
         if (!groups.has(key)) groups.set(key, []);
         groups.get(key).push([states.first_row[i], states.last_row[i]]);
       }
-      if (!groups.size) return `# ${data.measure === "torque" ? "a gap in a log of moving joints is bridged by a line, which leaves no reading out" : "these states were found in several logs and have no rows of their own"}:\n# leave their run out of the fit with holdout = true under [[runs]]`;
-      return [...groups].map(([key, rows]) => {
+      if (!groups.size) return "# these states were found in several logs and have no rows of their own:\n# leave their run out of the fit with holdout = true under [[runs]]";
+      return (data.measure === "torque" ? "# a pass is left out as a whole\n" : "") + [...groups].map(([key, rows]) => {
         const [source, run] = JSON.parse(key);
         return ["[[exclude]]", `source = ${S.tomlText(source)}`, ...(run ? [`run = ${S.tomlText(run)}`] : []), `rows = [${joined(rows).join(", ")}]`, 'why = "…"'].join("\n");
       }).join("\n\n");

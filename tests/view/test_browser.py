@@ -118,6 +118,10 @@ def test_readings_of_two_kinds_have_pages_of_their_own(
     settled(page)
     present = next(model for model in friction_content.models if model.present)
     assert page.evaluate("stiffcal.main(stiffcal.data.noise)") == friction_content.noise.torque
+    lines = page.locator("#exclude").inner_text()
+    first, last = (page.evaluate(f"stiffcal.data.states.{end}_row[stiffcal.state.at]") for end in ("first", "last"))
+    assert lines.startswith("# a pass is left out as a whole\n[[exclude]]")
+    assert f'rows = ["{first}-{last}"]' in lines
     for panel in ("against", "ladder", "effects", "poses", "compliance", "kind1"):
         assert colours_of(page, panel) > 5, panel
     # numbers of the second kind are rounded by its own noise
