@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 from pypdf import PdfReader
 
+from stiffcal.measurements.rms import Rms
 from stiffcal.report import building
 from stiffcal.report.blocks import ReportSection, TableBlock
 from stiffcal.report.content import ReportContent
-from stiffcal.report.sections import residuals, run_table
+from stiffcal.report.sections import calibration, residuals, run_table
 from stiffcal.report.sections.campaign import runs_table
+from stiffcal.validation.distances import Distances, DistanceSummary, RegionDistance
+from stiffcal.validation.results import ErrorSlice
 from tests.laboratory.fits import with_validation
 from tests.laboratory.report_content import made_up_content
 
@@ -44,6 +47,25 @@ def test_poses_without_load_are_listed_by_angles_and_distance() -> None:
     assert "loads" not in table.caption
     assert "largest load" in [column.title for column in runs_table(poses(3, load=50.0)).columns]
     assert "states" in [column.title for column in runs_table(made_up_content()).columns]
+
+
+def test_places_and_loads_have_a_column_each() -> None:
+    content = poses(3)
+    first, *others = content.runs
+    table = runs_table(replace(content, runs=(replace(first, kind="load"), *others)))
+    assert [column.title for column in table.columns][-2:] == ["largest deflection", "from the nominal robot"]
+    assert [[cell == "–" for cell in row[-2:]] for row in table.rows] == [[False, True], *[[True, False]] * 2]
+
+
+def test_ranges_of_angles_have_no_minus_zero_and_regions_have_their_joints() -> None:
+    part = ErrorSlice(label="", n=3, rms=Rms(1e-5, None), max=Rms(1e-5, None), low=-0.6, high=-1e-3)
+    assert residuals.short_ranges([part], "°")[0].label == "−34 … 0"
+    assert residuals.ranges_in_degrees([part]) == ["−34° to 0°"]
+    region = RegionDistance(1, 1e-4, 1e-4, 2e-4, 3e-4, 1e-4, 12, [-0.5, 1e-3, 1.2])
+    summary = DistanceSummary(1e-4, 1e-4, 2e-4, 3e-4, 1e-4, 12, [])
+    table = calibration.regions_table(Distances(summary, summary, summary, [region]))
+    assert table.rows[0][-1] == "−29, 0, 69"
+    assert (table.columns[-1].title, table.columns[-1].unit) == ("mean joint angles", "°")
 
 
 def test_the_worst_states_have_loads_with_their_own_units() -> None:

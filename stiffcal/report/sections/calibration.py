@@ -29,7 +29,7 @@ def section(content: ReportContent) -> ReportSection | None:
     if distance is not None:
         blocks += [*_over_the_workspace(content), _distances(distance)]
         if distance.by_region:
-            blocks.append(_regions(distance))
+            blocks.append(regions_table(distance))
     if ladder:
         blocks.append(_ladder(ladder))
     if isinstance(found, GeometryFound):
@@ -71,7 +71,8 @@ def _distances(distance: Distances) -> TableBlock:
     return TableBlock(_columns("data", "places"), tuple(rows), caption)
 
 
-def _regions(distance: Distances) -> TableBlock:
+def regions_table(distance: Distances) -> TableBlock:
+    """Return the table of the regions that were left out, each with the mean direction of its joints."""
     columns = (*_columns("region", "places"), TableColumn("mean joint angles", "°", align="left"))
     rows = tuple(
         (str(region.region), *_cells(region), str(region.n), _centre(region.centre)) for region in distance.by_region

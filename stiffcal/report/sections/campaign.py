@@ -26,6 +26,7 @@ MOST_WARNINGS = 4
 MOST_RUNS_HERE = 24
 """More runs are listed in an appendix."""
 _MOST_ANGLE_COLUMNS = 8
+_FROM_NOMINAL = "from the nominal robot"
 _TITLE = "The campaign"
 
 
@@ -115,7 +116,7 @@ def runs_table(content: ReportContent) -> TableBlock:
     if states is not None:
         if loads:
             columns += [TableColumn("states"), TableColumn("largest load", "N")]
-        columns.append(TableColumn("from the nominal robot" if content.absolute_alone else _largest(content), "mm"))
+        columns += [TableColumn(name, "mm") for name in _lengths(content)]
         if states.set_aside is not None and (states.set_aside != "").any():
             columns.append(TableColumn("set aside", "states"))
     rows = []
@@ -128,9 +129,13 @@ def runs_table(content: ReportContent) -> TableBlock:
             for angle in degrees
         ]
         if states is not None:
-            cells += _run_cells(states, number)[0 if loads else 2 :]
+            n_states, load, length, *further = _run_cells(states, number)
+            at = min(1, len(_lengths(content)) - 1) if run.kind == "absolute" else 0
+            lengths = [length if k == at else wording.DASH for k in range(len(_lengths(content)))]
+            cells += [*((n_states, load) if loads else ()), *lengths, *further]
         rows.append(tuple(cells[: len(columns)]))
-    caption = "Runs: logged joint angles (mean over the run), loads and deflections."
+    places = ", distances of places from the nominal ones" if len(_lengths(content)) > 1 else ""
+    caption = f"Runs: logged joint angles (mean over the run), loads and deflections{places}."
     if content.absolute_alone:
         loads_too = ", loads" if loads else ""
         caption = f"Poses: logged joint angles{loads_too} and distances of the measured from the nominal places."
@@ -139,6 +144,14 @@ def runs_table(content: ReportContent) -> TableBlock:
         rows = [(*row, run.kind, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]
         caption = "Runs with moving joints, without load states."
     return TableBlock(tuple(columns), tuple(rows), caption)
+
+
+def _lengths(content: ReportContent) -> tuple[str, ...]:
+    """Return the titles of the columns of lengths: deflections, distances of places, or both of runs of both kinds."""
+    if content.absolute_alone:
+        return (_FROM_NOMINAL,)
+    places = any(run.kind == "absolute" for run in content.runs)
+    return ("largest deflection", _FROM_NOMINAL) if places else ("largest deflection",)
 
 
 def _lists_loads(content: ReportContent, states: ReportStates) -> bool:

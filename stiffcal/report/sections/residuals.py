@@ -122,13 +122,13 @@ def _by_groups(validation: ValidateResult) -> list[Block]:
             text += f" Not grouped by {wording.listing(missing)}: only one group in these data."
         names = wording.listing([title for title, _, _ in several])
         caption = f"Residual by {names}. {text}{_noise_words(validation)}"
-        groups = [(f"{title}{unit}", _short(parts, "")) for title, unit, parts in several]
+        groups = [(f"{title}{unit}", short_ranges(parts, "")) for title, unit, parts in several]
         blocks.append(PictureBlock(partial(draw_residuals_by, groups, validation.noise), caption))
     angles = validation.by_joint_angle
     if len(angles) > 1:
         named = [
             replace(part, label=f"joint {part.joint}, {label}")
-            for part, label in zip(angles, _degrees(angles), strict=True)
+            for part, label in zip(angles, ranges_in_degrees(angles), strict=True)
         ]
         caption = f"Residual by joint angle: {_extremes(named)}{_noise_words(validation)}"
         joints = list(dict.fromkeys(part.joint for part in angles))
@@ -136,7 +136,7 @@ def _by_groups(validation: ValidateResult) -> list[Block]:
             groups = [
                 (
                     f"joint {joints[number]} [°]",
-                    _short([part for part in angles if part.joint == joints[number]], "°"),
+                    short_ranges([part for part in angles if part.joint == joints[number]], "°"),
                 )
                 for number in sheet
             ]
@@ -144,7 +144,7 @@ def _by_groups(validation: ValidateResult) -> list[Block]:
     return blocks
 
 
-def _degrees(parts: Sequence[ErrorSlice]) -> list[str]:
+def ranges_in_degrees(parts: Sequence[ErrorSlice]) -> list[str]:
     """Return ranges of angles in words; the label of a part that is no range."""
     return [
         part.label
@@ -154,7 +154,7 @@ def _degrees(parts: Sequence[ErrorSlice]) -> list[str]:
     ]
 
 
-def _short(parts: Sequence[ErrorSlice], unit: str) -> list[ErrorSlice]:
+def short_ranges(parts: Sequence[ErrorSlice], unit: str) -> list[ErrorSlice]:
     """Write ranges as labels of whole numbers, degrees where `unit` is degrees; other labels stay."""
     factor = 180.0 / math.pi if unit == "°" else 1.0
     return [
