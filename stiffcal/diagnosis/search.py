@@ -8,14 +8,15 @@ the best in that last look is its look-alike.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.deletions import Rival, rivals_without_a_pose, too_many_alike
+from stiffcal.diagnosis.decision import decide
+from stiffcal.diagnosis.deletions import rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import explained_share
 from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values, reduction_between
 from stiffcal.diagnosis.naming import look_alikes, near_best, ties_with_named
@@ -38,6 +39,7 @@ from stiffcal.identification.identify import Problem, Settings, fit_problem, wit
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect
+from stiffcal.model.no_balance import NoBalanceError
 
 
 def search_missing(
@@ -115,6 +117,23 @@ def _search(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progres
         progress(f"adding {best.candidate.name}", 0.2 + 0.1 * len(chosen))
         chosen.append(best.candidate)
         scan = bench.look_with(scan.fit.robot, best)
+    try:
+        scan, tried = _judged(bench, first, scan, chosen, progress)
+    except NoBalanceError:
+        # Laws that have no equilibrium without one of them explain nothing: whether it is needed cannot be judged.
+        scan, tried = first, ()
+    return _conclude(bench, first, scan, tried)
+
+
+def _judged(
+    bench: SearchContext[S, F], first: S, scan: S, chosen: list[Candidate], progress: Progress
+) -> tuple[S, tuple[MissingEffect, ...]]:
+    """Return the look at the model with what is needed of the effects that were added, and these as judged.
+
+    Raises
+    ------
+    NoBalanceError : without one of the effects the robot has no equilibrium.
+    """
     scan, tried = _reconsider(bench, first, scan, chosen, progress)
     # Of a set that is no explanation there is nothing to be made simpler.
     now = lack_of_fit(scan.fit, scan)
@@ -127,8 +146,8 @@ def _search(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progres
     if simpler is not None:
         scan, tried = _reconsider(bench, first, *simpler, progress)
     looks = [bench.look(_reduced(bench, first, scan.fit.robot, missing_effect.candidate)) for missing_effect in tried]
-    tried = tuple(with_alike_in_own_weights(bench, look, scan, one) for look, one in zip(looks, tried, strict=True))
-    return _conclude(bench, first, scan, tried)
+    pairs = zip(looks, tried, strict=True)
+    return scan, tuple(with_alike_in_own_weights(bench, look, scan, one) for look, one in pairs)
 
 
 def _check_something_is_left(scan: Scan) -> None:
@@ -239,7 +258,10 @@ def _without_redundant(
     for missing_effect in sorted(tried, key=lambda missing_effect: missing_effect.judgement.fall):
         if not bench.in_other_form(scan.fit.robot, missing_effect.candidate):
             continue
-        look = bench.look(without(scan.fit.robot, missing_effect.candidate))
+        try:
+            look = bench.look(without(scan.fit.robot, missing_effect.candidate))
+        except NoBalanceError:
+            continue
         rise, errors = reduction_between(look, scan)
         if rise <= LEAST_FALL and errors <= STANDARD_ERRORS:
             scan = look
@@ -264,9 +286,11 @@ def one_for_two(
     model, and then the second makes up for it.
     """
     for pair in combinations([candidate for candidate in chosen if candidate.effect.name not in bench.basic], 2):
-        robot = _reduced(bench, first, scan.fit.robot, *pair)
         progress(f"is one effect enough for {pair[0].name} and {pair[1].name}?", 0.8)
-        look, left = bench.look(robot), MOST_FOR_TWO
+        try:
+            look, left = bench.look(_reduced(bench, first, scan.fit.robot, *pair)), MOST_FOR_TWO
+        except NoBalanceError:
+            continue
         for trial in look.trials:
             # Errors about another model are no better known than this; what counts is the refit below.
             if _error(look, trial) > _error(scan) + 5.0 * LEAST_FALL:
@@ -351,39 +375,6 @@ def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[Missin
         wrong_geometry=geometry,
         many_laws=many_laws,
     )
-
-
-@dataclass(frozen=True)
-class Decision:
-    """Which of the supported effects are named, and which stay undecided."""
-
-    named: tuple[MissingEffect, ...]
-    """Empty where the first is undecided."""
-    undecided: tuple[Rival, ...]
-    """Between which candidates the first effect is undecided."""
-    undecided_next: tuple[Rival, ...]
-    """The same for a lesser effect, where the first is named."""
-
-
-def decide(supported: Sequence[MissingEffect]) -> Decision:
-    """Return what is named of effects that the evidence supports.
-
-    A lesser effect that is undecided leaves the others named: it is looked at again when they are in the model. A
-    single pose may decide on any of them; only the first must not be one of too many look-alikes.
-
-    Parameters
-    ----------
-    supported : what matters most first.
-    """
-    open_effects = [
-        missing_effect
-        for number, missing_effect in enumerate(supported)
-        if missing_effect.rivals and (number == 0 or any(rival.deciding for rival in missing_effect.rivals))
-    ]
-    if open_effects and open_effects[0] is supported[0]:
-        return Decision((), open_effects[0].rivals, ())
-    named = tuple(effect for effect in supported if effect not in open_effects)
-    return Decision(named, (), open_effects[0].rivals if open_effects else ())
 
 
 def _mere_noise(bench: SearchContext[S, F], scan: S, after: LackOfFit, has_found: bool) -> bool:

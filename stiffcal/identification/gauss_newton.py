@@ -28,6 +28,7 @@ from stiffcal.identification.weights import (
 )
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
+from stiffcal.model.no_balance import NoBalanceError
 
 # A step below this share of the standard uncertainty changes nothing of any use.
 SMALL_STEP = 1e-3
@@ -70,7 +71,12 @@ def settle(
     """Take steps until one is invisible, at most `MAX_STEPS`; without ``stated`` weights the noise is estimated too.
 
     With ``near`` they end where the next one is expected below `NEAR`. After `WHOLE_STEPS` a step that goes too far is
-    shortened (`TakenStep`); where that leaves nothing of it, the fit stays where the step began.
+    shortened (`TakenStep`); where that leaves nothing of it, the fit stays where the step began. So is one to where the
+    robot has no equilibrium.
+
+    Raises
+    ------
+    NoBalanceError : the robot has none where the fit begins, or the fit does not converge short of where it has none.
     """
     data, columns = problem.data, free_columns(robot, settings.fixed)
     amplitude = amplitudes(robot, columns)
@@ -79,22 +85,35 @@ def settle(
     small = ROUGH_STEP if stated is not None or bends else SMALL_STEP
     weights, lowered, moved = stated, None, 0.0
     taken: TakenStep | None = None
+    beyond: NoBalanceError | None = None
+    n_beyond = 0
     while True:
         progress("fit in equilibrium", min(0.9, 0.3 + 0.2 * iterations))
         # With stated weights the first step's stay: the start is good to a hundredth already.
         few = 0 if stated is not None and not robust else REWEIGHTED_STEPS
-        renew = iterations <= few or moved > SMALL_CORRECTION
-        weights, blocks = _weighed(problem, data, (robot, columns), settings, (stated, weights), renew)
-        if robust:
-            predicted = np.concatenate([block.predicted for block in blocks], axis=1)
-            lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
-        under = (lowered or weights.whitening, data)
-        reduced = with_prior(reduce_blocks(blocks, data, under[0]), robot, columns, data)
+        renew = iterations - n_beyond <= few or moved > SMALL_CORRECTION
         iterations += 1
+        try:
+            weights, blocks = _weighed(problem, data, (robot, columns), settings, (stated, weights), renew)
+            if robust:
+                predicted = np.concatenate([block.predicted for block in blocks], axis=1)
+                lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
+            under = (lowered or weights.whitening, data)
+            reduced = with_prior(reduce_blocks(blocks, data, under[0]), robot, columns, data)
+        except NoBalanceError as error:
+            beyond, n_beyond = beyond or error, n_beyond + 1
+            if taken is None or iterations >= MAX_STEPS or taken.left < small:
+                raise beyond from None
+            taken, last = taken.shortest(), 0.0
+            amplitude = taken.reached
+            robot = with_estimates(robot, columns, amplitude)
+            continue
         shorter = None if taken is None or iterations <= WHOLE_STEPS else taken.shortened(reduced, under)
         if shorter is not None:
             if shorter.left < small or iterations >= MAX_STEPS:
                 robot, left = with_estimates(robot, columns, shorter.start), shorter.left
+                if beyond is not None and left >= small:
+                    raise beyond
                 ended = Settled(robot, weights, columns, shorter.reduced, shorter.checked, iterations, data)
                 return ended if left < small else replace(ended, last_step=left)
             # The next step cannot be predicted from a shortened one.
@@ -114,6 +133,8 @@ def settle(
         settled = settled or (near and next_step < NEAR)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             last_step = change if (robot.deformed or robust) and not settled else None
+            if beyond is not None and last_step is not None:
+                raise beyond
             return Settled(robot, weights, columns, reduced, checked, iterations, data, last_step)
         last, data = change, corrected
 

@@ -72,6 +72,10 @@ class TakenStep:
         """Length of what was taken, in standard uncertainties per parameter."""
         return self.share * self.change
 
+    def shortest(self) -> TakenStep:
+        """Return the step shortened as much as is done at once: where it ends there is no sum of squares."""
+        return replace(self, share=self.share * SHORTEST)
+
     def shortened(self, reduced: Reduced, under: tuple[Whitening, Observations]) -> TakenStep | None:
         """Return the step shortened where it has raised the sum of squares; None where it stands.
 

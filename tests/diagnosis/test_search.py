@@ -228,3 +228,27 @@ def test_a_candidate_without_balance_takes_no_part(monkeypatch: pytest.MonkeyPat
     # the present model is not tried anew with one candidate fewer
     assert sum(fit.robot.placed == search.first.fit.robot.placed for fit in scanned) == 1
     assert all(found.candidate.name != "bearing-tilt j3" for found in search.tried)
+
+
+def test_effects_that_have_no_balance_without_one_of_them_explain_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing shows whether that one is needed."""
+    tilts = with_hidden("bearing-tilt", Place("joints", (3,)), x=6e-7, y=3e-7)
+    other = PlacedEffect(find_effects()["bearing-tilt"], Place("joints", (5,)), {"x": 1e-6, "y": 1e-6})
+    states = played(replace(tilts, placed=(*tilts.placed, other)), runs=8, noise=NOISE, seed=2)
+    catalogue = {"bearing-tilt": find_effects()["bearing-tilt"]}
+    model = joint_springs(six_axes())
+    both = [found.candidate.name for found in search_missing(states, model, catalogue).found]
+    assert len(both) == 2
+    assert "bearing-tilt j3" in both
+    fit = LoadSearchContext.fit
+
+    def falling(bench: LoadSearchContext, robot: CompliantRobot) -> Fit:
+        tilting = {placed.place.joints for placed in robot.placed if placed.effect.name == "bearing-tilt"}
+        if tilting and (3,) not in tilting:
+            raise NoBalanceError("the robot finds no balance")
+        return fit(bench, robot)
+
+    monkeypatch.setattr(LoadSearchContext, "fit", falling)
+    search = search_missing(states, model, catalogue)
+    assert search.tried == ()
+    assert search.unexplained

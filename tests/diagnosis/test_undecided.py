@@ -8,10 +8,11 @@ from functools import cache
 import pytest
 
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.decision import decide
 from stiffcal.diagnosis.deletions import Rival
 from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.judge import Judgement
-from stiffcal.diagnosis.search import decide, search_missing
+from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import built_in_effects

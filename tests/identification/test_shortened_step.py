@@ -8,16 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.identification import gauss_newton
 from stiffcal.identification.gauss_newton import MAX_STEPS, ROUGH_STEP, WHOLE_STEPS
 from stiffcal.identification.identifiability import Identifiability
 from stiffcal.identification.identify import fit_problem, identify_parameters
 from stiffcal.identification.least_squares import Reduced
 from stiffcal.identification.noise import Whitening
+from stiffcal.identification.observation import evaluate
 from stiffcal.identification.shortened_step import SHORTEST, TakenStep
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
+from stiffcal.model.no_balance import NoBalanceError
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
@@ -99,3 +102,43 @@ def test_a_law_with_a_corner_ends_with_a_small_step_and_not_with_a_promise_of_on
     assert fit.last_step is None
     if fit.iterations <= WHOLE_STEPS:
         assert steps[-1] < ROUGH_STEP
+
+
+@pytest.mark.parametrize("n_failures", [1, 3])
+def test_a_step_to_where_the_robot_has_no_equilibrium_is_shortened(
+    n_failures: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The fit goes on from a shorter one and ends where whole steps end."""
+    states = two_plays(1)
+    whole = identify_parameters(states, joint_springs(six_axes()))
+    reached: list[CompliantRobot] = []
+
+    def falling(robot: CompliantRobot, *rest: Any, **settings: Any) -> Any:
+        reached.append(robot)
+        if 2 <= len(reached) < 2 + n_failures:
+            raise NoBalanceError("the robot falls")
+        return evaluate(robot, *rest, **settings)
+
+    monkeypatch.setattr(gauss_newton, "evaluate", falling)
+    fit = identify_parameters(states, joint_springs(six_axes()))
+    assert fit.last_step is None
+    assert fit.iterations > whole.iterations
+    for one, other in zip(fit.parameters, whole.parameters, strict=True):
+        assert one.value == pytest.approx(other.value, abs=0.01 * (other.std or 0.0))
+
+
+@pytest.mark.parametrize("first", [1, 2])
+def test_a_fit_that_finds_no_equilibrium_is_an_error(first: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it begins, or however short the step."""
+    reached: list[CompliantRobot] = []
+
+    def falling(robot: CompliantRobot, *rest: Any, **settings: Any) -> Any:
+        reached.append(robot)
+        if len(reached) >= first:
+            raise NoBalanceError("the robot falls")
+        return evaluate(robot, *rest, **settings)
+
+    monkeypatch.setattr(gauss_newton, "evaluate", falling)
+    with pytest.raises(NoBalanceError, match="the robot falls"):
+        identify_parameters(two_plays(1), joint_springs(six_axes()))
+    assert len(reached) <= MAX_STEPS
