@@ -22,19 +22,13 @@ from stiffcal.diagnosis.ranking import effect_at, ranked_findings
 from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect, SearchPace, UndecidedEffect
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_results import MissingEffect, Search
+from stiffcal.diagnosis.search_warnings import search_warnings
 from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, MOST_UNDERSTATED, PAIRS_PLANNED, REPORTED_LINGERING
-from stiffcal.diagnosis.words import (
-    candidate_in_words,
-    error_in_words,
-    explain,
-    leading_measure,
-    pattern_in_words,
-    places_in_words,
-)
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, MOST_UNDERSTATED, PAIRS_PLANNED
+from stiffcal.diagnosis.words import candidate_in_words, error_in_words, explain, leading_measure, pattern_in_words
 from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
-from stiffcal.identification.document import finite, identified_parameter, wrong_geometry_in_words
+from stiffcal.identification.document import finite, identified_parameter
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.identification.geometry import with_geometry
@@ -102,7 +96,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     with_missing = fitted_rms(states, search.final) if search.found else before
     parameters = _identified(states, search.final) if search.found else []
     return DiagnoseResult(
-        warnings=_warnings(search),
+        warnings=search_warnings(search),
         adequate=adequate,
         noise=noise,
         rms=before,
@@ -181,44 +175,6 @@ def _undecided(states: LoadStates, search: Search) -> list[UndecidedEffect]:
         for rival in search.undecided
         for at in (effect_at(rival.candidate),)
     ]
-
-
-def _warnings(search: Search) -> list[str]:
-    texts = []
-    if search.before is None and (search.tried or search.unexplained):
-        texts.append("no repeats and no stated sigma: the share of noise in the error is unknown")
-    elif search.before is None:
-        texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
-    if len(search.first.folds) < 6:
-        texts.append(f"only {len(search.first.folds)} poses: the error in held-out poses is poorly determined")
-    texts += _refused_by_places(search)
-    if search.wrong_geometry is not None:
-        texts.append(wrong_geometry_in_words(search.wrong_geometry.misfit))
-    now = search.after
-    if now is not None and now.lag_one_correlation > REPORTED_LINGERING and not now.drifts and not search.unexplained:
-        texts.append(
-            f"successive readings have correlated errors (correlation {now.lag_one_correlation:.2g}): "
-            "slowly varying noise (air, temperature, a filter), so the uncertainties are larger than stated; wait "
-            "longer between readings"
-        )
-    if now is not None and not now.adequate and not search.unexplained:
-        texts.append(
-            f"the remaining error is {now.ratio:.2g} times the noise that the manifest states, and depends on no "
-            "variable: check sigma in campaign.toml, or repeat loads to measure the noise"
-        )
-    return texts
-
-
-def _refused_by_places(search: Search) -> list[str]:
-    """Return why a set-up error that explains the displacements best is not named: absolute places do not show it."""
-    leader = next(iter(search.first.trials), None)
-    if leader is None or leader.places is None or not leader.places.contradicted:
-        return []
-    if float(leader.score.heldout.sum()) >= float(search.first.base.heldout.sum()):
-        return []
-    name = candidate_in_words(leader.candidate)
-    reason = f"absolute positions contradict it, {places_in_words(leader.places)}"
-    return [f"{name} fits the displacements best but is not named: {reason}"]
 
 
 def _findings(search: Search, before: Rms) -> list[Finding]:

@@ -61,6 +61,8 @@ class WrenchBias(DocumentedEffect):
         """Several orientations within a run, or no free reference."""
         if states.deflection_given:
             return None
+        if len(states) and states.absolute.all():
+            return "load runs: in absolute places alone a bias acts like other masses, compliances and geometry"
         for members in members_of(states.run):
             if float(np.ptp(states.joints[members], axis=0).max()) > _TURNED:
                 return None

@@ -16,6 +16,7 @@ from stiffcal.identification.fit_results import (
     UnidentifiedParameters,
 )
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
+from stiffcal.identification.noise import Noise
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
@@ -24,6 +25,10 @@ from stiffcal.uncertainty import NORMAL_95
 
 # So many springs of one effect in the noise are named in one line.
 JOINTLY_UNIDENTIFIABLE = 4
+# Reduced χ² from which an effect is missing, and below whose inverse the stated noise is too large.
+MOST_CHI2 = 1.5
+# Probability by chance below which so small a χ² is the stated noise's.
+LEAST_P = 1e-3
 
 
 def finite(value: float | None) -> float | None:
@@ -171,13 +176,15 @@ def fit_warnings(fit: Fit) -> list[str]:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if fit.scaled:
         texts.append("standard uncertainties are scaled by the reduced χ² of the fit")
-    if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
+    if fit.reduced_chi2 is not None and fit.reduced_chi2 > MOST_CHI2:
         stated = fit.noise is not None and fit.noise.source == "manifest"
         texts.append(
             f"residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise: an effect is missing in the "
             f"model{' or the noise is larger than stated' if stated else ''}, and the stated uncertainties cover the "
             "instruments only"
         )
+    if fit.noise is not None and fit.reduced_chi2 is not None:
+        texts += overstated_noise_in_words(fit.noise, fit.reduced_chi2, float(fit.dof))
     in_noise = _jointly_unidentifiable(fit)
     texts += [
         f"{effect} at {', '.join(places)}: not significant, less than three standard uncertainties from zero"
@@ -194,6 +201,24 @@ def fit_warnings(fit: Fit) -> list[str]:
             share_percent = 100.0 * NORMAL_95 * (parameter.std or 0.0) / abs(parameter.value or 1.0)
             texts.append(f"{parameter.name} is poorly determined: ± {share_percent:.0f} %")
     return texts
+
+
+def overstated_noise_in_words(noise: Noise, reduced_chi2: float, dof: float) -> list[str]:
+    """Return the warning where the residuals are significantly less than the noise that the manifest states.
+
+    Parameters
+    ----------
+    reduced_chi2 : of the fit, ``dof`` its degrees of freedom.
+    """
+    from scipy.special import chdtr
+
+    if noise.source != "manifest" or reduced_chi2 >= 1.0 / MOST_CHI2 or chdtr(dof, dof * reduced_chi2) >= LEAST_P:
+        return []
+    text = (
+        f"residuals are {math.sqrt(reduced_chi2):.2g} times the noise that campaign.toml states: sigma is too large "
+        "there; uncertainties are then too large, and effects that are missing may not be found"
+    )
+    return [text]
 
 
 def wrong_geometry_in_words(misfit: float) -> str:

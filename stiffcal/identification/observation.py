@@ -14,9 +14,9 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.finite_columns import check_finite
+from stiffcal.identification.geometry_terms import geometry_terms
 from stiffcal.identification.readings import Observations, observe
 from stiffcal.identification.weight_columns import weight_column
-from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import cross
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.deformed_chain import unit_wrenches
@@ -244,26 +244,6 @@ def _levers(
     """Return (node, component) to the lever, for all that the laws move."""
     components = {(term.node, term.component) for _, term in terms}
     return {key: lever_of(loaded, data, *key) for key in components}
-
-
-def geometry_terms(placed: Sequence[PlacedEffect], chain: Chain, data: Observations) -> list[tuple[PlacedEffect, Term]]:
-    """Return how the parameters of the geometry move the nodes outboard of them; nothing where displacements count.
-
-    A displacement depends on the geometry by its square alone: both of its ends move with it.
-
-    Parameters
-    ----------
-    placed : the effects; shape parameters have their values or typical ones.
-    chain : as the robot file describes it.
-    data : the observations.
-    """
-    if not data.absolute.any():
-        return []
-    return [
-        (placed_effect, replace(term, value=np.where(data.absolute, term.value, 0.0)))
-        for placed_effect in placed
-        for term in placed_effect.effect.geometry_terms(placed_effect.place, chain, data.angles, placed_effect.shape())
-    ]
 
 
 def _law_columns(

@@ -14,10 +14,10 @@ from typing import Protocol
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.identification.geometry_terms import geometry_terms
 from stiffcal.identification.load_scale import is_proportional
 from stiffcal.identification.observation import (
     Observations,
-    geometry_terms,
     held_by_bent_chain,
     lever_of,
     observed_displacement,

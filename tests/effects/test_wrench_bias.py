@@ -55,3 +55,5 @@ def test_where_it_can_be_found() -> None:
     joints[1, 4] = 0.5
     assert EFFECT.lacking(CHAIN, replace(still, joints=joints)) is None
     assert EFFECT.lacking(CHAIN, replace(still, deflection=np.zeros((4, 1, 6)))) is None
+    places = replace(still, runs=tuple(replace(run, experiment="absolute") for run in still.runs))
+    assert "load runs" in str(EFFECT.lacking(CHAIN, places))
