@@ -222,7 +222,7 @@ def json_value(value: Any) -> Any:
 
 @cache
 def _written(kind: Any) -> tuple[tuple[str, KeyIf | None], ...]:
-    """Return the fields that stand in the document, with what the presence of the key hangs on."""
+    """Return the fields that stand in the document, with what the presence of the key depends on."""
     written: list[tuple[str, KeyIf | None]] = []
     for name, marks in _marks(kind).items():
         if NOT_IN_DOCUMENT not in marks:

@@ -52,7 +52,7 @@ def _approach_without_places(manifest: Manifest) -> Iterator[Fault]:
 
 
 def _estimated_carriers(manifest: Manifest) -> Iterator[Fault]:
-    """Check that no measured frame hangs on another one that is estimated: a fit moves measured frames one by one."""
+    """Check that no measured frame is attached to another one that is estimated: a fit moves measured frames singly."""
     measured = [body for source in manifest.sources.values() for body in source.body_poses()]
     for body in dict.fromkeys(measured):
         carrier, passed = body, {body}
@@ -63,7 +63,7 @@ def _estimated_carriers(manifest: Manifest) -> Iterator[Fault]:
                     f"list the points as markers of one body: [sources.NAME.poses.{carrier}] markers = {{ {body} = "
                     f"[…], … }}, or give {carrier} and estimate {body}"
                 )
-                reason = f"{body} is measured and hangs on this frame, which is estimated"
+                reason = f"{body} is measured and attached to this frame, which is estimated"
                 yield Fault(FaultCode.FRAME_UNSUITABLE, MANIFEST_FILE, f"frames.{carrier}.estimate", reason, mend)
                 return
 

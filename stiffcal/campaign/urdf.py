@@ -21,7 +21,7 @@ TURNING = ("revolute", "continuous")
 
 @dataclass(frozen=True)
 class UrdfRobot:
-    """The path from base to tip, and what hangs on it."""
+    """The path from base to tip, and what is attached to it."""
 
     name: str
     """The robot's name."""

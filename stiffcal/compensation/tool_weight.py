@@ -22,7 +22,7 @@ def weight_on_sensor(chain: Chain, angles: Floats, sensor: Attachment, mass: flo
     ----------
     angles : (n, J) model angles, rad.
     sensor : its axes and origin; on the base: base axes about the base's origin.
-    mass : kg of all that hangs on the sensor.
+    mass : kg of all that is mounted on the sensor.
     com : (3,) its centre in the flange frame, m.
     """
     _, rotation = attached_poses(chain, angles, sensor)

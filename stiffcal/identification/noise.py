@@ -103,7 +103,7 @@ class Noise:
             size[:, clamped] = np.repeat([[self.clamped_wrench[0]], [self.clamped_wrench[1]]], 3, axis=0)
         if data.clamped is not None:
             size = np.where(np.isfinite(data.clamped.wrench), data.clamped.wrench, size)
-        # Where no load hangs on the robot there is none to be uncertain of.
+        # Where the robot has no load there is none to be uncertain of.
         size[:, data.absolute & ~data.wrench.any(axis=0)] = 0.0
         return np.asarray(size)
 

@@ -191,7 +191,7 @@ def _centring(run: Integers | None, n: int) -> Callable[[Floats], Floats]:
 
 
 def _identified_elements(slopes: Floats, undetermined: Floats, twist: bool) -> NDArray[np.bool_]:
-    """Return (6, 6) True where an element hangs on no combination of coefficients that the loads left open."""
+    """Return (6, 6) True where an element depends on no combination of coefficients that the loads left open."""
     identified = np.ones((6, 6), dtype=np.bool_)
     if len(undetermined):
         undetermined_share = np.linalg.norm(slopes @ undetermined.T, axis=1).reshape(6, 6)

@@ -62,7 +62,7 @@ def first_impossible(
         return ImpossibleReading(int(off[0]), reason, "name its four columns, w first")
     if kind == "mass" and (negative := np.flatnonzero(values[0] < 0.0)).size:
         reason = f"a mass of {values[0, negative[0]]:.4g} kg"
-        return ImpossibleReading(int(negative[0]), reason, "write the mass that hangs on the tool, positive")
+        return ImpossibleReading(int(negative[0]), reason, "write the mass at the tool, positive")
     largest, reason, mend = _BOUNDS.get(kind, (np.inf, "", ""))
     if name in ("joints.velocity", "joints.torque", "joints.current", "joints.approach") or not np.isfinite(largest):
         return None
