@@ -228,7 +228,7 @@ def _sigma(manifest: Manifest, load: _Load) -> Sigma:
             factor = 1.0 if quaternion else signal.unit_of("rotation").factor
             stated = _scaled(signal.sigma.position, signal.unit_of("position").factor)
             stated_turn = _scaled(signal.sigma.rotation, factor)
-            if signal.markers and stated is not None and stated_turn is None:
+            if signal.markers and source in of_absolute and stated is not None and stated_turn is None:
                 (points,) = markers_of(manifest, (signal.body or "target",))
                 stated, stated_turn = (None, None) if points is None else points.pose_sigma(stated)
             translation, rotation = translation or stated, rotation or stated_turn

@@ -40,8 +40,9 @@ def near_best(scan: Scan) -> list[Trial]:
     list of Trial
         The others by evidence; general laws (a joint's whole compliance) last: they are named only where no simple
         effect comes near, and one that holds the named effect as a special case is no alternative to it. Last of the
-        simple ones those that are not supported by themselves, for they have more parameters, but displace the target
-        as the named one does. The best possible candidate alone where none is supported; empty where none is possible.
+        simple ones those that are not significant by themselves, with more parameters for instance, but displace the
+        target as the named one does. The best possible candidate alone where none is supported; empty where none is
+        possible.
     """
     possible = [trial for trial in scan.trials if possible_values(scan, trial)]
     if not possible:

@@ -12,7 +12,7 @@ from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.pattern_results import CandidateParameter
 from stiffcal.diagnosis.results import Explanation, Finding
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
-from stiffcal.diagnosis.words import places_in_words
+from stiffcal.diagnosis.words import candidate_in_words, places_in_words
 from stiffcal.identification.document import finite
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
@@ -106,7 +106,8 @@ def _verdict(supported: bool, leads: bool, same: bool) -> Literal["supported", "
 
 def _why_same(named: Candidate) -> str:
     """Return why a candidate that is not supported by itself is possible, in words."""
-    return f"its displacements are those of {named.name} to within the noise; it has more parameters"
+    same = f"its displacements are those of {candidate_in_words(named)} to within the noise"
+    return f"{same}; it is not significant by itself"
 
 
 def why_rejected(scan: Scan, trial: Trial) -> str:

@@ -37,7 +37,7 @@ class Creep(DocumentedEffect):
     time.
 
     In absolute runs whose rows follow each other directly (`approach = "direct"`) the poses are the loads: the drive
-    continues to give to what it carried in the poses before, taken on the undeformed robot.
+    continues to deflect under what it carried in the poses before, taken on the undeformed robot.
 
     Assumes that loads change quickly against T and that the stamp is the time of the reading. States without order or
     time count as fully relaxed.

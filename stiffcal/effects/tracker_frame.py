@@ -46,6 +46,10 @@ class TrackerFrame(DocumentedEffect):
             return None
         if states.setup.tracker in states.setup.estimated:
             return "displacements under load alone: in absolute runs the frame of the tracker is estimated by the fit"
+        if not states.absolute.all():
+            return "displacements under load alone: with absolute runs, estimate = true in the tracker's frame tests it"
+        if not states.setup.tracker:
+            return "displacements under load: these places are given in the base's axes"
         return "displacements under load alone: in absolute runs the frame itself is estimated to test what is given"
 
     def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:

@@ -71,8 +71,8 @@ def settle(
     """Take steps until one is invisible, at most `MAX_STEPS`; without ``stated`` weights the noise is estimated too.
 
     With ``near`` they end where the next one is expected below `NEAR`. After `WHOLE_STEPS` a step that goes too far is
-    shortened (`TakenStep`); where that leaves nothing of it, the fit stays where the step began. So is one to where the
-    robot has no equilibrium.
+    shortened (`TakenStep`); where that leaves nothing of it, the fit stays where the step began. A step to where the
+    robot has no equilibrium is shortened too, at any iteration.
 
     Raises
     ------

@@ -44,7 +44,7 @@ def start_nonlinear(
         state = Linearised.about(other_effects, data)
         columns = [
             column
-            for column in free_columns(other_effects)
+            for column in free_columns(other_effects, fixed)
             if column.role is not ParameterRole.NONLINEAR
             and not lacks_nonlinear_value(other_effects.placed[column.placed])
         ]

@@ -162,7 +162,8 @@ class Linearised:
             return column if column.any() else None
         unit_effect = PlacedEffect(effect, place, {**shape, symbol: effect.spec(symbol).value_of(step)})
         shifted = replace(self.robot, placed=(*self.robot.placed, unit_effect))
-        loaded, unloaded = rests(shifted, self.data)
+        # solved as in `about`: the difference of two ways of solving would be an effect of its own
+        loaded, unloaded = rests(shifted, self.data, for_memory=True)
         change = predicted(shifted, self.data, loaded, unloaded) - self.predicted
         return change / step if change.any() else None
 

@@ -141,7 +141,7 @@ def _unit_fault(states: LoadStates, other: Booleans, known: Booleans, words: str
     whole = bool((other == known)[rows].all())
     what = "positions" if whole else f"positions of {' and '.join(names)}"
     reason, place = f"the {what} are {words} in {len(rows)} of {len(other)} rows", f"poses.{names[0]}.units.position"
-    mend = "correct the unit of that target"
+    mend = f"correct the unit of {'that target' if len(names) == 1 else 'these targets'}"
     if len(rows) < len(other):
         reason, place = f"{reason} ({_where(states, rows)})", _place(states, rows)
         mend = "correct the rows, or exclude them with [[exclude]]"

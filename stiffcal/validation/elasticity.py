@@ -217,7 +217,10 @@ def payload_that_shows(fit: Fit, joint: int, compliance: float) -> float | None:
     shown = compliance * float(np.sqrt(np.sum((levers[joint - 1] * torques[joint - 1]) ** 2) / 2.0))
     rows = fit.data.kind == TRANSLATION
     left = fit.residual[rows][fit.data.measured_mask[rows]]
-    mass = KNOWN * float(np.sqrt(np.mean(left**2))) / shown
+    if fit.dof <= 0:
+        return None
+    scatter = float(np.sqrt(np.mean(left**2) * (1.0 + len(fit.free_names) / fit.dof)))
+    mass = KNOWN * scatter / shown
     # no arm of this kind carries more than it weighs
     return mass if not chain.masses_known or mass < float(np.sum(chain.link_mass)) else None
 

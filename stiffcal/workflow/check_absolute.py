@@ -168,7 +168,7 @@ def _what_would_show(fit: Fit, number: int, own: Parameter, relative: float | No
     ways = []
     if relative is not None:
         poses = fit.data.n_measured * (KNOWN * relative) ** 2
-        ways += [f"about {significant(poses, 2)} such poses"] if poses <= MOST_POSES else []
+        ways += [f"about {significant(poses, 2)} such poses in all"] if poses <= MOST_POSES else []
     ways += [f"{significant(mass, 2)} kg at the flange in half of the poses"] if mass is not None else []
     return f"; {' or '.join(ways)} would give ± {100.0 * NORMAL_95 / KNOWN:.0f} % or better" if ways else ""
 

@@ -297,16 +297,18 @@ def _check_not_included(
     """Raise where an effect of the model includes the new one at the same place: that adds nothing."""
     from stiffcal.campaign.model_file import place_names
 
-    new = set(place_names(given["joints"], given["links"], given["pairs"]))
+    places = place_names(given["joints"], given["links"], given["pairs"])
     for entry in campaign.model.effects:
         present = catalogue.get(entry.type)
         if present is None or effect not in present.includes:
             continue
         there = place_names(entry.joints or (), entry.links or (), entry.pairs or ())
-        shared = [label for label in there if label in new]
+        shared = [label for label in there if label in places]
         if shared:
             reason = f"{entry.type} in the model includes {effect} at {', '.join(shared)}"
-            mend = f"nothing is to be added; for {effect} alone, remove {entry.type} there first"
+            others = [label for label in places if label not in shared]
+            rest = f"add it at {', '.join(others)} alone" if others else "nothing is to be added"
+            mend = f"{rest}; for {effect} alone, remove {entry.type} there first"
             raise InputError.at(FaultCode.EFFECT_CONFLICT, "command line", effect, reason, mend)
 
 

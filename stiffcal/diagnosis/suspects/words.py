@@ -140,7 +140,9 @@ def suspect_of_move(moved: MovedBase, states: LoadStates) -> Suspect:
     adjacent = rows[0] + 1 == rows[1] == rows[2]
     most_likely = "" if adjacent else f" (most likely before row {likeliest})"
     drift, cure = (
-        (", or drifted over the rows", "add thermal-drift to the model, or fit") if moved.or_drift else ("", "fit")
+        (", or drifted over the rows", "add the drift to the model where time is logged, or fit")
+        if moved.or_drift
+        else ("", "fit")
     )
     return Suspect(
         run=names[2],

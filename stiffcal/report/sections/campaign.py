@@ -134,8 +134,11 @@ def runs_table(content: ReportContent) -> TableBlock:
             lengths = [length if k == at else wording.DASH for k in range(len(_lengths(content)))]
             cells += [*((n_states, load) if loads else ()), *lengths, *further]
         rows.append(tuple(cells[: len(columns)]))
-    places = ", distances of places from the nominal ones" if len(_lengths(content)) > 1 else ""
-    caption = f"Runs: logged joint angles (mean over the run), loads and deflections{places}."
+    several = len(_lengths(content)) > 1
+    lengths_text = (
+        "loads, deflections, and distances of places from the nominal ones" if several else "loads and deflections"
+    )
+    caption = f"Runs: logged joint angles (mean over the run), {lengths_text}."
     if content.absolute_alone:
         loads_too = ", loads" if loads else ""
         caption = f"Poses: logged joint angles{loads_too} and distances of the measured from the nominal places."
