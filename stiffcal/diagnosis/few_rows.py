@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.diagnosis.folds import LeftOut, solve_folds
+from stiffcal.diagnosis.folds import LeftOutFolds, solve_folds
 from stiffcal.diagnosis.normal_equations import RIDGE, ROUNDING, SLACK, quadratic
 
 # Determinant of what a fold's rows leave open when the others are fitted; below it the fold alone determines a
@@ -153,7 +153,7 @@ class AddedColumns:
         """(k + 1, k + 1) inner products of all folds, residual last."""
         return _bordered(self.base.inner, self.base.columns, self.mine)
 
-    def left_out(self, lower: Floats, upper: Floats, near: Floats) -> tuple[LeftOut, Floats]:
+    def left_out(self, lower: Floats, upper: Floats, near: Floats) -> tuple[LeftOutFolds, Floats]:
         """Leave each fold out in turn; return what is left and (F,) its squares in what was left out.
 
         Parameters
@@ -169,9 +169,9 @@ class AddedColumns:
             for (part, whole), solution in zip(rows, solutions[alone], strict=True):
                 residual[part] = whole[:, -1] - whole[:, :-1] @ solution
         squares = self._sums(residual**2)
-        return LeftOut(residual, quadratic(self.total, solutions) - squares), squares
+        return LeftOutFolds(residual, quadratic(self.total, solutions) - squares), squares
 
-    def moved(self, left: LeftOut, base: LeftOut) -> Floats:
+    def moved(self, left: LeftOutFolds, base: LeftOutFolds) -> Floats:
         """Return (F,) squares by which the prediction of each fold left out differs from that of the base model."""
         return self._sums((base.residual - left.residual) ** 2)
 

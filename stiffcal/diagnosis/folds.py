@@ -20,7 +20,7 @@ NUMBERS_AT_ONCE = 1 << 22
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class LeftOutFolds:
     """What the fits without each fold leave."""
 
     residual: Floats
@@ -65,7 +65,7 @@ class FoldProducts:
         """(k + 1, k + 1) of all folds."""
         return np.asarray(self.each.sum(axis=0))
 
-    def left_out(self, lower: Floats, upper: Floats, near: Floats) -> tuple[LeftOut, Floats]:
+    def left_out(self, lower: Floats, upper: Floats, near: Floats) -> tuple[LeftOutFolds, Floats]:
         """Leave each fold out in turn; return what is left and (F,) its squares in what was left out.
 
         Parameters
@@ -76,9 +76,9 @@ class FoldProducts:
         residual = np.zeros(self.rows.shape[1])
         for x, fold in zip(without, self.folds, strict=True):
             residual[fold] = self.rows[-1, fold] - x @ self.rows[:-1, fold]
-        return LeftOut(residual, rest, without), quadratic(self.each, without)
+        return LeftOutFolds(residual, rest, without), quadratic(self.each, without)
 
-    def moved(self, left: LeftOut, base: LeftOut) -> Floats:
+    def moved(self, left: LeftOutFolds, base: LeftOutFolds) -> Floats:
         """Return (F,) squares by which the prediction of each fold left out differs from that of the base model."""
         if left.without is None or base.without is None:
             squares = (base.residual - left.residual) ** 2

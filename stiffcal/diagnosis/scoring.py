@@ -13,7 +13,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.few_rows import AddedColumns
-from stiffcal.diagnosis.folds import FoldProducts, LeftOut
+from stiffcal.diagnosis.folds import FoldProducts, LeftOutFolds
 from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
 
 
@@ -29,7 +29,7 @@ class Score:
     """(F, F) on pose g with poses f and g left out (row f, column g; the diagonal is ``heldout``)."""
     solution: Floats
     """(k,) parameters with all poses, base model first."""
-    left: LeftOut
+    left: LeftOutFolds
     """What the fits without each pose leave, at the shape that is best with all; rows as `RowSpace` returns them."""
     variant: int
     """Which shape was best with all poses."""

@@ -16,7 +16,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.reduction.met_places import FAR, FAR_M, Met, Places, meet, orders
+from stiffcal.reduction.met_places import FAR, FAR_M, MeasuredPlaces, Met, meet, orders
 
 MANIFEST = "campaign.toml"
 LENGTH_FACTORS = {
@@ -41,7 +41,7 @@ MOST_LISTED = 6
 UNCALIBRATED_M = 5e-3
 
 
-def exchanged_rows(states: LoadStates, places: Places, far: Integers) -> Fault | None:
+def exchanged_rows(states: LoadStates, places: MeasuredPlaces, far: Integers) -> Fault | None:
     """Return the fault of rows in which targets of one body are exchanged; None where that does not explain the places.
 
     Parameters
@@ -108,7 +108,7 @@ def _right_order(chosen: Integers, offsets: Sequence[Floats], stated: Floats) ->
     return int(present[counts.argmax()])
 
 
-def rows_in_another_unit(states: LoadStates, places: Places) -> Fault | None:
+def rows_in_another_unit(states: LoadStates, places: MeasuredPlaces) -> Fault | None:
     """Return the fault of positions in another unit, of some rows or one target; None where that does not explain them.
 
     Parameters
@@ -148,7 +148,7 @@ def _unit_fault(states: LoadStates, other: Booleans, known: Booleans, words: str
     return Fault(FaultCode.UNIT_IMPLAUSIBLE, MANIFEST, place, reason, mend)
 
 
-def _all_meet(met: Met, places: Places, mended: Booleans) -> bool:
+def _all_meet(met: Met, places: MeasuredPlaces, mended: Booleans) -> bool:
     """Return whether the table meets, and nearly all of the rows that were mended."""
     usual = met.usual(places)
     if usual > UNCALIBRATED_M:

@@ -24,7 +24,7 @@ ROUNDS = 40
 
 
 @dataclass(frozen=True)
-class Places:
+class MeasuredPlaces:
     """Rows in which at least one target was measured."""
 
     measured: Floats
@@ -36,7 +36,7 @@ class Places:
     offset: Floats
     """(B, 3) m, of the targets on their bodies, as the manifest has them."""
 
-    def at(self, rows: Integers | Booleans) -> Places:
+    def at(self, rows: Integers | Booleans) -> MeasuredPlaces:
         """Return some rows."""
         return replace(self, measured=self.measured[rows], position=self.position[rows], rotation=self.rotation[rows])
 
@@ -52,21 +52,21 @@ class Met:
     offset: Floats
     """(B, 3) m, of the targets on their bodies."""
 
-    def distance(self, places: Places) -> Floats:
+    def distance(self, places: MeasuredPlaces) -> Floats:
         """Return (n, B) m from where kinematics puts the targets; NaN where one was not measured."""
         expected = places.position + np.einsum("nbij,bj->nbi", places.rotation, self.offset)
         return np.asarray(np.linalg.norm(places.measured @ self.turn.T + self.shift - expected, axis=2))
 
-    def usual(self, places: Places) -> float:
+    def usual(self, places: MeasuredPlaces) -> float:
         """Return the median distance, m."""
         return float(np.nanmedian(self.distance(places)))
 
 
-def places_of(states: LoadStates, chain: Chain) -> Places:
+def places_of(states: LoadStates, chain: Chain) -> MeasuredPlaces:
     """Return what was measured in the states, and where kinematics puts the bodies that carry the targets."""
     angles, targets = chain.model_angles(states.joints), states.setup.targets
     bodies = [attached_poses(chain, angles, replace(target, transform=np.eye(4))) for target in targets]
-    return Places(
+    return MeasuredPlaces(
         states.position,
         np.stack([position for position, _ in bodies], axis=1),
         np.stack([rotation for _, rotation in bodies], axis=1),
@@ -74,7 +74,7 @@ def places_of(states: LoadStates, chain: Chain) -> Places:
     )
 
 
-def meet(places: Places) -> Met:
+def meet(places: MeasuredPlaces) -> Met:
     """Return the frames with which most rows meet: rows far from the others do not count."""
     known: Booleans = np.asarray(np.isfinite(places.measured).all(axis=2))
     measured = np.where(known[:, :, None], places.measured, 0.0)
@@ -108,12 +108,12 @@ def rigid_motion(measured: Floats, expected: Floats, weight: Floats) -> tuple[Fl
     return turn, second - turn @ first
 
 
-def misses(met: Met, places: Places, usual: float) -> Booleans:
+def misses(met: Met, places: MeasuredPlaces, usual: float) -> Booleans:
     """Return (n,) True for rows that are far from where the others put them."""
     return np.asarray((np.nan_to_num(met.distance(places)) > max(FAR * usual, FAR_M)).any(axis=1))
 
 
-def meets(met: Met, places: Places, usual: float) -> bool:
+def meets(met: Met, places: MeasuredPlaces, usual: float) -> bool:
     """Return whether all rows are where the others put them, whose usual distance in m is given."""
     return bool(np.nanmax(met.distance(places)) <= max(MEETS * usual, MEETS_M))
 

@@ -21,7 +21,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.faults_of_rows import LENGTH_FACTORS, OTHER_UNIT, exchanged_rows, rows_in_another_unit
-from stiffcal.reduction.met_places import Met, Places, meet, meets, misses, orders, places_of
+from stiffcal.reduction.met_places import MeasuredPlaces, Met, meet, meets, misses, orders, places_of
 
 MANIFEST = "campaign.toml"
 # An uncalibrated robot misses by millimetres: below this a table as a whole is not doubted.
@@ -90,11 +90,11 @@ class _Change:
     words: str
     """As in "with … they miss by less"."""
     mend: str
-    places: Places
+    places: MeasuredPlaces
     """With the change."""
 
 
-def _of_the_table(states: LoadStates, chain: Chain, places: Places, usual: float) -> Fault | None:
+def _of_the_table(states: LoadStates, chain: Chain, places: MeasuredPlaces, usual: float) -> Fault | None:
     """Return the one change of all rows with which they meet; None where there is none."""
     some = np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_ROWS)).astype(np.int64))
     changes = [*_changes_of_the_table(states.select(some), chain, places.at(some)), *_moved_places(places, some)]
@@ -112,15 +112,15 @@ def _of_the_table(states: LoadStates, chain: Chain, places: Places, usual: float
     return Fault(change.code, MANIFEST, change.place, reason, change.mend)
 
 
-def _spread(places: Places) -> float:
+def _spread(places: MeasuredPlaces) -> float:
     """Return the rms distance of the measured places from their mean, m."""
     return float(np.sqrt(np.nansum(np.nanvar(places.measured, axis=(0, 1)))))
 
 
-def _changes_of_the_table(states: LoadStates, chain: Chain, places: Places) -> Iterator[_Change]:
+def _changes_of_the_table(states: LoadStates, chain: Chain, places: MeasuredPlaces) -> Iterator[_Change]:
     """Yield the changes that are tried, the likeliest mistakes first."""
 
-    def turned(joint: int, sign: float, turn: float) -> Places:
+    def turned(joint: int, sign: float, turn: float) -> MeasuredPlaces:
         joints = states.joints.copy()
         joints[:, joint] = sign * joints[:, joint] + turn
         return places_of(replace(states, joints=joints), chain)
@@ -148,7 +148,7 @@ def _changes_of_the_table(states: LoadStates, chain: Chain, places: Places) -> I
         )  # fmt: skip
 
 
-def _moved_places(places: Places, some: Integers) -> Iterator[_Change]:
+def _moved_places(places: MeasuredPlaces, some: Integers) -> Iterator[_Change]:
     """Yield the table with all places moved up or down by some rows against the joint angles.
 
     Parameters
@@ -170,7 +170,7 @@ def _moved_places(places: Places, some: Integers) -> Iterator[_Change]:
             )  # fmt: skip
 
 
-def _of_a_row(states: LoadStates, chain: Chain, places: Places, met: Met, usual: float, k: int) -> Fault | None:
+def _of_a_row(states: LoadStates, chain: Chain, places: MeasuredPlaces, met: Met, usual: float, k: int) -> Fault | None:
     """Return what explains a row that misses; None where nothing does, and it is left to the fit."""
     row, info = places.at(np.array([k])), states.runs[int(states.run[k])]
     where = f"run {info.of or info.name}, row {int(states.row[k])}"
@@ -218,7 +218,7 @@ def _of_a_row(states: LoadStates, chain: Chain, places: Places, met: Met, usual:
 
 
 def _exchanged_targets(
-    places: Places, met: Met, names: tuple[str, ...], targets: tuple[object, ...]
+    places: MeasuredPlaces, met: Met, names: tuple[str, ...], targets: tuple[object, ...]
 ) -> Iterator[Fault]:
     """Yield a fault where the targets are found at each other's places on the body."""
     own = np.linalg.norm(met.offset - places.offset, axis=1)
