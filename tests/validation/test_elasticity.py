@@ -111,7 +111,7 @@ def test_the_payload_is_the_one_that_shows_the_compliance_to_a_fifth() -> None:
     jacobian = jacobians(chain, chain.model_angles(states.joints), Attachment(7, np.eye(4)))[:, :3]
     torque = np.einsum("nij,i->nj", jacobian, chain.gravity)
     column = 1e-5 * jacobian[:, :, 2] * torque[:, [2]]
-    scatter = np.sqrt(np.mean(fit.residual[:3] ** 2))
+    scatter = np.sqrt(np.sum(fit.residual[:3] ** 2) / fit.dof)
     wanted = 5.0 * scatter / np.sqrt(np.sum(column**2) / 2.0)
     assert payload_that_shows(fit, 3, 1e-5) == pytest.approx(wanted, rel=1e-6)
 
