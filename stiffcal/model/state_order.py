@@ -14,8 +14,8 @@ from stiffcal.arrays import Floats
 class PoseHistory:
     """N poses that a robot went through one after the other, those of which nothing was measured among them.
 
-    Why apart from the states: each row of an absolute run is left out of a fit by itself, and what a drive carried before
-    counts all the same.
+    Why apart from the states: each row of an absolute run is left out of a fit by itself, and what a drive carried
+    before counts all the same.
     """
 
     torque: Floats
