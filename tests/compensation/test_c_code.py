@@ -25,7 +25,8 @@ from tests.laboratory.robots import SEVEN_STIFFNESS, force_sensor_setup, seven_a
 
 ACCURACY = 1e-10
 """rad, m: the same sums in another order. Rounding of 1e-16 of some metres, times the solver's condition of 1e5."""
-SLOWEST_NS = 3000.0
+PEER_PRODUCTS = 24
+"""Products of 6 by 6 matrices that take the limit of a call, 3 µs, at 3 GHz: 121 ns each, measured on an idle core."""
 TOOL = StepSettings(cutoff_hz=40.0, tool_mass=5.0, tool_com=(0.01, -0.02, 0.1), zeroed_at=np.full(6, 0.3))
 
 
@@ -118,13 +119,14 @@ def test_what_is_no_number_gives_no_offsets_and_leaves_nothing_behind(tmp_path: 
     assert np.abs(ours.offsets - theirs.offsets).max() < ACCURACY
 
 
-def test_a_call_takes_less_than_three_microseconds(tmp_path: Path) -> None:
-    """Six joints, 36 springs, filter and tool's weight; the best of three medians, since others use the machine too."""
+def test_a_call_takes_less_than_three_microseconds_at_three_gigahertz(tmp_path: Path) -> None:
+    """Six joints, 36 springs, filter, tool's weight; products timed in turn with the calls; best of three medians."""
     robot = springs_36()
-    program = c_program(controller_model(robot, setup_of(robot), TOOL), tmp_path / "code", "-O2", "-DTIMED")
+    flags = ("-O2", "-DTIMED", f"-DPEER_PRODUCTS={PEER_PRODUCTS}")
+    program = c_program(controller_model(robot, setup_of(robot), TOOL), tmp_path / "code", *flags)
     joints, reading = path(20_000)
-    medians = [float(by_program(program, joints, reading, alone=False).words.split()[0]) for _ in range(3)]
-    assert min(medians) < SLOWEST_NS
+    medians = np.array([by_program(program, joints, reading, alone=False).words.split() for _ in range(3)], float)
+    assert (medians[:, 0] / medians[:, 1]).min() < 1.0
 
 
 @pytest.mark.parametrize("name", ["gcc", "clang"])
