@@ -60,7 +60,7 @@ class PoseSigma(TomlTable):
 
     Attributes
     ----------
-    position : of a pose that comes from points and states no rotation, of each point; the pose's follows.
+    position : of absolute places that come from points and state no rotation, of each point: the pose's follows.
     per_metre : added to that of the position for each metre between instrument and target, in the position's unit.
     """
 

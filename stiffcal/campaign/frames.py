@@ -223,14 +223,8 @@ def _sigma(manifest: Manifest, load: _Load) -> Sigma:
     place: float | None = None
     place_turn: float | None = None
     for source, _, signal in sorted(manifest.signals(), key=lambda entry: entry[0] in of_absolute):
-        if isinstance(signal, Pose) and signal.sigma is not None:
-            quaternion = signal.orientation is None or signal.orientation[0] == "quaternion_wxyz"
-            factor = 1.0 if quaternion else signal.unit_of("rotation").factor
-            stated = _scaled(signal.sigma.position, signal.unit_of("position").factor)
-            stated_turn = _scaled(signal.sigma.rotation, factor)
-            if signal.markers and source in of_absolute and stated is not None and stated_turn is None:
-                (points,) = markers_of(manifest, (signal.body or "target",))
-                stated, stated_turn = (None, None) if points is None else points.pose_sigma(stated)
+        if isinstance(signal, Pose):
+            stated, stated_turn = _sigma_of_pose(manifest, signal, source in of_absolute)
             translation, rotation = translation or stated, rotation or stated_turn
             if source in of_absolute:
                 place, place_turn = place or stated, place_turn or stated_turn
@@ -240,6 +234,36 @@ def _sigma(manifest: Manifest, load: _Load) -> Sigma:
     rods, gauges = stated_sigma(manifest, Lengths), stated_sigma(manifest, Displacement)
     motors = _motor_sigma(manifest)
     return Sigma(translation, rotation, load.force_sigma, load.moment_sigma, rods, gauges, motors, place, place_turn)
+
+
+def _sigma_of_pose(manifest: Manifest, pose: Pose, absolute: bool) -> tuple[float | None, float | None]:
+    """Return the stated uncertainty of a pose, m, rad; of absolute places by points it follows from that of a point."""
+    if pose.sigma is None:
+        return None, None
+    quaternion = pose.orientation is None or pose.orientation[0] == "quaternion_wxyz"
+    position = _scaled(pose.sigma.position, pose.unit_of("position").factor)
+    rotation = _scaled(pose.sigma.rotation, 1.0 if quaternion else pose.unit_of("rotation").factor)
+    if pose.markers and absolute and position is not None and rotation is None:
+        (points,) = markers_of(manifest, (pose.body or "target",))
+        return (None, None) if points is None else points.pose_sigma(position)
+    return position, rotation
+
+
+def sigma_of_places(manifest: Manifest) -> dict[str, tuple[float | None, float | None]]:
+    """Return what each target of absolute runs states as its uncertainty, m and rad, by its name.
+
+    None where it states none, or states it row by row.
+
+    Raises
+    ------
+    InputError : points of a body that are not in the manifest.
+    """
+    of_absolute = absolute_sources(manifest)
+    return {
+        signal.body or "target": _sigma_of_pose(manifest, signal, absolute=True)
+        for source, _, signal in manifest.signals()
+        if isinstance(signal, Pose) and source in of_absolute
+    }
 
 
 def holding(setup: MeasurementSetup) -> MeasurementSetup:

@@ -35,10 +35,8 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
         try:
             result = run_campaign(folder, context)
         except InputError as error:
-            if (
-                all(fault.code is FaultCode.FILE_MISSING for fault in error.faults)
-                and (folder / "campaign.toml").is_file()
-            ):
+            logs = ("sources", "runs")
+            if all(fault.code is FaultCode.FILE_MISSING and fault.place.startswith(logs) for fault in error.faults):
                 # nothing is wrong but that the logs are not there yet
                 error.add_note(f"next: {command_line('check', folder, store=store)}")
             raise

@@ -76,7 +76,8 @@ class WrenchBias(DocumentedEffect):
             return inputs
         bias = np.array([values.get(symbol, 0.0) for symbol in _SYMBOLS])
         if bias.any():
-            inputs = replace(inputs, wrench=inputs.wrench - bias[:, None])
+            read = True if inputs.read is None else inputs.read
+            inputs = replace(inputs, wrench=inputs.wrench - np.where(read, bias[:, None], 0.0))
         mass, point = values.get("mass", 0.0), inputs.setup.wrench_point
         if mass == 0.0 or point.body != len(inputs.angles) + 1:
             return inputs

@@ -152,12 +152,12 @@ def rests(model: CompliantRobot, data: Observations, for_memory: bool | None = N
     for_memory : whether laws with a memory act on this rest, which begins under weight alone; None: where the model
         holds some.
     """
-    inputs = Inputs(data.angles, data.wrench, data.setup)
+    # state by state, so that no prediction depends on which others are evaluated with it
+    inputs = Inputs(data.angles, data.wrench, data.setup, read=~data.absolute | data.wrench.any(axis=0))
     for_memory = model.has_memory if for_memory is None else for_memory
     try:
         if data.absolute.all() and not (for_memory or data.order.motor_torque.any()):
             # counted from the robot file's robot, and nothing asks for the rest under weight alone
-            inputs = replace(inputs, loaded=bool(data.wrench.any()))
             loaded = find_rest(model, inputs, data.order, tolerance=FIT_TOLERANCE)
             return loaded, replace(nominal_robot(model.chain, inputs), absolute=data.absolute)
         unloaded = rest_under_weight(model, inputs, FIT_TOLERANCE, data.order)

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.held_frame import HeldFrame
@@ -106,6 +106,8 @@ class Inputs:
     """Where the instruments sit."""
     loaded: bool = True
     """False for the weight-only state, where no sensor is read."""
+    read: Booleans | None = None
+    """(n,) False where no sensor is read: absolute places without a load; None: read in every state."""
 
 
 @dataclass(frozen=True)

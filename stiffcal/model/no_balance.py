@@ -106,7 +106,7 @@ def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, chan
         float(np.linalg.norm(components)) for components in (inputs.wrench[:3, state], inputs.wrench[3:, state])
     )
     load_text = "under its weight alone"
-    if inputs.loaded:
+    if inputs.wrench[:, state].any():
         load_text = f"under {force:.3g} N" + (f" and {moment:.3g} N·m" if inputs.setup.moments_measured else "")
     turn = float(np.max(np.abs(displacement[:, 3:, state]), initial=0.0))
     turn_text = f"it rotates by {turn:.3g} rad" if np.isfinite(turn) else "its deflection grows without limit"

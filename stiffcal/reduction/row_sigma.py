@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -50,6 +51,26 @@ def stated_row_by_row(gathered: RawStates, setup: MeasurementSetup, place: Float
                 )  # fmt: skip
             sigma[:, b, columns] = np.sqrt(own**2 @ turn.T)
     return sigma
+
+
+def with_own_sigma(
+    sigma: Floats, absolute: Booleans, targets: Sequence[str], stated: Mapping[str, tuple[float | None, float | None]]
+) -> Floats:
+    """Return (n, B, 6) with each target's own number in the rows of absolute runs, where the targets' are not equal.
+
+    Equal numbers stay those of the set-up.
+
+    Parameters
+    ----------
+    sigma : (n, B, 6) of `stated_row_by_row`, m and rad, base axes.
+    absolute : (n,) True for rows of absolute runs.
+    targets : B names.
+    stated : position, m, and rotation, rad, of each target, alike on all axes; None where no number is stated.
+    """
+    if len(set(stated.values())) < 2:
+        return sigma
+    own = np.array([np.repeat(np.array(stated.get(name, (None, None)), dtype=np.float64), 3) for name in targets])
+    return np.where(absolute[:, None, None] & np.isnan(sigma), own, sigma)
 
 
 def with_typical_sigma(setup: MeasurementSetup, sigma: Floats, absolute: Booleans) -> MeasurementSetup:

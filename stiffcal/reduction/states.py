@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.campaign.frames import sigma_of_places
 from stiffcal.campaign.manifest import Manifest, Run
 from stiffcal.campaign.signals import Pose
 from stiffcal.errors import InputError
@@ -20,7 +21,7 @@ from stiffcal.reduction.approach import approach_of_drives
 from stiffcal.reduction.markers import fitted_poses
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.references import reference_states
-from stiffcal.reduction.row_sigma import stated_row_by_row, with_typical_sigma
+from stiffcal.reduction.row_sigma import stated_row_by_row, with_own_sigma, with_typical_sigma
 
 ABSOLUTE = "absolute"
 """The kind of experiment in which a row is a place by itself."""
@@ -55,6 +56,7 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
         [name in manifest_runs and manifest_runs[name].experiment == ABSOLUTE for name in raw_states.run],
         dtype=np.bool_,
     )
+    sigma = with_own_sigma(sigma, absolute, setup.target_names, sigma_of_places(manifest))
     setup = with_typical_sigma(setup, sigma, absolute)
     lengths = _side_by_side(raw_states, [f"lengths.{rod}" for rod in setup.rod_names])
     displacement = _side_by_side(raw_states, [f"displacement.{gauge.name}" for gauge in setup.gauges])

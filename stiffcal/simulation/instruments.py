@@ -277,7 +277,8 @@ def _joints(signal: JointSignals, samples: SamplingContext, place: str) -> Signa
         elif key in ("position", "command"):
             value, kind = program.joints_at(samples.path) * ratio, "angle_rad" if key == "position" else "none"
         elif key == "approach":
-            value, kind = _last_motions(program, samples.path), "none"
+            # a motor whose ratio is negative turned the other way
+            value, kind = _last_motions(program, samples.path) * np.sign(ratio), "none"
         elif key == "velocity":
             value, kind = program.velocity_at(samples.path) * ratio, "velocity_rad_s"
         else:

@@ -41,6 +41,8 @@ def search_now(
         return search_missing(data.states, robot, catalogue, settings, context.progress, n_searches=n_searches)
 
     search = search_again(present, settings)
+    if not settings.fixed and present.deformed and not data.states.absolute.all():
+        return search
     problem = fit_problem(data.states, present)
     if not settings.fixed and present.deformed and not given_frames(present, problem.data):
         return search

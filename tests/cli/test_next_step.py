@@ -96,3 +96,13 @@ def test_run_without_logs_names_check(tmp_path: Path) -> None:
     assert ended.returncode == 2
     assert ended.stderr.rstrip().splitlines()[-1] == f"next: stiffcal check {folder}"
     assert "Traceback" not in ended.stderr
+
+
+def test_run_without_a_robot_file_names_no_next_step(tmp_path: Path) -> None:
+    folder = tmp_path / "new"
+    assert stiffcal("init", folder, "--kind", "load").returncode == 0
+    (folder / "robot.toml").unlink()
+    ended = stiffcal("run", folder)
+    assert ended.returncode == 2
+    assert "next:" not in ended.stderr
+    assert "robot.toml" in ended.stderr

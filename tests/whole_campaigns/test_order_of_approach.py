@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -61,17 +60,25 @@ FRICTION = Hidden("friction-hysteresis", 3, {"c": 3e-7, "slip": 200.0})
 CREEP = Hidden("creep", 2, {"c": 5e-8, "time": 30.0})
 
 
-def campaign(folder: Path, hidden: Hidden, logged: str) -> Path:
-    """Simulate a campaign; ``logged`` is how its manifest states the order: "columns", "direct" or "" (not at all)."""
+def campaign(folder: Path, hidden: Hidden, logged: str, gear_ratio: float | None = None) -> Path:
+    """Simulate a campaign; ``logged`` is how its manifest states the order: "columns", "direct" or "" (not at all).
+
+    With a ``gear_ratio`` the angles are those of the motors.
+    """
     source, out = folder / "source", folder / "campaign"
-    source.mkdir()
-    shutil.copy(PRACTICE / "robot.toml", source)
+    source.mkdir(parents=True)
+    robot = (PRACTICE / "robot.toml").read_text(encoding="utf-8")
+    if gear_ratio is not None:
+        robot = robot.replace("limits_deg", f"gear_ratio = {gear_ratio}\nlimits_deg")
+    (source / "robot.toml").write_text(robot, encoding="utf-8")
     manifest = (PRACTICE / "campaign.toml").read_text(encoding="utf-8")
     manifest = manifest.replace("\ndead_weight", '\nhold = { column = "held", units = { time = "s" } }\ndead_weight')
     if logged == "direct":
         manifest = manifest.rstrip() + '\napproach = "direct"\n'
     elif logged == "columns":
         manifest = manifest.replace('position = "A1..A6",', 'position = "A1..A6", approach = "S1..S6",')
+    if gear_ratio is not None:
+        manifest = manifest.replace('position = "A1..A6",', 'position = "A1..A6", motor = true,')
     (source / "campaign.toml").write_text(manifest, encoding="utf-8")
     name = f"{hidden.effect}.j{hidden.joint}"
     values = "\n".join(f'"{name}.{symbol}" = {{ value = {value} }}' for symbol, value in hidden.values.items())
@@ -124,10 +131,19 @@ def test_rows_and_columns_state_the_same_directions(tmp_path: Path) -> None:
     found = []
     for logged in ("columns", "direct"):
         place = tmp_path / logged
-        place.mkdir()
         folder = campaign(place, FRICTION, logged)
         ingest_campaign(folder)
         found.append(stored_states(folder).approach)
     np.testing.assert_array_equal(found[0], found[1])
     assert {-1.0, 1.0} <= set(found[0][1:].ravel().tolist())
     assert not found[0][0].any()
+
+
+def test_a_motor_that_turns_against_its_joint_states_the_joint_s_direction(tmp_path: Path) -> None:
+    found = []
+    for gear_ratio in (None, -100.0):
+        folder = campaign(tmp_path / str(gear_ratio), FRICTION, "columns", gear_ratio)
+        ingest_campaign(folder)
+        found.append(stored_states(folder))
+    np.testing.assert_allclose(found[0].joints, found[1].joints, atol=1e-8)  # a table of nine digits
+    np.testing.assert_array_equal(found[0].approach, found[1].approach)

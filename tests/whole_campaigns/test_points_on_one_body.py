@@ -12,6 +12,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.ingest import ingest_campaign, stored_states
 
 PRACTICE = Path(__file__).resolve().parents[2] / "campaigns" / "absolute" / "02"
 POINTS = ((0.08, 0.0, 0.12), (-0.07, 0.05, 0.10), (0.0, -0.09, 0.15), (0.05, 0.08, 0.05))
@@ -102,3 +103,38 @@ def test_springs_are_found_with_the_noise_of_each_point(tmp_path: Path) -> None:
     away = np.array([result.parameter(name).value or np.nan for name in names]) - [truth[name] for name in names]
     covariance = np.array(result.covariance, dtype=float)[np.ix_(chosen, chosen)]
     assert float(away @ np.linalg.solve(covariance, away)) < 20.5  # 99.9 % of χ² with 5
+
+
+def test_each_body_has_the_noise_of_its_own_points(tmp_path: Path) -> None:
+    """Three points close together give the turn of their body less precisely than four that are far apart."""
+    places = [tuple(0.2 * value for value in place) for place in POINTS[:3]]
+    markers = ", ".join(
+        f'k{k} = {{ columns = ["U{k}", "V{k}", "W{k}"], at_m = {list(place)} }}' for k, place in enumerate(places, 1)
+    )
+    small = (
+        '[sources.table.poses.small]\nframe = "tracker"\nunits = { position = "mm" }\n'
+        f"sigma = {{ position = 0.02 }}\nmarkers = {{ {markers} }}\n[[runs]]"
+    )
+    manifest = MANIFEST.replace("[[runs]]", small)
+    frame = '[frames.small]\nparent = "flange"\nestimate = true\n[frames.payload]'
+    source = tmp_path / "source"
+    source.mkdir()
+    shutil.copy(PRACTICE / "robot.toml", source)
+    texts = {
+        "campaign.toml": manifest.replace("[frames.payload]", frame),
+        "model.toml": MODEL,
+        "simulate.toml": SIMULATE.replace("poses = 80", "poses = 12")
+        + "[frames.small]\nxyz_m = [0.0, 0.0, 0.0]\nrpy_deg = [0.0, 0.0, 0.0]\n",
+    }
+    for name, text in texts.items():
+        (source / name).write_text(text, encoding="utf-8")
+    out = tmp_path / "out"
+    simulate_campaign(load_campaign(source, check_files=False), load_settings(source), out)
+    ingest_campaign(out)
+    states = stored_states(out)
+    for b, name in enumerate(states.setup.target_names):
+        points = np.array(POINTS if name == "plate" else places)
+        away = points - points.mean(axis=0)
+        turn = np.linalg.inv(np.sum(away**2) * np.eye(3) - away.T @ away)
+        expected = [2e-5 / np.sqrt(len(points)), 2e-5 * np.sqrt(np.trace(turn) / 3.0)]
+        np.testing.assert_allclose(states.sigma[:, b], np.broadcast_to(np.repeat(expected, 3), (12, 6)), rtol=1e-9)
