@@ -212,7 +212,8 @@ def overstated_noise_in_words(noise: Noise, reduced_chi2: float, dof: float) -> 
     """
     from scipy.special import chdtr
 
-    if noise.source != "manifest" or reduced_chi2 >= 1.0 / MOST_CHI2 or chdtr(dof, dof * reduced_chi2) >= LEAST_P:
+    # without a degree of freedom it is not a number
+    if noise.source != "manifest" or not reduced_chi2 < 1.0 / MOST_CHI2 or chdtr(dof, dof * reduced_chi2) >= LEAST_P:
         return []
     text = (
         f"residuals are {math.sqrt(reduced_chi2):.2g} times the noise that campaign.toml states: sigma is too large "

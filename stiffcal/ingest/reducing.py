@@ -224,7 +224,7 @@ def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, 
     states = load_states(gathered, manifest, chain, holding(setup) if any_held else setup)
     if states.absolute.any():
         # before the frames are found, which wrong rows would draw away
-        raise_faults(place_faults(states, chain))
+        raise_faults(place_faults(states, campaign))
     names = frames_to_estimate(manifest)
     if not names:
         return without_growth(states), None

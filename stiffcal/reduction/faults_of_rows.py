@@ -1,171 +1,191 @@
-"""One mistake in many rows of absolute places: exchanged targets, or another unit.
+"""Rows of absolute places that do not meet the others: the rows of one mistake in one line.
 
-With such rows the frames that most rows agree with are wrong themselves. The mean of the targets of one body does not
-depend on their order, and shows the tracker's place; the targets' own places on the body then distinguish the rows.
-Places in another unit are another distance from the origin: by more than those in one unit differ among themselves.
+Angles and positions of the rows are changed as by the mistakes that people make; a change with which they meet the
+others names theirs. What no change explains may be places of other rows, or rows that agree with each other: then the
+tracker, the base or a target was moved.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.load_states import LoadStates
-from stiffcal.reduction.met_places import FAR, FAR_M, MeasuredPlaces, Met, meet, orders
+from stiffcal.reduction.met_places import FAR_M, LEAST_ROWS, MEETS, MEETS_M, MeasuredPlaces, Met, meet
+from stiffcal.reduction.place_changes import changes_of_rows
+from stiffcal.reduction.table_rows import TableRows
 
-MANIFEST = "campaign.toml"
-LENGTH_FACTORS = {
-    1e-3: "a thousand times too large",
-    1e3: "a thousand times too small",
-    1e-1: "ten times too large",
-    1e1: "ten times too small",
-    1e-2: "a hundred times too large",
-    1e2: "a hundred times too small",
-    25.4: "in inches",
-    1.0 / 25.4: "in millimetres",
-}
-# Of some rows, the unit that the others have.
-OTHER_UNIT = {25.4: " where the others are in millimetres", 1.0 / 25.4: " where the others are in inches"}
-# Between two units the distances from the origin have a gap of this factor at least: least factor of two units is ten.
-LEAST_GAP = 3.0
-# Fewer rows with all targets do not determine the tracker's place well enough.
-LEAST_ROWS = 10
-ROUNDS = 10
-MOST_LISTED = 6
-# An uncalibrated robot misses by millimetres.
-UNCALIBRATED_M = 5e-3
+MOST_NAMED = 4
+# Where many rows are wrong, so many of them have to be explained, or no more than so many of all may be wrong.
+EXPLAINED, MOST_WRONG = 0.9, 0.6
 
 
-def exchanged_rows(states: LoadStates, places: MeasuredPlaces, far: Integers) -> Fault | None:
-    """Return the fault of rows in which targets of one body are exchanged; None where that does not explain the places.
+@dataclass(frozen=True)
+class SomeRows:
+    """The rows that do not meet the others."""
 
-    Parameters
-    ----------
-    states : the rows. places : theirs. far : rows that are far from the others and have to meet with these.
-    """
-    n_targets = places.measured.shape[1]
-    choices = [list(range(n_targets)), *orders(n_targets)]
-    if len(choices) < 2 or not np.allclose(places.position, places.position[:, :1]):
-        return None
-    whole = np.flatnonzero(np.isfinite(places.measured).all(axis=(1, 2)))
-    if len(whole) < LEAST_ROWS:
-        return None
-    middle = replace(
-        places.at(whole),
-        measured=places.measured[whole].mean(axis=1, keepdims=True),
-        position=places.position[whole, :1],
-        rotation=places.rotation[whole, :1],
-        offset=places.offset.mean(axis=0, keepdims=True),
+    table: TableRows
+    """All rows."""
+    places: MeasuredPlaces
+    """Theirs."""
+    met: Met
+    """Frames with which the others meet."""
+    usual: float
+    """m, the others' median distance."""
+    wrong: Integers
+    """(w,) the rows that do not meet."""
+    many: bool
+    """Whether they are too many for mistakes of single rows."""
+
+    def distance(self, places: MeasuredPlaces) -> Floats:
+        """Return (w,) m, by how much changed places of these rows miss, the worst target."""
+        return self.met.worst(places)
+
+    @property
+    def near(self) -> float:
+        """Return the distance in m within which a row meets the others."""
+        return max(MEETS * self.usual, MEETS_M)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Rows of one mistake."""
+
+    rows: Integers
+    code: FaultCode
+    reason: str
+    mend: str = ""
+    of_angles: bool = False
+
+
+def faults_of_rows(some: SomeRows) -> list[Fault]:
+    """Return one fault for the rows of each mistake; none where too many rows remain without a cause."""
+    groups = _by_changes(some)
+    if all(len(group.rows) < EXPLAINED * len(some.wrong) for group in groups):
+        moved = _moved(some, some.wrong)
+        groups = [moved] if moved is not None else groups
+    named = np.concatenate([group.rows for group in groups]) if groups else some.wrong[:0]
+    left = np.setdiff1d(some.wrong, named)
+    if (
+        some.many
+        and len(left) > (1.0 - EXPLAINED) * len(some.wrong)
+        and (len(some.wrong) > MOST_WRONG * len(some.places.measured))
+    ):
+        return []
+    groups += _without_change(some, left)
+    groups.sort(key=lambda group: int(group.rows[0]))
+    faults = [_fault(some.table, group) for group in groups]
+    more = sum(len(group.rows) for group in groups[MOST_NAMED:])
+    if more:
+        code, file = FaultCode.MORE_FAULTS, faults[0].file
+        faults = [*faults[:MOST_NAMED], Fault(code, file, "", f"{more} more rows", "as above")]
+    return faults
+
+
+def _fault(table: TableRows, group: _Group) -> Fault:
+    one = len(group.rows) == 1
+    mend = (
+        group.mend or f"correct the {'row' if one else 'rows'}, or exclude {'it' if one else 'them'} with [[exclude]]"
     )
-    met = meet(middle)
-    if met.usual(middle) > UNCALIBRATED_M:
+    count = f" in {len(group.rows)} of {len(table.states)} rows ({table.listed(group.rows)})"
+    return Fault(
+        group.code,
+        table.file(int(group.rows[0]), of_angles=group.of_angles),
+        table.place(group.rows, of_angles=group.of_angles),
+        group.reason + ("" if one else count),
+        mend,
+    )
+
+
+def _by_changes(some: SomeRows) -> list[_Group]:
+    """Return the rows that a change explains, the change of the most rows first."""
+    table, rows = some.table, some.wrong
+    changes = list(changes_of_rows(table.states.select(rows), table.campaign.chain, some.places.at(rows)))
+    explained = np.array([some.distance(change.places) <= some.near for change in changes])
+    groups = []
+    while explained.any():
+        k = int(explained.sum(axis=1).argmax())
+        change = changes[k]
+        groups.append(_Group(rows[explained[k]], change.code, change.in_rows, change.mend_rows, change.of_angles))
+        explained &= ~explained[k]
+    return groups
+
+
+def _without_change(some: SomeRows, left: Integers) -> list[_Group]:
+    """Return groups of the rows that no change explains."""
+    code, groups = FaultCode.KINEMATICS_MISMATCH, []
+    missed = some.distance(some.places)
+    for k in left.copy():
+        twin = _twin(some, int(k))
+        if twin is not None:
+            reason = (
+                f"it has exactly the joint angles of row {int(some.table.states.row[twin])}, but its position is "
+                f"{1e3 * missed[k]:.3g} mm away"
+            )
+            groups.append(_Group(np.array([k]), code, reason, of_angles=True))
+            left = left[left != k]
+    fitting = _rows_that_fit(some, left)
+    strange = np.flatnonzero(fitting >= 0)
+    if strange.size:
+        numbers = some.table.states.row
+        pairs = [f"of row {int(numbers[left[i]])} those of row {int(numbers[fitting[i]])}" for i in strange[:2]]
+        reason = f"the position meets the joint angles of another row ({', '.join(pairs)})"
+        groups.append(_Group(left[strange], code, reason, "put each position next to its joint angles"))
+        left = left[fitting < 0]
+    if not left.size:
+        return groups
+    others = f"the others' {1e3 * some.usual:.2g} mm"
+    if len(left) == 1:
+        reason = f"its position is {1e3 * missed[left[0]]:.3g} mm from where its joint angles put it, {others}"
+        groups.append(_Group(left, code, reason))
+    else:
+        low, high = 1e3 * missed[left].min(), 1e3 * missed[left].max()
+        reason = f"the position is {low:.3g} to {high:.3g} mm from where the joint angles put it, {others},"
+        groups.append(_Group(left, code, reason))
+    return groups
+
+
+def _twin(some: SomeRows, k: int) -> int | None:
+    """Return another row with exactly the joint angles of row k."""
+    joints = some.table.states.joints
+    twins = np.flatnonzero((np.abs(joints - joints[k]).max(axis=1) == 0.0) & (np.arange(len(joints)) != k))
+    return int(twins[0]) if twins.size else None
+
+
+def _rows_that_fit(some: SomeRows, left: Integers) -> Integers:
+    """Return (w,) the rows whose joint angles the positions of rows ``left`` meet; −1 where there is none."""
+    places, met = some.places, some.met
+    expected = places.position + np.einsum("nbij,bj->nbi", places.rotation, met.offset)
+    found = np.full(len(left), -1, dtype=np.int64)
+    for i, k in enumerate(left):
+        measured = places.measured[k] @ met.turn.T + met.shift
+        away = np.nanmax(np.linalg.norm(measured - expected, axis=2), axis=1)
+        nearest = int(away.argmin())
+        if nearest != k and away[nearest] <= some.near:
+            found[i] = nearest
+    return found
+
+
+def _moved(some: SomeRows, left: Integers) -> _Group | None:
+    """Return what moved in rows that do not meet the others but each other; None where they do not."""
+    if len(left) < LEAST_ROWS:
         return None
-    in_base = places.measured @ met.turn.T + met.shift - places.position
-    on_body = np.einsum("nbji,nbj->nbi", places.rotation, in_base)
-    reordered = np.stack([on_body[:, order] for order in choices])
-    reference, chosen = on_body[whole[0]], np.zeros(len(on_body), dtype=np.int64)
-    for _ in range(ROUNDS):
-        updated = np.nansum((reordered - reference) ** 2, axis=(2, 3)).argmin(axis=0)
-        reference = np.nanmedian(reordered[updated, np.arange(len(on_body))], axis=0)
-        if np.array_equal(updated, chosen):
-            break
-        chosen = updated
-    right = _right_order(chosen, [reference[np.argsort(order)] for order in choices], places.offset)
-    wrong = np.flatnonzero(chosen != right)
-    if not wrong.size:
+    places = some.places.at(left)
+    own = meet(places)
+    if np.mean(own.worst(places) <= max(some.near, FAR_M)) < EXPLAINED:
         return None
-    # each row's targets in the order that the right rows have
-    to_right = np.array([np.array(order)[np.argsort(choices[right])] for order in choices])
-    mended = replace(places, measured=places.measured[np.arange(len(on_body))[:, None], to_right[chosen]])
-    if not _all_meet(meet(mended), mended, np.isin(np.arange(len(on_body)), np.union1d(wrong, far))):
-        return None
-    moved = [k for k in range(n_targets) if (to_right[chosen[wrong], k] != k).any()]
-    *others, last = (states.setup.target_names[k] for k in moved)
-    names = f"{', '.join(others)} and {last}"
-    where = _where(states, wrong)
-    reason = f"the positions of {names} are interchanged in {len(wrong)} of {len(on_body)} rows ({where})"
-    mend = "interchange their columns there, or exclude these rows with [[exclude]]"
-    return Fault(FaultCode.KINEMATICS_MISMATCH, MANIFEST, _place(states, wrong), reason, mend)
-
-
-def _right_order(chosen: Integers, offsets: Sequence[Floats], stated: Floats) -> int:
-    """Return which order is right: that in which the targets are where the manifest has them; else that of most rows.
-
-    Parameters
-    ----------
-    chosen : (n,) the order of each row. offsets : (B, 3) m, where the targets are on the body for each order.
-    stated : (B, 3) m.
-    """
-    present, counts = np.unique(chosen, return_counts=True)
-    away = np.array([np.linalg.norm(offsets[order] - stated, axis=1).max() for order in present])
-    if away.max() - away.min() > UNCALIBRATED_M:
-        return int(present[away.argmin()])
-    return int(present[counts.argmax()])
-
-
-def rows_in_another_unit(states: LoadStates, places: MeasuredPlaces) -> Fault | None:
-    """Return the fault of positions in another unit, of some rows or one target; None where that does not explain them.
-
-    Parameters
-    ----------
-    states : the rows. places : theirs.
-    """
-    distance = np.linalg.norm(places.measured, axis=2)
-    known = np.isfinite(distance) & (distance > 0.0)
-    logs = np.sort(np.log(distance[known]))
-    if len(logs) < LEAST_ROWS:
-        return None
-    gaps = np.diff(logs)
-    widest = int(gaps.argmax())
-    if gaps[widest] < np.log(LEAST_GAP):
-        return None
-    near = known & (np.log(np.where(known, distance, 1.0)) < 0.5 * (logs[widest] + logs[widest + 1]))
-    far = known & ~near
-    for factor, words in LENGTH_FACTORS.items():
-        for other in (near, far):
-            mended = replace(places, measured=np.where(other[:, :, None], factor * places.measured, places.measured))
-            if _all_meet(meet(mended), mended, other.any(axis=1)):
-                return _unit_fault(states, other, known, f"{words}{OTHER_UNIT.get(factor, '')}")
-    return None
-
-
-def _unit_fault(states: LoadStates, other: Booleans, known: Booleans, words: str) -> Fault:
-    """Return the fault of the positions of ``other`` (n, B), of those that are ``known``."""
-    rows = np.flatnonzero(other.any(axis=1))
-    names = [states.setup.target_names[b] for b in np.flatnonzero(other.any(axis=0))]
-    whole = bool((other == known)[rows].all())
-    what = "positions" if whole else f"positions of {' and '.join(names)}"
-    reason, place = f"the {what} are {words} in {len(rows)} of {len(other)} rows", f"poses.{names[0]}.units.position"
-    mend = f"correct the unit of {'that target' if len(names) == 1 else 'these targets'}"
-    if len(rows) < len(other):
-        reason, place = f"{reason} ({_where(states, rows)})", _place(states, rows)
-        mend = "correct the rows, or exclude them with [[exclude]]"
-    return Fault(FaultCode.UNIT_IMPLAUSIBLE, MANIFEST, place, reason, mend)
-
-
-def _all_meet(met: Met, places: MeasuredPlaces, mended: Booleans) -> bool:
-    """Return whether the table meets, and nearly all of the rows that were mended."""
-    usual = met.usual(places)
-    if usual > UNCALIBRATED_M:
-        return False
-    away = np.nanmax(np.nan_to_num(met.distance(places)), axis=1)[mended]
-    return bool(np.mean(away <= max(FAR * usual, FAR_M)) > 0.9)
-
-
-def _place(states: LoadStates, rows: Integers) -> str:
-    info = states.runs[int(states.run[rows[0]])]
-    return f"run {info.of or info.name}, row {int(states.row[rows[0]])}" + (" and others" if len(rows) > 1 else "")
-
-
-def _where(states: LoadStates, rows: Integers) -> str:
-    """Return rows as they are counted in the table, those one after the other as from … to."""
-    numbers = states.row[rows]
-    breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
-    pieces = [str(piece[0]) if len(piece) == 1 else f"{piece[0]} to {piece[-1]}" for piece in np.split(numbers, breaks)]
-    more = len(pieces) - MOST_LISTED
-    return ", ".join(pieces[:MOST_LISTED]) + (f" and {more} more places" if more > 0 else "")
+    # where the tracker was before, in its own axes then: of the base or of the tracker is the same
+    turn = some.met.turn.T @ own.turn
+    angle = float(np.degrees(np.arccos(np.clip(0.5 * (np.trace(turn) - 1.0), -1.0, 1.0))))
+    centre = np.nanmean(places.measured, axis=(0, 1))
+    shift = float(np.linalg.norm((own.turn - some.met.turn) @ centre + own.shift - some.met.shift))
+    offset = float(np.linalg.norm(own.offset - some.met.offset, axis=1).max())
+    reason = (
+        f"the positions meet the joint angles with the tracker, the base or a target moved (tracker or base by "
+        f"{1e3 * shift:.3g} mm and {angle:.2g}°, targets by {1e3 * offset:.2g} mm)"
+    )
+    mend = "exclude them with [[exclude]], or make a campaign of their own of them"
+    return _Group(left, FaultCode.KINEMATICS_MISMATCH, reason, mend)

@@ -16,11 +16,17 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 
+# An uncalibrated robot misses by millimetres: below this a table as a whole is not doubted.
+UNCALIBRATED_M = 5e-3
+# Fewer rows than this do not determine the frames well enough to doubt one.
+LEAST_ROWS = 10
 # A row that misses by so many times the usual distance, and by no less than this, is none of the others' kind …
-FAR, FAR_M = 12.0, 5e-3
+FAR, FAR_M = 12.0, UNCALIBRATED_M
 # … and one that meets with a change comes within so many times the usual distance, or this.
 MEETS, MEETS_M = 4.0, 2e-3
 ROUNDS = 40
+# No robot is further from its nominal geometry: of frames that few rows gave, rows nearer than this count.
+WORST_M = 3e-2
 
 
 @dataclass(frozen=True)
@@ -57,6 +63,10 @@ class Met:
         expected = places.position + np.einsum("nbij,bj->nbi", places.rotation, self.offset)
         return np.asarray(np.linalg.norm(places.measured @ self.turn.T + self.shift - expected, axis=2))
 
+    def worst(self, places: MeasuredPlaces) -> Floats:
+        """Return (n,) m, the distance of each row's worst target."""
+        return np.asarray(np.nan_to_num(self.distance(places)).max(axis=1))
+
     def usual(self, places: MeasuredPlaces) -> float:
         """Return the median distance, m."""
         return float(np.nanmedian(self.distance(places)))
@@ -74,14 +84,22 @@ def places_of(states: LoadStates, chain: Chain) -> MeasuredPlaces:
     )
 
 
-def meet(places: MeasuredPlaces) -> Met:
-    """Return the frames with which most rows meet: rows far from the others do not count."""
+def meet(places: MeasuredPlaces, start: Met | None = None) -> Met:
+    """Return the frames with which most rows meet: rows far from the others do not count.
+
+    Parameters
+    ----------
+    places : the rows. start : frames that some of the rows meet; default: those with which all rows count alike.
+    """
     known: Booleans = np.asarray(np.isfinite(places.measured).all(axis=2))
     measured = np.where(known[:, :, None], places.measured, 0.0)
     weight: Floats = known.astype(np.float64)
     n_targets = places.measured.shape[1]
     offset = places.offset.copy()
     turn, shift = np.eye(3), np.zeros(3)
+    if start is not None:
+        offset = start.offset.copy()
+        weight = np.where(known, 1.0 / (1.0 + (np.nan_to_num(start.distance(places)) / WORST_M) ** 2) ** 2, 0.0)
     for _ in range(ROUNDS):
         expected = places.position + np.einsum("nbij,bj->nbi", places.rotation, offset)
         turn, shift = rigid_motion(measured, expected, weight)
@@ -91,7 +109,8 @@ def meet(places: MeasuredPlaces) -> Met:
             total = float(weight[:, b].sum())
             offset[b] = weight[:, b] @ back[:, b] / total if total > 0.0 else offset[b]
         distance = Met(turn, shift, offset).distance(places)
-        scale = max(2.0 * float(np.nanmedian(distance)), 1e-6)
+        counted = distance if start is None else distance[distance <= WORST_M]
+        scale = max(2.0 * float(np.nanmedian(counted)), 1e-6) if counted.size else WORST_M
         updated = np.where(known, 1.0 / (1.0 + (np.nan_to_num(distance) / scale) ** 2) ** 2, 0.0)
         if np.abs(updated - weight).max() < 1e-4:
             break
@@ -110,12 +129,7 @@ def rigid_motion(measured: Floats, expected: Floats, weight: Floats) -> tuple[Fl
 
 def misses(met: Met, places: MeasuredPlaces, usual: float) -> Booleans:
     """Return (n,) True for rows that are far from where the others put them."""
-    return np.asarray((np.nan_to_num(met.distance(places)) > max(FAR * usual, FAR_M)).any(axis=1))
-
-
-def meets(met: Met, places: MeasuredPlaces, usual: float) -> bool:
-    """Return whether all rows are where the others put them, whose usual distance in m is given."""
-    return bool(np.nanmax(met.distance(places)) <= max(MEETS * usual, MEETS_M))
+    return np.asarray(met.worst(places) > max(FAR * usual, FAR_M))
 
 
 def orders(n_targets: int) -> Iterator[list[int]]:

@@ -15,6 +15,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.documents import Matrix, Number, VectorWithGaps
 from stiffcal.errors import InputError
@@ -24,6 +25,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
+from stiffcal.reduction.met_places import WORST_M
 
 # A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
 WORST_POSITION_M = 0.02
@@ -138,6 +140,14 @@ def _tracker_frame(manifest: Manifest) -> str | None:
         for pose in source.body_poses().values():
             return pose.frame
     return None
+
+
+def _file_of_positions(manifest: Manifest) -> str:
+    """Return the file in which the targets' positions are; the manifest where every run has its own."""
+    for name, source in manifest.sources.items():
+        if source.body_poses():
+            return next(iter(manifest.files_of(name).values()), MANIFEST_FILE)
+    return MANIFEST_FILE
 
 
 def _carriers(manifest: Manifest, targets: tuple[str, ...]) -> set[str]:
@@ -286,6 +296,17 @@ class _RegistrationProblem:
         return Registration(self.frames, uncertainty, rms_m, rms_rad, n_poses)
 
     def _refuse(self, reason: str) -> None:
+        place, _ = self.residuals(self.frames)
+        missed = float(np.sqrt(np.mean(np.sum(place**2, axis=-1))))
+        if missed > WORST_M:
+            raise InputError.at(
+                FaultCode.KINEMATICS_MISMATCH,
+                _file_of_positions(self.manifest), "joint angles and positions",
+                f"joint angles and positions contradict each other: they differ by {1e3 * missed:.0f} mm rms whatever "
+                "the frames, and no single sign, zero, unit or interchange explains it",
+                "check that each position is next to its joint angles, that each column holds its joint, and the "
+                "lengths and angles of the robot file",
+            )  # fmt: skip
         raise InputError.at(
             FaultCode.REGISTRATION_IMPOSSIBLE,
             "campaign.toml", f"frames.{self.names[0]}.estimate", f"the unloaded poses {reason}",

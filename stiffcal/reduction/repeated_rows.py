@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiffcal.arrays import Integers
 from stiffcal.measurements.load_states import LoadStates
 
 MOST_NAMED = 10
@@ -36,16 +37,28 @@ def repeated_rows(states: LoadStates) -> list[str]:
     copies = np.flatnonzero(original != np.arange(len(used)))
     if not len(copies):
         return []
-    copy_texts = [f"{_place(states, used[k])} repeats {_place(states, used[original[k]])}" for k in copies[:MOST_NAMED]]
-    suffix = f" and {len(copies) - MOST_NAMED} more" if len(copies) > MOST_NAMED else ""
+    pairs = np.stack([used[copies], used[original[copies]]], axis=1)
+    # of absolute runs each row is one of its own
+    names = np.array([info.of or info.name for info in states.runs])[states.run[pairs]]
+    apart = (names[1:] != names[:-1]).any(axis=1) | (np.diff(states.row[pairs], axis=0) != 1).any(axis=1)
+    breaks = np.flatnonzero(apart) + 1
+    blocks = np.split(pairs, breaks)
+    copy_texts = [
+        f"{_place(states, block[:, 0])} {'repeats' if len(block) == 1 else 'repeat'} {_place(states, block[:, 1])}"
+        for block in blocks
+    ]
+    suffix = f" and {len(blocks) - MOST_NAMED} more" if len(blocks) > MOST_NAMED else ""
     text = (
         "two readings never agree exactly; a copy counts twice and makes the noise appear smaller: exclude it with "
         "[[exclude]]"
     )
-    return [f"identical rows: {'; '.join(copy_texts)}{suffix}: {text}"]
+    return [f"identical rows: {'; '.join(copy_texts[:MOST_NAMED])}{suffix}: {text}"]
 
 
-def _place(states: LoadStates, state: int) -> str:
-    info, row = states.runs[int(states.run[state])], int(states.row[state])
+def _place(states: LoadStates, block: Integers) -> str:
+    """Return the run and the row of states one after the other."""
+    info, rows = states.runs[int(states.run[block[0]])], states.row[block]
     name = info.of or info.name
-    return f"row {row}" if name == str(row) else f"run {name} row {row}"
+    if len(block) == 1:
+        return f"row {rows[0]}" if name == str(rows[0]) else f"run {name} row {rows[0]}"
+    return f"run {name} rows {rows[0]} to {rows[-1]}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,8 @@ from stiffcal.measurements.set_aside import SetAsideCode
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns" / "absolute"
 Table = dict[str, list[float]]
 ROW = 20
+# the header is the first line
+AT_ROW = f"run poses, row {ROW + 1} (line {ROW + 2})"
 PLACE = ("X1", "Y1", "Z1")
 Reduce = Callable[[str, Callable[[Table], None]], ReducedCampaign]
 
@@ -112,7 +115,8 @@ def test_the_first_and_the_last_zero_are_the_frames(reduced: Reduce, joint: int)
 @pytest.mark.parametrize(("factor", "words"), [(1e-3, "a thousand times too small"), (1.0 / 25.4, "in inches")])
 def test_a_row_in_another_unit_is_named(reduced: Reduce, factor: float, words: str) -> None:
     fault = fault_of(reduced, "01", all_of(*(scaled(axis, factor, slice(ROW, ROW + 1)) for axis in PLACE)))
-    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"run poses, row {ROW + 1}")
+    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, AT_ROW)
+    assert fault.file == "raw/poses.csv"
     assert words in fault.reason
 
 
@@ -137,12 +141,13 @@ def test_a_target_that_no_pose_shows_is_named(reduced: Reduce) -> None:
 def test_angles_of_a_row_in_radians_are_named(reduced: Reduce) -> None:
     change = all_of(*(scaled(f"A{k}", np.pi / 180.0, slice(ROW, ROW + 1)) for k in range(1, 7)))
     fault = fault_of(reduced, "01", change)
-    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"run poses, row {ROW + 1}")
+    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, AT_ROW)
+    assert fault.file == "raw/poses.csv"
 
 
 def test_exchanged_targets_of_a_row_are_named(reduced: Reduce) -> None:
     fault = fault_of(reduced, "03", lambda table: exchanged(table, slice(ROW, ROW + 1)))
-    assert fault.place == f"run poses, row {ROW + 1}"
+    assert fault.place == AT_ROW
     assert "target1 and target2" in fault.reason
 
 
@@ -158,15 +163,23 @@ def test_angles_of_another_row_are_named(reduced: Reduce) -> None:
             table[f"A{joint}"][ROW + 1] = table[f"A{joint}"][ROW]
 
     fault = fault_of(reduced, "01", copied)
-    assert fault.place == f"run poses, row {ROW + 2}"
+    assert fault.place == f"run poses, row {ROW + 2} (line {ROW + 3})"
     assert f"exactly the joint angles of row {ROW + 1}" in fault.reason
 
 
-def test_more_rows_than_are_listed_are_counted(reduced: Reduce) -> None:
+def test_rows_of_one_mistake_are_one_line(reduced: Reduce) -> None:
+    fault = fault_of(reduced, "01", all_of(*(scaled(axis, 1e-3, slice(ROW, ROW + 7)) for axis in PLACE)))
+    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"{AT_ROW} and others")
+    assert "in 7 of 80 rows (21 to 27)" in fault.reason
+
+
+def test_more_mistakes_than_are_listed_are_counted(reduced: Reduce) -> None:
+    factors = (1e-3, 1e-2, 1e-1, 1.0 / 25.4)
+    units = [scaled(axis, f, slice(k, k + 1)) for k, f in enumerate(factors) for axis in PLACE]
     with pytest.raises(InputError) as refused:
-        reduced("01", all_of(*(scaled(axis, 1e-3, slice(ROW, ROW + 7)) for axis in PLACE)))
+        reduced("01", all_of(*units, scaled("A2", -1.0, slice(5, 6)), scaled("A3", -1.0, slice(6, 7))))
     assert [fault.code for fault in refused.value.faults] == [FaultCode.UNIT_IMPLAUSIBLE] * 4 + [FaultCode.MORE_FAULTS]
-    assert refused.value.faults[-1].reason.startswith("3 ")
+    assert refused.value.faults[-1].reason.startswith("2 ")
 
 
 def test_a_pose_in_which_no_target_was_measured_is_set_aside_by_its_row(reduced: Reduce) -> None:
@@ -185,7 +198,7 @@ def test_a_copied_row_is_a_warning(reduced: Reduce) -> None:
             if column != "t":
                 table[column][ROW + 1] = table[column][ROW]
 
-    (warning,) = [text for text in reduced("01", copied).result.warnings if "repeats" in text]
+    (warning,) = [text for text in reduced("01", copied).result.warnings if "repeat" in text]
     assert f"run poses row {ROW + 2} repeats run poses row {ROW + 1}" in warning
 
 
@@ -234,8 +247,8 @@ def test_two_rows_of_two_mistakes_are_two_lines(reduced: Reduce) -> None:
     with pytest.raises(InputError) as refused:
         reduced("03", all_of(lambda table: exchanged(table, slice(ROW, ROW + 1)), in_metres))
     first, second = refused.value.faults
-    assert (first.code, first.place) == (FaultCode.KINEMATICS_MISMATCH, f"run poses, row {ROW + 1}")
-    assert (second.code, second.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"run poses, row {ROW + 6}")
+    assert (first.code, first.place) == (FaultCode.KINEMATICS_MISMATCH, AT_ROW)
+    assert (second.code, second.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"run poses, row {ROW + 6} (line {ROW + 7})")
 
 
 def test_targets_exchanged_in_a_circle_are_named(reduced: Reduce) -> None:
@@ -253,8 +266,9 @@ def test_targets_exchanged_in_a_circle_are_named(reduced: Reduce) -> None:
 def test_one_target_of_a_row_in_another_unit_is_named(reduced: Reduce, factor: float, words: str) -> None:
     change = all_of(*(scaled(f"{axis}2", factor, slice(ROW, ROW + 1)) for axis in "XYZ"))
     fault = fault_of(reduced, "03", change)
-    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"run poses, row {ROW + 1}")
-    assert f"the position of target2 is {words}" in fault.reason
+    assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, AT_ROW)
+    assert fault.file == "raw/poses.csv"
+    assert f"the positions of target2 are {words}" in fault.reason
 
 
 def test_one_target_in_another_unit_is_named(reduced: Reduce) -> None:
@@ -273,3 +287,122 @@ def test_many_rows_in_another_unit_are_one_line(reduced: Reduce, rows: slice, fa
     fault = fault_of(reduced, "01", all_of(*(scaled(axis, factor, rows) for axis in PLACE)))
     assert fault.code is FaultCode.UNIT_IMPLAUSIBLE
     assert fault.reason == f"the positions are {words}"
+
+
+HALVES = [(slice(0, 40), "(1 to 40)"), (slice(1, None, 2), "(2, 4, 6, 8, 10, 12 and 34 more places)")]
+
+
+@pytest.mark.parametrize(("rows", "where"), HALVES)
+@pytest.mark.parametrize("joint", [1, 3, 5])
+def test_a_wrong_sign_in_half_of_the_rows_is_one_line(reduced: Reduce, joint: int, rows: slice, where: str) -> None:
+    fault = fault_of(reduced, "01", scaled(f"A{joint}", -1.0, rows))
+    assert fault.code is FaultCode.KINEMATICS_MISMATCH
+    assert fault.reason.startswith(f"the angle of joint A{joint} has the wrong sign in ")
+    # small angles of joint 5 are right within millimetres with either sign
+    assert joint == 5 or fault.reason.endswith(f" in 40 of 80 rows {where}")
+    assert fault.file == "raw/poses.csv"
+
+
+@pytest.mark.parametrize(("rows", "where"), HALVES)
+def test_radians_in_half_of_the_rows_are_one_line(reduced: Reduce, rows: slice, where: str) -> None:
+    fault = fault_of(reduced, "01", all_of(*(scaled(f"A{k}", np.pi / 180.0, rows) for k in range(1, 7))))
+    assert fault.code is FaultCode.UNIT_IMPLAUSIBLE
+    assert fault.reason == f"joint angles are in radians where the others are in degrees in 40 of 80 rows {where}"
+
+
+def columns(first: str, second: str, rows: slice = slice(None)) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
+        one, other = np.array(table[first]), np.array(table[second])
+        one[rows], other[rows] = other[rows].copy(), one[rows].copy()
+        table[first], table[second] = one.tolist(), other.tolist()
+
+    return change
+
+
+def test_interchanged_columns_are_named(reduced: Reduce, tmp_path: Path) -> None:
+    fault = fault_of(reduced, "01", columns("A2", "A3"))
+    assert (fault.file, fault.place) == ("raw/poses.csv", "joints A2 and A3")
+    shutil.rmtree(tmp_path / "01")
+    # of the axes of positions in an estimated frame each interchange is the same mirror
+    fault = fault_of(reduced, "01", columns("X1", "Y1"))
+    assert fault.place == "columns of the positions"
+    assert "mirrored" in fault.reason
+    shutil.rmtree(tmp_path / "01")
+    fault = fault_of(reduced, "01", columns("X1", "Y1", slice(0, 40)))
+    # where X and Y are alike nothing shows
+    assert fault.reason.startswith("X and Y of the positions are interchanged in 37 of 80 rows (1 to 9, ")
+
+
+@pytest.mark.parametrize(
+    ("entry", "place"),
+    [("a_m", "joints[3] (A3).a_m"), ("d_m", "joints[4] (A4).d_m"), ("convention", "convention")],
+)
+def test_a_wrong_sign_in_the_robot_file_is_named(tmp_path: Path, entry: str, place: str) -> None:
+    folder = Path(shutil.copytree(CAMPAIGNS / "01", tmp_path / "01", ignore=shutil.ignore_patterns("store")))
+    campaign = load_campaign(folder)
+    if entry == "convention":
+        robot = campaign.robot.model_copy(update={"convention": "dh"})
+    else:
+        k = int(place[7]) - 1
+        joint = campaign.robot.joints[k]
+        assert getattr(joint, entry) != 0.0
+        wrong = joint.model_copy(update={entry: -getattr(joint, entry)})
+        joints = (*campaign.robot.joints[:k], wrong, *campaign.robot.joints[k + 1 :])
+        robot = campaign.robot.model_copy(update={"joints": joints})
+    with pytest.raises(InputError) as refused:
+        reduce_campaign(replace(campaign, robot=robot), no_progress)
+    (fault,) = refused.value.faults
+    assert (fault.file, fault.place) == ("robot.toml", place)
+
+
+def test_places_next_to_the_angles_of_other_rows_are_named(reduced: Reduce) -> None:
+    def shifted(table: Table) -> None:
+        for axis in PLACE:
+            table[axis][40:] = [*table[axis][41:], table[axis][40]]
+
+    fault = fault_of(reduced, "01", shifted)
+    assert fault.place == "run poses, row 41 (line 42) and others"
+    assert "of row 41 those of row 42" in fault.reason
+    assert "in 40 of 80 rows (41 to 80)" in fault.reason
+
+
+def test_shuffled_places_contradict_the_angles(reduced: Reduce) -> None:
+    def shuffled(table: Table) -> None:
+        order = np.random.default_rng(1).permutation(len(table["t"]))
+        for axis in PLACE:
+            table[axis] = np.array(table[axis])[order].tolist()
+
+    fault = fault_of(reduced, "01", shuffled)
+    assert (fault.code, fault.file) == (FaultCode.KINEMATICS_MISMATCH, "raw/poses.csv")
+    assert "contradict" in fault.reason
+    assert "each position is next to its joint angles" in fault.mend
+
+
+def test_a_tracker_that_was_moved_far_is_named_by_its_rows(reduced: Reduce) -> None:
+    def moved(table: Table) -> None:
+        table["X1"] = [value + 50.0 * (k >= 40) for k, value in enumerate(table["X1"])]
+
+    fault = fault_of(reduced, "01", moved)
+    shift = float(fault.reason.split("tracker or base by ")[1].split(" mm")[0])
+    # what the geometry of other poses takes up is less than a robot misses by
+    assert abs(shift - 50.0) < 5.0
+    assert "(41 to 80)" in fault.reason or "(1 to 40)" in fault.reason
+
+
+def test_targets_with_the_same_columns_are_named(reduced: Reduce) -> None:
+    def copied(table: Table) -> None:
+        for axis in "XYZ":
+            table[f"{axis}2"] = list(table[f"{axis}1"])
+
+    fault = fault_of(reduced, "03", copied)
+    assert fault.place == "columns of target1 and target2"
+
+
+def test_a_table_that_was_appended_twice_is_one_warning(reduced: Reduce) -> None:
+    def twice(table: Table) -> None:
+        for column in table:
+            later = 1e5 if column == "t" else 0.0
+            table[column] = table[column] + [value + later for value in table[column]]
+
+    (warning,) = [text for text in reduced("01", twice).result.warnings if "repeat" in text]
+    assert "run poses rows 81 to 160 repeat run poses rows 1 to 80:" in warning
