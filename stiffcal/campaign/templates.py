@@ -125,7 +125,7 @@ def write_template(folder: Path, kind: str) -> list[Path]:
             FaultCode.OPTION_INVALID, "command line", "--kind", reason, "use one of " + ", ".join(template_kinds())
         )
     texts = {MANIFEST_FILE: (template / MANIFEST_FILE).read_text(encoding="utf-8"), "robot.toml": robot_template()}
-    for name in ("model.toml", "simulate.toml"):  # what else this kind has
+    for name in ("robot.toml", "model.toml", "simulate.toml"):  # what this kind has of its own
         file = template / name
         texts |= {name: file.read_text(encoding="utf-8")} if file.exists() else {}
     return write_folder(folder, texts)

@@ -101,18 +101,27 @@ def poses_without_frames(campaign: Campaign, gathered: RawStates) -> LoadStates:
 
 
 def _too_few(robot: CompliantRobot, used: LoadStates) -> str | None:
-    """Return in words that the readings are fewer than the model's numbers; None where they are not.
+    """Return in words that the readings are fewer than the numbers that poses can determine; None where they are not.
 
     Twice as many readings as numbers are what is asked for; with fewer readings than numbers nothing is fitted.
     """
-    n_numbers = sum(1 for placed in robot.placed for spec in placed.effect.parameters if not spec.discrete)
+    from stiffcal.identification.gauge import redundant_geometry
+    from stiffcal.identification.readings import observe
+
+    conventions = redundant_geometry(robot, observe(used, robot.chain), frozenset())
+    n_numbers = sum(
+        not spec.discrete and placed.parameter_name(spec.symbol) not in conventions
+        for placed in robot.placed
+        for spec in placed.effect.parameters
+    )
     n_readings = int(np.isfinite(used.position).sum()) + 3 * int(np.isfinite(used.rotation).all(axis=(2, 3)).sum())
     if n_readings >= n_numbers:
         return None
     per_pose = n_readings / max(len(used), 1) or 3.0
     n_poses = f"{len(used)} pose{'s are' if len(used) != 1 else ' is'}"
     least = math.ceil(2.0 * n_numbers / per_pose)
-    return f"{n_poses} too few for the {n_numbers} numbers of the model: measure {least} or more"
+    kept = f" ({len(conventions)} more are conventions and not estimated)" if conventions else ""
+    return f"{n_poses} too few for the {n_numbers} numbers of the model{kept}: measure {least} or more"
 
 
 def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:

@@ -15,6 +15,9 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.workflow.command_results import InitResult
 
+OF_TABLES = ("load", "absolute")
+"""Kinds of campaign that a table of states gives."""
+
 
 def init_campaign(
     folder: Path,
@@ -30,7 +33,7 @@ def init_campaign(
     ----------
     folder : where; it must not hold a campaign yet.
     kind : of the template: a commented folder of that kind. None without a table: "load". With tables: "load",
-        "clamped" or "friction".
+        "absolute" (which of the two the table's columns show), "clamped" or "friction".
     tables : propose the campaign from the headers and values of one table, or of several of equal length (angles in
         one, forces in another), instead; for clamped and friction runs from their logs, one run each.
     urdf, robot : with a table: the robot as URDF, or the name of a bundled one or a robot file (*.toml).
@@ -47,13 +50,13 @@ def init_campaign(
     """
     folder = Path(folder)
     of_logs = bool(tables) and kind in KINDS_OF_LOGS
-    if tables and kind is not None and not of_logs and kind != "load":
+    if tables and kind is not None and not of_logs and kind not in OF_TABLES:
         raise InputError.at(
             FaultCode.OPTION_CONFLICT,
             "command line",
             "--kind",
             f"no campaign of kind {kind} can be proposed from a table",
-            "leave out --from, or use --kind load, clamped or friction",
+            "leave out --from, or use --kind load, absolute, clamped or friction",
         )
     if of_logs and tool is not None:
         raise InputError.at(

@@ -14,12 +14,14 @@ from stiffcal.campaign.loading import load_campaign, load_robot
 from stiffcal.campaign.templates import bundled_robot, bundled_robots, write_template
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
+from stiffcal.workflow.check import check_campaign
+from stiffcal.workflow.simulate import simulate_campaign
 
 
-@pytest.mark.parametrize("kind", ["load", "clamped", "ids", "friction"])
+@pytest.mark.parametrize("kind", ["absolute", "load", "clamped", "ids", "friction"])
 def test_template_loads_once_its_logs_exist(tmp_path: Path, kind: str) -> None:
     written = write_template(tmp_path / "cell", kind)
-    more = {"model.toml", "simulate.toml"} if kind in ("clamped", "friction", "ids") else set()
+    more = {"model.toml", "simulate.toml"} if kind != "load" else set()
     assert {path.name for path in written} == {"campaign.toml", "robot.toml", "README.txt"} | more
     with pytest.raises(InputError) as caught:
         load_campaign(tmp_path / "cell")
@@ -28,7 +30,19 @@ def test_template_loads_once_its_logs_exist(tmp_path: Path, kind: str) -> None:
         (tmp_path / "cell" / fault.reason.removeprefix("no such file: ")).write_text("")
     campaign = load_campaign(tmp_path / "cell")
     setup = measurement_setup(campaign.manifest, campaign.chain, resolve_frames(campaign.manifest, campaign.chain))
-    assert setup.moments_measured == (kind != "friction")
+    assert setup.moments_measured == (kind not in ("friction", "absolute"))
+
+
+@pytest.mark.long  # a table is simulated, and geometry and springs are fitted to it
+def test_rehearsal_of_absolute_places_is_ready(tmp_path: Path) -> None:
+    """What the template simulates is a campaign that `check` accepts, without a change."""
+    write_template(tmp_path / "arm", "absolute")
+    rehearsal = tmp_path / "arm" / "simulate.toml"
+    rehearsal.write_text(rehearsal.read_text(encoding="utf-8").replace("poses = 60", "poses = 20"), encoding="utf-8")
+    simulate_campaign(tmp_path / "arm", tmp_path / "rehearsal")
+    result = check_campaign(tmp_path / "rehearsal")
+    assert result.ready
+    assert result.n_states == 20
 
 
 def test_table_proposed_in_the_load_template_is_understood(tmp_path: Path) -> None:

@@ -111,7 +111,8 @@ def test_check_states_what_a_few_absolute_poses_lack(tmp_path: Path) -> None:
         assert result.n_states == n_poses
         assert [run.id for run in result.runs] == ["poses"]
         assert "measure 4 or more poses" in result.missing[0]
-        assert "numbers of the model" in result.missing[1]
+        # 6 compliances, 24 of geometry, 6 and 3 of frames: the frames take up 4 n + 3 of 4 n + 9
+        assert "33 numbers of the model (6 more are conventions and not estimated)" in result.missing[1]
     table.write_text("\n".join([lines[0], *[lines[1]] * 6]) + "\n")
     with pytest.raises(InputError) as caught:  # rows enough, of one pose: a mistake, and no table half measured
         check_campaign(folder)
