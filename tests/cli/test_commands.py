@@ -167,7 +167,7 @@ def test_effects_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
         (["identify", "no-such-folder"], r"no-such-folder: no such folder; give a campaign folder"),
         (
             ["init", "x", "--kind", "loud"],
-            r'^command line: --kind: there is no kind "loud"; use one of clamped, friction, ',
+            r'^command line: --kind: there is no kind "loud"; use one of absolute, clamped, friction, ',
         ),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
