@@ -26,7 +26,14 @@ from stiffcal.diagnosis.search_warnings import search_warnings
 from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, MOST_UNDERSTATED, PAIRS_PLANNED
-from stiffcal.diagnosis.words import candidate_in_words, error_in_words, explain, leading_measure, pattern_in_words
+from stiffcal.diagnosis.words import (
+    candidate_in_words,
+    effect_in_words,
+    error_in_words,
+    explain,
+    leading_measure,
+    pattern_in_words,
+)
 from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
 from stiffcal.identification.document import finite, identified_parameter
 from stiffcal.identification.fit import Fit
@@ -222,7 +229,9 @@ def _contradicted_words(search: Search) -> str:
         if setting.parameter is None:
             words.append('balance = "first-order" (use "deformed")')
         elif setting.setting is SettingKind.FRAME:
-            words.append(f"{setting.parameter.replace('.', ' ')} as campaign.toml gives it (write estimate = true)")
+            alike = ", ".join(effect_in_words(effect) for effect in setting.alternatives)
+            cure = "write estimate = true" + (f"; cannot be distinguished in these poses: {alike}" if alike else "")
+            words.append(f"{setting.parameter.replace('.', ' ')} as campaign.toml gives it ({cure})")
         else:
             free = f"{setting.free_value or 0.0:.3g} ± {setting.free_std or 0.0:.2g}"
             words.append(f"{setting.parameter} fixed at {setting.fixed_at or 0.0:.3g} (free, it is {free})")

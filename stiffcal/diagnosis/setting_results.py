@@ -7,6 +7,7 @@ from enum import Enum
 
 from stiffcal.documents import Number
 from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import EffectAt
 
 
 class SettingKind(Enum):
@@ -36,6 +37,8 @@ class ContradictedSetting:
     """In poses left out of the fit, with the setting."""
     heldout_rms_after: Rms
     """The same without it."""
+    alternatives: list[EffectAt]
+    """Effects that these data cannot distinguish from a wrong frame; empty for other settings."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

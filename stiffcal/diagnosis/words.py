@@ -14,6 +14,7 @@ from stiffcal.diagnosis.scan import Trial
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
+from stiffcal.model.summary import EffectAt
 from stiffcal.printed_units import drift_unit, printed_unit
 from stiffcal.wording import significant
 
@@ -69,6 +70,22 @@ def candidate_in_words(candidate: Candidate) -> str:
     if candidate.place.kind == "setup":
         return candidate.effect.name
     return f"{candidate.effect.name} of {place_in_words(candidate.place)}"
+
+
+def effect_in_words(effect: EffectAt) -> str:
+    """Return an effect of a result and its place in words.
+
+    Examples
+    --------
+    >>> from stiffcal.model.summary import Where
+    >>> effect_in_words(EffectAt(effect="link-geometry", where=Where(joints=[1])))
+    'link-geometry of joint 1'
+    """
+    words = [
+        f" of {kind.removesuffix('s')} {', '.join(str(item).strip('[]') for item in items)}"
+        for kind, items in effect.where.items()
+    ]
+    return effect.effect + "".join(words)
 
 
 def places_in_words(places: AgreementWithPlaces) -> str:
