@@ -228,6 +228,16 @@ class _AfterMotion(FrictionHysteresis):
         joint = place.joints[0]
         return drive_terms(chain, joint, "width", -0.5 * _direction(loads, joint))
 
+    def by_approach(self, place: Place, values: Values) -> str | None:
+        """Half the width to either side."""
+        half = 0.5 * values.get("width", 0.0)
+        if half == 0.0:
+            return None
+        return (
+            f"joint {place.joints[0]} rests {1e3 * half:.2g} mrad to the one or the other side of what is stated, "
+            "depending on the direction of its last motion ([width] of friction-hysteresis): the middle is stated"
+        )
+
     def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
         """None: it does not follow the load."""
         return ()

@@ -25,10 +25,11 @@ def force_in_base(states: LoadStates, chain: Chain) -> Floats:
 
 
 def force_since_reference(states: LoadStates, chain: Chain) -> Floats:
-    """Return (n, 3) N: the force on the robot less that of its run's reference, base axes."""
+    """Return (n, 3) N: the force on the robot less that of its run's reference, base axes; in absolute rows all."""
     force = force_in_base(states, chain)
     for members in members_of(states.run):
-        chosen = members[states.reference[members]]
+        # a row of absolute places has no reference but itself
+        chosen = members[states.reference[members] & ~states.absolute[members]]
         if chosen.size and not states.deflection_given:
             force[members] -= force[chosen][0]
     return force

@@ -111,6 +111,10 @@ class Effect(ABC):
         """Return the forms of the law that a search compares on these states; the best of them is named."""
         return (self,)
 
+    def by_approach(self, place: Place, values: Values) -> str | None:
+        """Return in words what a prediction leaves out as it depends on each joint's last motion; None: nothing."""
+        return None
+
     def whole_form(self, states: LoadStates) -> Effect | None:
         """Return the form that replaces other laws of its place (`includes`) with as many parameters; None without one.
 

@@ -331,6 +331,7 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "describe": _text,
     "lacking": _text_or_none,
     "impossible": _text_or_none,
+    "by_approach": _text_or_none,
     "possible_near": _true_or_false,
     "form": _form,
     "forms_to_try": _forms_to_try,

@@ -146,7 +146,9 @@ OBSERVED: Mapping[str, ColumnDescription] = {
 HELDOUT: Mapping[str, ColumnDescription] = {
     **OBSERVED,
     "branch": ColumnDescription("loading or unloading; empty where unloaded, or where the load only rises"),
-    "load_N": ColumnDescription("size of the force less that of the run's reference", "N"),
+    "load_N": ColumnDescription(
+        "size of the force less that of the run's reference, of absolute rows the whole force", "N"
+    ),
     "tau_<k>_Nm": ColumnDescription("torque about the axis of joint k, weight included, as the fit has it", "N·m"),
 }
 

@@ -158,7 +158,8 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
             )
         chain = campaign.chain
         setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
-        return FittedRobot(campaign, robot, _with_target(setup, chain.n_joints), {}, "model.toml")
+        left_out = tuple(_left_out(robot.placed))
+        return FittedRobot(campaign, robot, _with_target(setup, chain.n_joints), {}, "model.toml", left_out)
     data = up_to_date_states(campaign.folder, context)
     identified = up_to_date_fit(data, context)
     matrix = np.array(identified.covariance, dtype=np.float64)
@@ -183,7 +184,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
         setup,
         covariance_of(_parameter_names(rest)),
         f"fit {identified.fit_id}",
-        tuple(_cautions(identified, gives)),
+        (*_cautions(identified, gives), *_left_out(rest)),
         of_links,
         targets,
         covariance_of(_parameter_names((*rest, *targets))),
@@ -192,6 +193,14 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
 
 def _parameter_names(placed: Iterable[PlacedEffect]) -> set[str]:
     return {one.parameter_name(spec.symbol) for one in placed for spec in one.effect.parameters}
+
+
+def _left_out(placed: Iterable[PlacedEffect]) -> Iterator[str]:
+    """Yield what depends on how the robot came to a pose, which no pose or load states."""
+    for one in placed:
+        words = one.effect.by_approach(one.place, one.values)
+        if words is not None:
+            yield words
 
 
 def _cautions(identified: IdentifyResult, names: set[str]) -> Iterator[str]:

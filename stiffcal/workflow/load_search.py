@@ -36,14 +36,18 @@ def search_now(
     campaign, present = data.campaign, robot or robot_to_fit(data)
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
     catalogue, _ = all_effects(campaign)
+    problem = fit_problem(data.states, present)
 
     def search_again(robot: CompliantRobot, settings: Settings) -> Search:
-        return search_missing(data.states, robot, catalogue, settings, context.progress, n_searches=n_searches)
+        # observations are of the kinematics, whatever the effects
+        known = problem if robot.chain is present.chain else None
+        return search_missing(
+            data.states, robot, catalogue, settings, context.progress, problem=known, n_searches=n_searches
+        )
 
     search = search_again(present, settings)
     if not settings.fixed and present.deformed and not data.states.absolute.all():
         return search
-    problem = fit_problem(data.states, present)
     if not settings.fixed and present.deformed and not given_frames(present, problem.data):
         return search
     return search_with_settings(search, problem, settings, search_again)

@@ -87,7 +87,7 @@ def plot_campaign(
 
     states = report_states_of(data)
     if against is None:
-        figure, drawn = _load_deformation(states, names, run)
+        figure, drawn = _load_deformation(states, names, run, bool(data.states.absolute.all()))
     else:
         from stiffcal.report.figures.residual_against import draw_residual_against
 
@@ -154,7 +154,7 @@ def _kind_plot(
     return None if plot is None else (draw_panels(plot.picture), plot.drawn)
 
 
-def _load_deformation(states: ReportStates, names: list[str], run: str | None) -> tuple[Figure, str]:
+def _load_deformation(states: ReportStates, names: list[str], run: str | None, of_places: bool) -> tuple[Figure, str]:
     from stiffcal.report.figures import load_deformation as figures
 
     runs = sorted(set(states.run.tolist()))
@@ -167,7 +167,9 @@ def _load_deformation(states: ReportStates, names: list[str], run: str | None) -
     if run is not None:
         return figures.draw_load_deformation(states, names.index(run), run), f"load-deformation of run {run}"
     if all(np.count_nonzero(states.used & (states.run == number)) <= 1 for number in runs):
-        return figures.draw_deflection_by_run(states, names, runs), "deflection of all runs"
+        return figures.draw_deflection_by_run(states, names, runs), (
+            "distance from the nominal robot in all rows" if of_places else "deflection of all runs"
+        )
     return figures.draw_load_deformation_sheet(states, runs, [names[k] for k in runs]), "load-deformation of all runs"
 
 
@@ -213,6 +215,12 @@ def _covariate(
 
 def _approach(states: LoadStates, joint: int) -> Floats:
     """Return (n,) the direction of a drive's last motion, NaN where it is not known; ``joint`` from 0."""
+    if states.approach.any() and not states.approach[states.used, joint].any():
+        raise InputError.at(
+            FaultCode.DATA_MISSING, "command line", "--against",
+            f"joint {joint + 1} did not move before any row, so that there is no direction of its last motion",
+            "choose a joint that moved",
+        )  # fmt: skip
     if not states.approach.any():
         raise InputError.at(
             FaultCode.DATA_MISSING, "command line", "--against",

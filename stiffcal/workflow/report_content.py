@@ -23,7 +23,6 @@ from stiffcal.experiments import all_kinds
 from stiffcal.files import read_regular
 from stiffcal.identification.state_loads import (
     branch_words,
-    force_in_base,
     force_since_reference,
     torques_about_joints,
 )
@@ -206,7 +205,6 @@ def _with_states_set_aside(states: LoadStates, measured: Floats) -> Floats:
 def _loads(states: LoadStates, chain: Chain) -> tuple[Floats, NDArray[np.str_], NDArray[np.str_]]:
     """Return force less the reference's (n, 3), of absolute rows the whole force; direction labels, branches."""
     force, cycles = force_since_reference(states, chain), find_load_cycles(states)
-    force[states.absolute] = force_in_base(states, chain)[states.absolute]
     return force, _direction_labels(states, force, cycles), branch_words(cycles)
 
 

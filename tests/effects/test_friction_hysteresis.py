@@ -127,3 +127,10 @@ def test_absolute_places_need_both_directions_of_a_drive() -> None:
     assert EFFECT.lacking(robot_chain(), replace(states, approach=both)) is None
     (form,) = EFFECT.forms_to_try(replace(states, approach=both))
     assert [spec.symbol for spec in form.parameters] == ["width"]
+
+
+def test_a_prediction_without_approach_states_that_it_is_the_middle() -> None:
+    form = EFFECT.form(["width"])
+    assert "0.25 mrad to the one or the other side" in (form.by_approach(PLACE, {"width": 5e-4}) or "")
+    assert form.by_approach(PLACE, {"width": 0.0}) is None
+    assert EFFECT.by_approach(PLACE, {"c": 2e-6, "slip": 30.0}) is None

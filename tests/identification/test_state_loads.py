@@ -10,8 +10,13 @@ import pytest
 
 from stiffcal.campaign.frames import resolve_frames
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import no_progress
+from stiffcal.identification.state_loads import force_since_reference
+from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.mechanics.kinematics import attached_poses
 from tests.laboratory.small_campaign import LEVELS
+
+CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "absolute" / "02"
 
 
 @pytest.fixture(scope="module")
@@ -41,3 +46,13 @@ def test_the_torque_of_joint_1_is_the_moment_of_the_load_about_its_axis(
         moment.to_numpy(), rel=0.01, abs=300.0 * 4e-3
     )  # it gives by millimetres
     assert {f"tau_{k}_Nm" for k in range(1, 7)} <= set(heldout.columns)
+
+
+def test_the_load_of_an_absolute_row_is_the_whole_payload() -> None:
+    """Each row is its own reference: less that, every load would be zero."""
+    campaign = load_campaign(CAMPAIGN)
+    states = reduce_campaign(campaign, no_progress).states
+    payload = pd.read_csv(CAMPAIGN / "raw" / "poses.csv")["payload_kg"].to_numpy()
+    assert payload.max() > 0.0
+    force = np.linalg.norm(force_since_reference(states, campaign.chain), axis=1)
+    assert force == pytest.approx(payload * np.linalg.norm(campaign.chain.gravity), abs=1e-9)

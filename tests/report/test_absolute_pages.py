@@ -12,7 +12,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.report import building
 from stiffcal.report.blocks import ReportSection, TableBlock
 from stiffcal.report.content import ReportContent
-from stiffcal.report.sections import calibration, residuals, run_table
+from stiffcal.report.sections import agreement, calibration, load_deformation, residuals, run_table
 from stiffcal.report.sections.campaign import runs_table
 from stiffcal.validation.distances import Distances, DistanceSummary, RegionDistance
 from stiffcal.validation.results import ErrorSlice
@@ -90,3 +90,29 @@ def test_long_joint_names_break_in_the_header_and_the_contents_stay_whole(tmp_pa
     (last,) = [page for page in pages if "Contents" in page]
     assert last is pages[-1]
     assert "1 Summary" in last.replace("\n", " ")
+
+
+def text_of(made: object) -> str:
+    assert isinstance(made, ReportSection)
+    return " ".join(getattr(block, "caption", "") or getattr(block, "text", "") for block in made.blocks)
+
+
+def test_pages_of_places_state_distances_and_those_of_loads_deflections() -> None:
+    places, loads = poses(3), made_up_content(n_runs=3, per_run=1)
+    made = load_deformation.section(places)
+    assert made.title == "Measured and predicted places"
+    assert "3 places were measured, each once" in text_of(made)
+    assert "Distance from the nominal place in each row" in text_of(made)
+    assert "eflection" not in text_of(made) + text_of(agreement.section(places))
+    assert "Deflection in each run" in text_of(load_deformation.section(loads))
+    assert "displacement D" in text_of(agreement.section(loads))
+
+
+def test_places_are_on_no_branch() -> None:
+    worst = [
+        {"run": f"poses row {k}", "row": k, "residual_m": 2e-4, "load": 49.0 * k, "branch": branch}
+        for k, branch in enumerate(("unloaded", "peak"))
+    ]
+    assert "branch" not in [column.title for column in worst_table(with_validation(poses(3), worst=worst)).columns]
+    loads = made_up_content(n_runs=3, per_run=1)
+    assert "branch" in [column.title for column in worst_table(with_validation(loads, worst=worst)).columns]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import duckdb
@@ -13,9 +14,10 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.export import export_campaign
-from stiffcal.workflow.plot import plot_campaign
+from stiffcal.workflow.plot import _approach, plot_campaign
 from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.steps import RunContext, up_to_date_states
+from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS
 
 
@@ -134,3 +136,13 @@ def test_report_is_a_pdf_with_the_stiffness_table(campaign: Path) -> None:
     first = file.read_bytes()
     report_campaign(campaign, RunContext(update=False))
     assert file.read_bytes() == first
+
+
+def test_the_approach_of_a_joint_that_never_moved_is_no_picture() -> None:
+    """Joint 2 came from both sides, joint 1 from none; states without directions have their own line."""
+    states = replace(bare_states([0, 1, 2]), approach=np.array([[0.0, 1.0], [0.0, -1.0], [0.0, 0.0]]))
+    np.testing.assert_array_equal(_approach(states, 1), [1.0, -1.0, np.nan])
+    with pytest.raises(InputError, match="joint 1 did not move before any row"):
+        _approach(states, 0)
+    with pytest.raises(InputError, match="not known in this campaign"):
+        _approach(replace(states, approach=np.zeros((3, 2))), 0)

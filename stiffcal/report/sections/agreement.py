@@ -22,7 +22,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
     by = "by fits without that pose" if states.predicted_heldout is not None else "by the fit itself (not validated)"
-    axes = "displacement D, rotation R" if states.has_rotation else "displacement D"
+    quantity = "distance from the nominal place" if content.absolute_alone else "displacement"
+    axes = f"{quantity} D, rotation R" if states.has_rotation else f"{quantity} D"
     caption = (
         f"Measured against predicted {by}, base axes: {axes}. Points on the diagonal: "
         "measured and predicted values are equal."
@@ -31,7 +32,11 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if validation is not None:
         left = validation.relative.translation
         caption += f" Distance from the diagonal {wording.measure_text(_of_target(validation.rms))} rms"
-        caption += f", {wording.percent(left)} of the deflection" if left is not None else ""
+        caption += (
+            f", {wording.percent(left)} of {'that' if content.absolute_alone else 'the deflection'}"
+            if left is not None
+            else ""
+        )
         caption += f"; at most {wording.measure_text(_of_target(validation.max))}."
     n_used = int(states.used.sum())
     if n_used > MOST_POINTS:

@@ -14,7 +14,7 @@ from stiffcal.report.figures import load_deformation as drawing
 from stiffcal.report.figures.canvas import AXES_NAMES
 
 ORDER = 50
-_TITLE = "Load and deflection"
+_TITLE, _TITLE_OF_PLACES = "Load and deflection", "Measured and predicted places"
 _FEWEST_STATES = 4
 _MOST_SMALL = 40
 _MOST_SINGLES = 50
@@ -22,9 +22,9 @@ _MOST_SINGLES = 50
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the curves, and describe how the runs shown large were chosen."""
-    states = content.states
+    states, title = content.states, _TITLE_OF_PLACES if content.absolute_alone else _TITLE
     if states is None or not states.used.any():
-        return LeftOut(_TITLE, "there are no load states to draw")
+        return LeftOut(title, "there are no load states to draw")
     if states.along is not None:
         return ReportSection(_TITLE, tuple(_line_displacement_blocks(content, states)))
     # clamped runs have states too, and no displacement: their pages are their own
@@ -35,9 +35,11 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if curves:
         blocks.extend(_curves(content, states, curves))
     singles = [number for number in range(len(content.runs)) if 0 < counts[number] < _FEWEST_STATES]
-    if singles:
-        blocks.extend(_singles(content, states, singles))
-    return ReportSection(_TITLE, tuple(blocks))
+    places = [number for number in singles if content.runs[number].kind == "absolute"]
+    for chosen, of_places in (([number for number in singles if number not in places], False), (places, True)):
+        if chosen:
+            blocks.extend(_singles(content, states, chosen, of_places))
+    return ReportSection(title, tuple(blocks))
 
 
 def _line_displacement_blocks(content: ReportContent, states: ReportStates) -> list[Block]:
@@ -152,7 +154,8 @@ def _against_the_force(states: ReportStates, number: int) -> list[str]:
     return phrases
 
 
-def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -> list[Block]:
+def _singles(content: ReportContent, states: ReportStates, singles: list[int], of_places: bool) -> list[Block]:
+    """Lay out runs of single states, and rows of absolute places, of which each is a run."""
     few = (
         "one load state each"
         if int(states.used.sum()) <= len(content.runs)
@@ -160,12 +163,17 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -
     )
     drawn_runs = _worst_singles(states, singles)
     verb = "holds" if len(singles) == 1 else "hold"
+    what = "Distance from the nominal place" if of_places else "Deflection"
+    were = "was" if len(singles) == 1 else "were"
     text = (
-        f"{wording.count(len(singles), 'run')} {verb} {few}, so no curve over the force can be drawn for them. "
+        f"{wording.count(len(singles), 'place')} {were} measured, each once. Measured and predicted distance from the "
+        f"nominal place are shown along the base axes; the line between them is the residual."
+        if of_places
+        else f"{wording.count(len(singles), 'run')} {verb} {few}, so no curve over the force can be drawn for them. "
         f"Measured and predicted deflection are shown by run instead; the line between them is the residual."
     )
     if len(drawn_runs) < len(singles):
-        text += f" The {len(drawn_runs)} runs with the largest residuals are drawn."
+        text += f" The {len(drawn_runs)} {'places' if of_places else 'runs'} with the largest residuals are drawn."
     names = [run.name for run in content.runs]
     blocks: list[Block] = [Paragraph(text)]
     heldout = " by a fit without that pose" if states.predicted_heldout is not None else " by the fit"
@@ -173,7 +181,7 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -
     off = np.where(inside, np.linalg.norm(states.residual[:, :3], axis=1), -1.0)
     worst = int(np.argmax(off))
     caption = (
-        f"Deflection in each run, measured and predicted{heldout}. Largest difference: run "
+        f"{what} in each {'row' if of_places else 'run'}, measured and predicted{heldout}. Largest difference: run "
         f"{names[int(states.run[worst])]}, "
         f"{wording.length(float(off[worst]))}"
         + (f" under {wording.digits(float(states.load[worst]))} N." if states.load[worst] > 0.0 else ".")

@@ -50,11 +50,11 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if validation is not None:
         blocks.append(Paragraph(_lead(validation)))
         blocks.extend(_by_run(validation, content))
-        blocks.extend(_by_groups(validation))
+        blocks.extend(_by_groups(validation, content.absolute_alone))
     if content.states is not None and content.states.used.any() and content.covariates and content.identify is not None:
         blocks.extend(_covariate_blocks(content, content.states))
     if validation is not None:
-        blocks.extend(_worst(validation))
+        blocks.extend(_worst(validation, content.absolute_alone))
     if not blocks:
         return LeftOut(_TITLE, "the model has not been validated yet: run “stiffcal validate”")
     return ReportSection(_TITLE, tuple(blocks))
@@ -112,12 +112,14 @@ def _by_run(validation: ValidateResult, content: ReportContent) -> list[Block]:
     return blocks
 
 
-def _by_groups(validation: ValidateResult) -> list[Block]:
-    several = [(title, unit, parts) for select, title, unit in _GROUPS if len(parts := select(validation)) > 1]
+def _by_groups(validation: ValidateResult, of_places: bool) -> list[Block]:
+    # a place that is measured once is on no branch
+    known = [group for group in _GROUPS if not (of_places and group[1] == "branch")]
+    several = [(title, unit, parts) for select, title, unit in known if len(parts := select(validation)) > 1]
     blocks: list[Block] = []
     if several:
         text = " ".join(f"By {title}: {_extremes(parts)}" for title, _, parts in several)
-        missing = [title for select, title, _ in _GROUPS if len(select(validation)) <= 1]
+        missing = [title for select, title, _ in known if len(select(validation)) <= 1]
         if missing:
             text += f" Not grouped by {wording.listing(missing)}: only one group in these data."
         names = wording.listing([title for title, _, _ in several])
@@ -165,8 +167,8 @@ def short_ranges(parts: Sequence[ErrorSlice], unit: str) -> list[ErrorSlice]:
     ]
 
 
-def _worst(validation: ValidateResult) -> list[Block]:
-    """List the worst states; of one branch alone, without the branch."""
+def _worst(validation: ValidateResult, of_places: bool) -> list[Block]:
+    """List the worst states; of one branch alone, and of places, without the branch."""
     worst = validation.worst[:_MOST_WORST]
     if not worst:
         return []
@@ -187,7 +189,7 @@ def _worst(validation: ValidateResult) -> list[Block]:
         cells = loads if alike else [f"{load} {unit}" for load, unit in zip(loads, units, strict=True)]
         rows = [(*row, cell) for row, cell in zip(rows, cells, strict=True)]
     branches = [state.branch for state in worst]
-    if len(set(branches)) > 1:
+    if len(set(branches)) > 1 and not of_places:
         columns.append(TableColumn("branch", align="left"))
         rows = [(*row, branch) for row, branch in zip(rows, branches, strict=True)]
     caption = "States with the largest residuals; check these readings first."
