@@ -62,6 +62,8 @@ class MovedBase:
     """Index of the first row after it, the likeliest, among the campaign's states."""
     between: tuple[int, int]
     """Indices of two rows, among the campaign's states, between which it happened with 95 % probability."""
+    one_place: bool
+    """True where no other row was measured between these two."""
     shift: Floats
     """(3,) m, of the places at their centre, base axes."""
     turn: Floats
@@ -80,14 +82,13 @@ def moved_base(fit: Fit, states: LoadStates) -> MovedBase | None:
     Parameters
     ----------
     fit : of the present model to these states.
-    states : the campaign's states, rows in the order in which they were measured.
+    states : the campaign's states, runs in the order of the manifest.
     """
     data = fit.data
     rows = np.flatnonzero(data.absolute & data.measured_mask.any(axis=0))
     if fit.whitening is None or len(rows) < 2 * LEAST_ROWS or fit.dof < NUMBERS + 1:
         return None
-    time = data.order.time[rows]
-    rows = rows[np.argsort(time, kind="stable")] if np.isfinite(time).all() else rows
+    rows = rows[_as_measured(states, data.index[rows])]
     steps, left = _steps(fit, states, rows)
     gains, solution = steps.gains(left[:, :, None])
     gain = gains[:, 0]
@@ -118,12 +119,24 @@ def moved_base(fit: Fit, states: LoadStates) -> MovedBase | None:
     return MovedBase(
         state=int(index[k]),
         between=(int(index[low - 1]), int(index[high])),
+        one_place=low == high,
         shift=motion[:3],
         turn=motion[3:],
         standard_errors=float(-ndtri(max(probability, 1e-300) / 2.0)),
         or_drift=drift > -DECIDED,
         leave_out=leave_out,
     )
+
+
+def _as_measured(states: LoadStates, index: Integers) -> Integers:
+    """Return the order in which rows were measured: run after run as in the manifest, by time within each.
+
+    The runs' clocks may each start at zero, so that times of two runs are not compared.
+    """
+    names = [run.of or run.name for run in states.runs]
+    run = np.array([names.index(name) for name in names])[states.run[index]]
+    time = states.time[index]
+    return np.asarray(np.lexsort((time, run)) if np.isfinite(time).all() else np.argsort(run, kind="stable"))
 
 
 def _steps(fit: Fit, states: LoadStates, rows: Integers) -> tuple[_Steps, Floats]:

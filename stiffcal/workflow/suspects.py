@@ -104,10 +104,15 @@ def _with_exclusion(suspect: Suspect, moved: MovedBase, campaign: Campaign, stat
     ]
     if not holding:
         return suspect
-    rows = [int(row) for row in states.row[moved.leave_out]]
-    name = holding[0]
-    run = "" if campaign.manifest.sources[name].run is not None else suspect.run
-    return replace(suspect, exclude=exclusion_lines(name, rows, "before or after the base was moved", run))
+    name, why = holding[0], "before or after the base was moved"
+    by_run: dict[str, list[int]] = {}
+    for k in moved.leave_out.nonzero()[0]:
+        run = states.runs[states.run[k]]
+        # rows of a table of several runs are counted in the table
+        in_file = "" if campaign.manifest.sources[name].run is not None else run.of or run.name
+        by_run.setdefault(in_file, []).append(int(states.row[k]))
+    lines = [line for run, rows in by_run.items() for line in exclusion_lines(name, rows, why, run)]
+    return replace(suspect, exclude=lines)
 
 
 def _explaining(

@@ -88,6 +88,8 @@ class Suspect:
     """The two rows between which the base or the tracker moved, with 95 % probability; ``row`` is the most likely first
     row after the move. Only of such a move.
     """
+    between_runs: OrAbsent[list[str]] = None
+    """The run of each of these two rows. Only of such a move."""
     or_drift: OrAbsent[bool] = None
     """Whether a drift over the rows is an explanation too. Only of such a move."""
     explained_by: OrAbsent[list[EffectAt]] = None

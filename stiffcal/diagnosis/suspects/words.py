@@ -136,22 +136,23 @@ def suspect_of_move(moved: MovedBase, states: LoadStates) -> Suspect:
         f"{row} of run {name}" if several else str(row) for row, name in zip(rows, names, strict=True)
     )
     size, turn = (float(np.linalg.norm(vector)) for vector in (moved.shift, moved.turn))
-    # between two rows one after the other there is one place
-    adjacent = rows[0] + 1 == rows[1] == rows[2]
-    most_likely = "" if adjacent else f" (most likely before row {likeliest})"
+    most_likely = "" if moved.one_place else f" (most likely before row {likeliest})"
     drift, cure = (
         (", or drifted over the rows", "add the drift to the model where time is logged, or fit")
         if moved.or_drift
         else ("", "fit")
     )
+    motion = f"{1e3 * size:.3g} mm and {1e3 * turn:.2g} mrad"
+    displaced = (
+        f"the rows' positions are displaced more and more, or at once by {motion} from row {likeliest} on"
+        if moved.or_drift
+        else f"from row {likeliest} on all positions are displaced: {motion}"
+    )
     return Suspect(
         run=names[2],
         row=rows[2],
         kind=SuspectKind.BUMP,
-        why=(
-            f"from row {likeliest} on all positions are displaced: {1e3 * size:.3g} mm and {1e3 * turn:.2g} mrad, "
-            f"{moved.standard_errors:.2g} standard errors"
-        ),
+        why=f"{displaced}, {moved.standard_errors:.2g} standard errors",
         likely=(
             f"the base or the tracker moved between rows {first} and {last}{most_likely}{drift}: {cure} only the rows "
             "on one side of it; exclude the other rows or repeat them"
@@ -159,6 +160,7 @@ def suspect_of_move(moved: MovedBase, states: LoadStates) -> Suspect:
         factor=None,
         without=None,
         between=rows[:2],
+        between_runs=names[:2],
         or_drift=moved.or_drift,
     )
 
