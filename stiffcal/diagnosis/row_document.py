@@ -135,14 +135,14 @@ def too_few_folds(problem: RowProblem, fit: RowFit) -> DiagnoseResult | None:
 def left_out_residual(scan: RowScan, trial: Trial | None) -> Floats:
     """Return (k,) residuals with each fold left out in turn, free constants taken out and their freedom counted."""
     score = scan.base if trial is None else trial.score
-    return free_of_constants(scan, score.left.residual * scan.fit.sigma)
+    return free_of_constants(scan, score.left.residual * scan.space.sigma)
 
 
 def free_of_constants(scan: RowScan, residual: Floats) -> Floats:
     """Return (k,) residuals with free constants taken out and their freedom counted."""
     residual = residual.copy()
     for members in scan.space.members:
-        weight = 1.0 / scan.fit.sigma[members] ** 2
+        weight = 1.0 / scan.space.sigma[members] ** 2
         residual[members] -= float(np.sum(weight * residual[members]) / weight.sum())
         residual[members] *= np.sqrt(members.size / max(members.size - 1, 1))
     return np.asarray(residual)
@@ -189,7 +189,7 @@ def _size(scan: RowScan, trial: Trial) -> float:
     count = len(trial.regressor.symbols)
     amplitude = trial.score.solution[len(trial.score.solution) - count :]
     added = np.einsum("qmk,q->mk", trial.regressor.columns, amplitude)
-    return float(np.sqrt(np.mean((scan.space.rows(added[None])[0] * scan.fit.sigma) ** 2)))
+    return float(np.sqrt(np.mean((scan.space.rows(added[None])[0] * scan.space.sigma) ** 2)))
 
 
 def _explain(

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.row_context import RowSearchContext
-from stiffcal.diagnosis.row_document import RowSearch, row_diagnosis
+from stiffcal.diagnosis.row_document import RowSearch, left_out_residual, row_diagnosis
+from stiffcal.diagnosis.row_scan import scan_row_candidates
 from stiffcal.diagnosis.search import search_in
 from stiffcal.experiments.friction.problem import friction_problems
 from stiffcal.experiments.friction.rows import steady_rows
@@ -126,3 +128,12 @@ def test_the_answer_has_torques_in_its_measure() -> None:
     assert answer.findings[0].size_m is None
     assert answer.findings[0].size_Nm is not None
     assert answer.findings[0].size_Nm > 0.0
+
+
+def test_what_is_left_out_does_not_depend_on_the_unit_of_whitening() -> None:
+    """Where no noise is known, a model is whitened as another one that it is compared with."""
+    _, search = searched(LAWS["stribeck j1"])
+    fit = replace(search.first.fit, noise=None)
+    scan = scan_row_candidates(fit, [])
+    twice = scan_row_candidates(fit, [], like=replace(fit, sigma=2.0 * fit.sigma))
+    np.testing.assert_allclose(left_out_residual(twice, None), left_out_residual(scan, None), rtol=1e-8)
