@@ -121,7 +121,7 @@ def _search(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progres
         scan, tried = _judged(bench, first, scan, chosen, progress)
     except NoBalanceError:
         # Laws that have no equilibrium without one of them explain nothing: whether it is needed cannot be judged.
-        scan, tried = first, ()
+        return replace(_conclude(bench, first, first, ()), without_balance=True)
     return _conclude(bench, first, scan, tried)
 
 

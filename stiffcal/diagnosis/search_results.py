@@ -80,6 +80,8 @@ class SearchOf(Generic[S, F]):
     """
     wrong_geometry: WrongGeometry | None = None
     """How wrong the robot file is, where absolute places contradict it."""
+    without_balance: bool = False
+    """Effects were found without one of which the robot has no equilibrium: whether each is needed cannot be judged."""
     many_laws: bool = False
     """``tried`` has so many different laws that it would explain any error: none of them is named."""
 

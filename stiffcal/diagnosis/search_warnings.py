@@ -17,6 +17,11 @@ def search_warnings(search: Search) -> list[str]:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if len(search.first.folds) < 6:
         texts.append(f"only {len(search.first.folds)} poses: the error in held-out poses is poorly determined")
+    if search.without_balance:
+        texts.append(
+            "without one of the effects that fit best together the robot has no equilibrium: whether each is needed "
+            "cannot be judged, and none of them is named; measure with smaller loads, or add one of them by hand"
+        )
     texts += _refused_by_places(search)
     if search.wrong_geometry is not None:
         texts.append(wrong_geometry_in_words(search.wrong_geometry.misfit))
