@@ -39,8 +39,8 @@ class Creep(DocumentedEffect):
     In absolute runs whose rows follow each other directly (`approach = "direct"`) the poses are the loads: the drive
     continues to deflect under what it carried in the poses before, taken on the undeformed robot.
 
-    Assumes that loads change quickly against T and that the stamp is the time of the reading. States without order or
-    time count as fully relaxed.
+    Assumes that loads change quickly against T and that the stamp is the time of the reading. States without order, and
+    all of a run in which a time is missing, count as fully relaxed.
 
     Limits: T is known only within the spans that were measured, from one dwell to one run; much shorter times look
     elastic, much longer ones like thermal drift.
@@ -72,26 +72,33 @@ class Creep(DocumentedEffect):
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Time is needed, and several states in a run, the time of each load, or poses that follow each other."""
-        if not np.isfinite(states.time).any():
-            return "time stamps of the load states"
-        if any(run.direct for run in states.runs):
+        stamped = np.isfinite(states.time)
+        direct = np.array([run.direct for run in states.runs], dtype=np.bool_)[states.run]
+        if (stamped & direct).any():
             return None
-        loads = ~states.absolute
+        if not stamped.any():
+            return "time stamps of the load states"
+        if states.absolute.all():
+            if direct.any():
+                return 'time stamps of the rows of runs with approach = "direct"'
+            return 'the order of approach: approach = "direct" in [[runs]] where the robot went from row to row'
+        loads = ~states.absolute & _in_stamped_runs(states.run, states.time)
         if np.bincount(states.run[loads]).max(initial=0) < 2 and not np.isfinite(states.hold[loads]).any():
-            if states.absolute.all():
-                return 'the order of approach: approach = "direct" in [[runs]] where the robot went from row to row'
-            return "several states in a run, or the time under load of each state"
+            return "several states in a run with the time stamp of each, or the time under load of each state"
         return None
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ_Rz = c × what a Kelvin–Voigt element makes of τ."""
         joint = place.joints[0]
         torque = drive_torque(chain, loads.wrench, joint)
-        if loads.order is None or not np.isfinite(loads.order.time).all():
+        if loads.order is None:
             return drive_terms(chain, joint, "c", torque)
-        order, time = loads.order, shape["time"]
+        order, time, followed = loads.order, shape["time"], torque.copy()
         weight = np.zeros_like(torque) if loads.weight is None else drive_torque(chain, loads.weight, joint)
-        followed = _crept(torque, weight, first_of_run(order.run), _Times(order.time, order.hold), time)
+        stamped = _in_stamped_runs(order.run, order.time)
+        if stamped.any():
+            first, times = first_of_run(order.run[stamped]), _Times(order.time[stamped], order.hold[stamped])
+            followed[stamped] = _crept(torque[stamped], weight[stamped], first, times, time)
         history = order.history
         if history is not None:
             carried = history.torque[joint - 1]
@@ -104,11 +111,14 @@ class Creep(DocumentedEffect):
     def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Times from a third of the shortest step to the longest run."""
         order = loads.order
-        if order is None or not np.isfinite(order.time).all() or order.time.size < 2:
+        if order is None or order.time.size < 2:
             return {"time": np.zeros(0)}
-        spans = [_spans(order.run, order.time)]
+        stamped = _in_stamped_runs(order.run, order.time)
+        spans = [_spans(order.run[stamped], order.time[stamped])] if stamped.any() else []
         if order.history is not None:
             spans.append(_spans(order.history.segment, order.history.time))
+        if not spans:
+            return {"time": np.zeros(0)}
         steps, longest = np.concatenate([span[0] for span in spans]), max(span[1] for span in spans)
         if steps.size == 0:
             return {"time": np.zeros(0)}
@@ -119,6 +129,11 @@ class Creep(DocumentedEffect):
         if loads.order is None:
             return None
         return Covariate("time since the reference", "s", loads.order.since_reference)
+
+
+def _in_stamped_runs(run: Integers, time: Floats) -> Booleans:
+    """Return (n,) True for states of runs whose states all have a time: what acted in between is known there."""
+    return ~np.isin(run, run[~np.isfinite(time)])
 
 
 @dataclass(frozen=True)

@@ -126,3 +126,37 @@ def test_absolute_places_need_the_order_of_approach() -> None:
     assert "order of approach" in (EFFECT.lacking(robot_chain(), held) or "")
     ordered = replace(held, runs=tuple(replace(run, direct=True) for run in runs))
     assert EFFECT.lacking(robot_chain(), ordered) is None
+
+
+def test_a_time_that_is_missing_costs_its_own_run_alone() -> None:
+    """That run counts as relaxed; the others are tried, and the times of all that are known make the grid."""
+    stamps = [0.0, 10.0, 30.0, 0.0, np.nan, 30.0]
+    order, torque = order_of([0, 0, 0, 1, 1, 1], stamps), np.array([0.0, 100.0, 100.0, 0.0, 50.0, 70.0])
+    found = crept(torque, order, 20.0)
+    np.testing.assert_allclose(found[:3], crept(torque[:3], order_of([0] * 3, stamps[:3]), 20.0), rtol=1e-13)
+    np.testing.assert_array_equal(found[3:], torque[3:])
+    times = EFFECT.nonlinear_grid(PLACE, robot_chain(), loads({(NODE, RZ): torque}, order))["time"]
+    np.testing.assert_allclose(times[[0, -1]], [10.0 / 3.0, 30.0])
+
+
+def test_poses_are_tried_whatever_the_times_of_other_runs() -> None:
+    stamps, torque = np.array([0.0, 20.0, 40.0]), np.array([10.0, 90.0, -30.0])
+    order = replace(
+        order_of([0, 1, 2, 3, 3], [*stamps, np.nan, np.nan]), history=history(torque, stamps, [0, 1, 2, -1, -1])
+    )
+    carried = np.array([*torque, 5.0, 6.0])
+    known = replace(order_of([0, 1, 2], stamps), history=history(torque, stamps, [0, 1, 2]))
+    np.testing.assert_allclose(crept(carried, order, 25.0), [*crept(torque, known, 25.0), 5.0, 6.0], rtol=1e-13)
+    assert EFFECT.nonlinear_grid(PLACE, robot_chain(), loads({(NODE, RZ): carried}, order))["time"].size
+
+
+def test_what_is_lacking_is_never_also_tried() -> None:
+    """Where no time can be tried the effect states why, and where it states nothing there are times."""
+    runs = [0, 0, 0]
+    some = bare_states(runs, time=[0.0, np.nan, 2.0])
+    assert "time stamp of each" in (EFFECT.lacking(robot_chain(), some) or "")
+    rows = bare_states([0, 1, 2], time=[0.0, np.nan, np.nan])
+    absolute = tuple(replace(run, experiment="absolute", direct=k > 0) for k, run in enumerate(rows.runs))
+    assert 'approach = "direct"' in (EFFECT.lacking(robot_chain(), replace(rows, runs=absolute)) or "")
+    two = bare_states([0, 0, 1, 1], time=[0.0, 2.0, 0.0, np.nan])
+    assert EFFECT.lacking(robot_chain(), two) is None
