@@ -15,10 +15,12 @@ from stiffcal.model.state_order import PoseHistory
 def pose_history(states: LoadStates, chain: Chain, keep: Integers) -> PoseHistory | None:
     """Return the history of the states at ``keep``; None where no run states that its rows follow each other.
 
-    A row that is missing in between ends a sequence: what the robot carried there is not known.
+    A row in between that is missing, or whose load or time is, ends a sequence: what the robot carried there is not
+    known.
     """
     direct = np.array([run.direct for run in states.runs], dtype=np.bool_)[states.run]
-    rows = np.flatnonzero(direct & np.isfinite(states.time))
+    wrench = states.wrench[:, : 6 if states.setup.moments_measured else 3]
+    rows = np.flatnonzero(direct & np.isfinite(states.time) & np.isfinite(wrench).all(axis=1))
     if not rows.size:
         return None
     names = np.array([states.runs[k].of for k in states.run[rows]])
@@ -26,6 +28,7 @@ def pose_history(states: LoadStates, chain: Chain, keep: Integers) -> PoseHistor
     begins[1:] = (np.diff(states.row[rows]) != 1) | (names[1:] != names[:-1])
     place = np.full(len(states), -1, dtype=np.int64)
     place[rows] = np.arange(rows.size)
+    # moments that are not measured
     wrench = np.nan_to_num(states.wrench[rows])
     return PoseHistory(
         torque=rigid_drive_torques(chain, states.joints[rows], wrench, states.setup),
