@@ -59,20 +59,24 @@ def _is_direct(run: Run | None) -> bool:
 def last_motion(turned: Floats, follows: Booleans) -> Floats:
     """Return (n, J) the sign of each drive's last motion, 0 before the first; a drive that stays keeps it.
 
+    Small steps one way add up: a drive turns back where it is `LEAST_MOTION` behind the farthest angle that it reached
+    in the direction of its last motion.
+
     Parameters
     ----------
     turned : (n, J) angles of the drives, rad.
     follows : (n,) True for rows that the robot reached straight from the row before.
     """
-    n = len(turned)
-    step = np.zeros_like(turned)
-    step[1:] = np.diff(turned, axis=0)
-    moved = (np.abs(step) >= LEAST_MOTION) & follows[:, None]
-    number = np.arange(n)[:, None]
-    last = np.maximum.accumulate(np.where(moved, number, -1), axis=0)
-    first = np.maximum.accumulate(np.where(~follows[:, None], number, 0), axis=0)
-    sign = np.take_along_axis(np.sign(step), np.maximum(last, 0), axis=0)
-    return np.where(last >= first, sign, 0.0)
+    found = np.zeros_like(turned)
+    for k in range(len(turned)):
+        if k == 0 or not follows[k]:
+            farthest, sign = turned[k], np.zeros(turned.shape[1])
+        away = turned[k] - farthest
+        moved = np.abs(away) >= LEAST_MOTION
+        sign = np.where(moved, np.sign(away), sign)
+        farthest = np.where(moved | (away * sign > 0.0), turned[k], farthest)
+        found[k] = sign
+    return found
 
 
 def _of_drives(logged: Floats, drives: Floats) -> Floats:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
@@ -66,3 +67,29 @@ def test_signs_are_those_of_the_drives() -> None:
     logged = np.array([[1.0, 1, 1, 0, 0, 0], [1.0, 1, -1, 0, 0, 0]])
     found = approach_of_drives(raw([1, 2], logged), np.zeros((2, 6)), np.ones(2, dtype=np.bool_), chain, {})
     assert found.tolist() == [[-1, 1, 1, 0, 0, 0], [-1, 1, 0, 0, 0, 0]]
+
+
+@pytest.mark.parametrize(
+    ("degrees", "signs"),
+    [
+        # a creeping drive has moved as soon as its small steps sum up to the least motion, and goes on moving
+        ([0.0, 0.04, 0.08, 0.12, 0.16], [0, 0, 1, 1, 1]),
+        # the drive has to come back from the farthest angle, which the small last step reached
+        ([0.0, 0.10, 0.13, 0.09, 0.07], [0, 1, 1, 1, -1]),
+        # noise about a place is no motion, however long it lasts
+        ([0.0, 0.02, -0.02, 0.02, -0.02, 0.02], [0, 0, 0, 0, 0, 0]),
+        # just below the least motion, and just above
+        ([0.0, -0.0499, 0.0], [0, 0, 0]),
+        ([0.0, -0.0501, 0.0], [0, -1, 1]),
+    ],
+)
+def test_which_motion_is_the_last_one(degrees: list[float], signs: list[int]) -> None:
+    turned = np.radians(np.array(degrees))[:, None]
+    follows = np.arange(len(degrees)) > 0
+    assert last_motion(turned, follows)[:, 0].tolist() == signs
+    assert last_motion(-turned, follows)[:, 0].tolist() == [-sign for sign in signs]
+
+
+def test_small_steps_before_a_missing_row_do_not_count_after_it() -> None:
+    turned = np.radians(np.array([0.0, 0.04, 0.08, 0.08, 0.04]))[:, None]
+    assert last_motion(turned, np.array([False, True, False, True, True]))[:, 0].tolist() == [0, 0, 0, 0, 0]
