@@ -92,16 +92,20 @@ def test_a_slip_is_never_the_same() -> None:
     assert not same_within_noise(scan, slip, trial)
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_the_true_effect_is_listed_where_its_look_alike_is_named(seed: int) -> None:
+def test_the_true_effect_is_listed_where_its_look_alike_is_named() -> None:
     """Also where order 2 is chosen without some poses, and where it is not significant with its one parameter more."""
-    for size in (1e-4, 2.5e-4):
-        scan = scan_of(seed, size)
-        near = near_best(scan)
-        if judge(scan, near[0]).supported:
-            assert {TRUE, ALIKE} <= {trial.candidate.name for trial in near}
-            cosine = displacement_cosine(scan, trial_of(scan, TRUE), trial_of(scan, ALIKE))
-            assert cosine > SAME_DISPLACEMENT
+    supported = 0
+    for seed in range(6):
+        for size in (1e-4, 2.5e-4):
+            scan = scan_of(seed, size)
+            near = near_best(scan)
+            if judge(scan, near[0]).supported:
+                supported += 1
+                assert {TRUE, ALIKE} <= {trial.candidate.name for trial in near}
+                cosine = displacement_cosine(scan, trial_of(scan, TRUE), trial_of(scan, ALIKE))
+                assert cosine > SAME_DISPLACEMENT
+    # all of the larger ones, and half of the others at least
+    assert supported >= 9
 
 
 def test_of_eccentric_encoders_at_all_joints_no_other_effect_is_named_alone() -> None:
