@@ -30,6 +30,8 @@ from stiffcal.reduction.met_places import WORST_M
 # A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
 WORST_POSITION_M = 0.02
 WORST_ROTATION_RAD = 0.02
+# No robot is further from its nominal geometry: orientations off by more are wrongly read.
+WORST_RAD = 0.1
 STEP = 1e-6  # of numerical derivatives, m and rad
 # A base is upright within this: levels and feet of robots are better than a milliradian.
 UPRIGHT_RAD = 1e-3
@@ -296,8 +298,18 @@ class _RegistrationProblem:
         return Registration(self.frames, uncertainty, rms_m, rms_rad, n_poses)
 
     def _refuse(self, reason: str) -> None:
-        place, _ = self.residuals(self.frames)
+        place, turn = self.residuals(self.frames)
         missed = float(np.sqrt(np.mean(np.sum(place**2, axis=-1))))
+        turned = float(np.sqrt(np.mean(np.sum(turn**2, axis=-1)))) if turn.size else 0.0
+        if missed <= WORST_M and turned > WORST_RAD:
+            raise InputError.at(
+                FaultCode.KINEMATICS_MISMATCH,
+                _file_of_positions(self.manifest), "measured orientations",
+                f"joint angles and orientations contradict each other: they differ by {np.degrees(turned):.0f}° rms "
+                "whatever the frames, where the positions fit",
+                "check the order of the columns of the orientation (quaternion_wxyz: w first), their signs and unit, "
+                "and that they are the target's in the axes of the frame",
+            )  # fmt: skip
         if missed > WORST_M:
             raise InputError.at(
                 FaultCode.KINEMATICS_MISMATCH,

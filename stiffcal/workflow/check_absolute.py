@@ -28,6 +28,8 @@ FEW_POSES = 4
 """Rows from which on poses that are too few for the frames are poses too much alike."""
 MOST_POSES = 10000
 """More poses are no advice: a robot takes one in ten seconds, so that these fill a day."""
+NO_TORQUE_NM = 1e-3
+"""A torque below this is what rounding and the tilt of an axis leave of none: no joint turns measurably under it."""
 ON_THE_AXIS = 5e-3
 """m, distance below which a target counts as on an axis: what a direction known no better than assembly moves it by."""
 
@@ -139,6 +141,8 @@ def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
             if fit.data.absolute.all()
             else ("neither weight nor load produces torque on it")
         )
+        if torque > NO_TORQUE_NM:
+            what = "what its torque does cannot be distinguished from errors of geometry and frames"
         relative, text = None, f"{what} in these poses: its stiffness cannot be identified from them"
     elif not own[0].value or own[0].std is None:
         relative, text = None, "no compliance shows in these poses"
@@ -205,6 +209,7 @@ def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:
         elif not redundant.issuperset(names):
             on_the_axis.append(" and ".join(names))
     missing = []
+    open_names = list(dict.fromkeys(open_names))
     if open_names:
         more = f" and {len(open_names) - MOST_NAMED} more" if len(open_names) > MOST_NAMED else ""
         names_text = f"{', '.join(open_names[:MOST_NAMED])}{more}"

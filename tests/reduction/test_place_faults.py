@@ -406,3 +406,12 @@ def test_a_table_that_was_appended_twice_is_one_warning(reduced: Reduce) -> None
 
     (warning,) = [text for text in reduced("01", twice).result.warnings if "repeat" in text]
     assert "run poses rows 81 to 160 repeat run poses rows 1 to 80:" in warning
+
+
+@pytest.mark.parametrize(("column", "rows"), [("q0", slice(0, 40)), ("qx", slice(None))])
+def test_orientations_that_contradict_the_angles_are_named(reduced: Reduce, column: str, rows: slice) -> None:
+    """Signs of part of a quaternion that are wrong: positions fit, orientations do not."""
+    fault = fault_of(reduced, "05", scaled(column, -1.0, rows))
+    assert (fault.code, fault.file) == (FaultCode.KINEMATICS_MISMATCH, "raw/poses.csv")
+    assert fault.place == "measured orientations"
+    assert "w first" in fault.mend

@@ -5,13 +5,17 @@ from __future__ import annotations
 import re
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.check import check_campaign
+from stiffcal.workflow.check_absolute import _joint
 from tests.laboratory.hidden_campaigns import copied, edit, edit_table, first_run_alone
 from tests.reduction.test_states import MANIFEST, folder_of
 
@@ -133,3 +137,20 @@ def test_check_states_what_more_poses_or_a_payload_would_bring(tmp_path: Path) -
     assert 5 < int(found[2]) < 50
     assert " kg" not in joints["A1"].says
     assert " kg" not in joints["A2"].says
+
+
+@pytest.mark.parametrize(
+    ("torque", "words"),
+    [
+        (55.5, "cannot be distinguished from errors of geometry"),
+        (5e-15, "neither weight nor load produces torque on it"),
+    ],
+)
+def test_check_states_why_a_stiffness_stays_open(torque: float, words: str) -> None:
+    """A joint that carries 55 N·m and whose spring the geometry takes up is not one that carries nothing."""
+    place = SimpleNamespace(joints=(2,))
+    open_one = SimpleNamespace(spec=SimpleNamespace(compliance=True, along=5), place=place, value=None)
+    # one place of a run of loads next to absolute ones: no payload is proposed then
+    fit: Any = SimpleNamespace(parameters=[open_one], data=SimpleNamespace(absolute=np.array([True, False])))
+    says = _joint("A2", torque, fit, 2).says
+    assert words in says
