@@ -127,7 +127,7 @@ def test_a_factor_of_many_rows_is_made_piece_by_piece(monkeypatch: pytest.Monkey
 
 def test_what_a_look_keeps_of_a_candidate_is_bounded_by_the_poses() -> None:
     """Six numbers of eight bytes a pose, and what does not grow; regressors, which have a limit of their own, apart."""
-    chain, n = six_axes(), 1000
+    chain, n = six_axes(), 300
     true = CompliantRobot(chain, tuple(on_all_joints(JointCompliance(), 6, [{"c": 1e-6} for _ in range(6)])))
     states = measured_by(true, absolute_states(chain, n, 1), 2)
     model = CompliantRobot(chain, (*on_all_joints(JointCompliance(), 6), *on_all_joints(LinkGeometry(), 6)))

@@ -11,7 +11,7 @@ from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.states import _windows, clamped_states
 from stiffcal.measurements.load_states import RunInfo
 
-SEEDS = 16
+SEEDS = 10
 STIFFNESS, REACH, PERIOD, RATE = 3e5, 1.05e-3, 8.0, 200.0
 ANGLE_NOISE, TORQUE_NOISE = 4e-6, 0.36
 

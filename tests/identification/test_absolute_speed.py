@@ -23,8 +23,14 @@ from stiffcal.model.equilibrium import Rest, find_rest
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 
-LIMIT_S = {1000: 1.0, 3000: 2.5, 10_000: 8.0}
-"""Processor seconds of one thread by number of poses (issue 16: 1000 poses ≤ 1 s, 11 000 ≤ 8 s)."""
+PEERS = {1000: 4.4, 10_000: 2.6}
+"""Seconds of a fit over those of its `peer`, at most, by number of poses.
+
+At 3 GHz, where a product of 6 by 6 matrices takes 121 ns in C, the peers take 0.09 and 1.05 s: the limits are 0.4 and
+2.7 s there, and issue 16 allows 1 s for 1000 poses and 8 s for 11 000. Measured: 3.0 to 3.1 of 1000 poses; of 10 000,
+whose arrays leave the processor's cache, 1.3 to 2.0, as others use it too.
+"""
+TURNS = {1000: 5, 3000: 2, 10_000: 2}
 LIMIT_BYTES_PER_POSE = 25_000
 """41 columns of three components of 8 bytes are 984 bytes; measured: 6000 to 12 000."""
 STEEPEST = 1.6
@@ -59,25 +65,42 @@ def campaign(n: int) -> tuple[LoadStates, CompliantRobot]:
     return measured_by(true, absolute_states(chain, n, 1), 2), model
 
 
+def peer(n: int) -> None:
+    """Work of the fit's kind and size: small arrays pose by pose, products over all poses, orthogonal factors."""
+    rng = np.random.default_rng(0)
+    frames, columns, poses = rng.normal(size=(n, 4, 4)), rng.normal(size=(41, 3 * n)), rng.normal(size=(3 * n, 3, 2))
+    for pose in poses:
+        np.nan_to_num(pose).max()
+    for _ in range(20):
+        np.einsum("nij,njk->nik", frames, frames)
+        columns * columns + columns
+    for _ in range(3):
+        np.linalg.qr(columns.T)
+
+
 @cache
-def seconds(n: int) -> float:
-    """Return the processor seconds of a fit, the better of two: caches are filled once."""
+def seconds(n: int) -> tuple[float, float]:
+    """Return the processor seconds of a fit and of its peer, in turn, the least of each: caches are filled once."""
     states, model = campaign(n)
     times = []
-    for _ in range(2):
+    for _ in range(TURNS[n]):
         start = time.process_time()
         fit = identify_parameters(states, model)
-        times.append(time.process_time() - start)
+        between = time.process_time()
+        peer(n)
+        times.append((between - start, time.process_time() - between))
     assert fit.last_step is None
     assert len(fit.free_names) >= 38
     # 4 standard deviations of χ² with 3 n
     assert fit.reduced_chi2 == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (3 * n)))
-    return min(times)
+    return min(own for own, _ in times), min(other for _, other in times)
 
 
-@pytest.mark.parametrize("n", list(LIMIT_S))
+@pytest.mark.parametrize("n", list(PEERS))
 def test_processor_seconds(n: int) -> None:
-    assert seconds(n) < LIMIT_S[n]
+    own, other = seconds(n)
+    print(f"{n} poses: {own:.2f} s, peer {other:.2f} s")
+    assert own < PEERS[n] * other
 
 
 def test_orders_of_eccentricities_are_found_without_a_balance_for_every_parameter(
@@ -99,10 +122,10 @@ def test_orders_of_eccentricities_are_found_without_a_balance_for_every_paramete
 
 
 def test_seconds_grow_with_the_number_of_poses() -> None:
-    assert seconds(10_000) / 10_000 < STEEPEST * seconds(3000) / 3000
+    assert seconds(10_000)[0] / 10_000 < STEEPEST * seconds(3000)[0] / 3000
 
 
-@pytest.mark.parametrize("n", list(LIMIT_S))
+@pytest.mark.parametrize("n", [1000, 3000])
 def test_memory_is_bounded_by_the_number_of_poses(n: int) -> None:
     states, model = campaign(n)
     tracemalloc.start()

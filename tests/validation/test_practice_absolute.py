@@ -51,24 +51,24 @@ def along(x: float = 0.0, z: float = 0.0) -> Floats:
     return transform(np.eye(3), np.array([x, 0.0, z]))
 
 
-def about(axis: int, angle: float) -> Floats:
-    return transform(rotation_from_vector(angle * np.eye(3)[axis]), np.zeros(3))
+def about(axis: int, angle: Floats | float) -> Floats:
+    """Return (…, 4, 4) turns by angles (…), rad."""
+    result = np.zeros((*np.shape(angle), 4, 4)) + np.eye(4)
+    result[..., :3, :3] = rotation_from_vector(np.multiply.outer(angle, np.eye(3)[axis]))
+    return result
 
 
 def true_places(name: str, joints: Floats) -> Floats:
     """Return (n, k, 3) of k targets on the true rigid robot: A = R_x(α) T_x(a) R_y(β) R_z(θ) T_z(d)."""
     true, robot = truth(name), tomllib.loads((FOLDER / name / "robot.toml").read_text())
     flange, targets = np.array(robot["flange"]["xyz_m"]), np.array(true["targets_in_flange"])
-    places = []
-    for q in joints:
-        frame = np.eye(4)
-        for k, joint in enumerate(robot["joints"]):
-            a, alpha, d, theta = true["geometry_errors_a_alpha_d_theta"][k]
-            frame = frame @ about(0, np.radians(joint["alpha_deg"]) + alpha) @ along(x=joint["a_m"] + a)
-            frame = frame @ about(1, true["parallel_axis_beta"][k])
-            frame = frame @ about(2, q[k] + np.radians(joint["theta_deg"]) + theta) @ along(z=joint["d_m"] + d)
-        places.append((flange + targets) @ frame[:3, :3].T + frame[:3, 3])
-    return np.array(places)
+    frame = np.eye(4)
+    for k, joint in enumerate(robot["joints"]):
+        a, alpha, d, theta = true["geometry_errors_a_alpha_d_theta"][k]
+        frame = frame @ about(0, np.radians(joint["alpha_deg"]) + alpha) @ along(x=joint["a_m"] + a)
+        frame = frame @ about(1, true["parallel_axis_beta"][k])
+        frame = frame @ about(2, joints[:, k] + np.radians(joint["theta_deg"]) + theta) @ along(z=joint["d_m"] + d)
+    return np.asarray((flange + targets) @ np.swapaxes(frame[:, :3, :3], 1, 2) + frame[:, None, :3, 3])
 
 
 def test_nothing_but_noise_is_left() -> None:
