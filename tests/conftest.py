@@ -20,10 +20,22 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Folders and files whose tests judge numbers: they run under the kernels of several processors (`tests/kernels.py`).
+# A kernel changes the last digits of products and factors. It can turn a rank, a sign, an order of candidates or a
+# verdict, and numbers that must agree to rounding.
 NUMERICAL = (
     "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "experiments", "identification", "independent",
     "links", "measurements", "mechanics", "planning", "reduction", "simulation", "test_bounded_least_squares.py",
     "validation",
+)  # fmt: skip
+# Of these, files in which it can turn nothing: means of many states with tolerances of the noise, compiled code, times,
+# texts of the code, made and read logs.
+NO_KERNEL = (
+    "compensation/test_c_code.py", "compensation/test_st_code.py", "contracts/test_dropped_in.py",
+    "contracts/test_names.py", "contracts/test_no_searched_sentences.py", "contracts/test_one_quantile.py",
+    "contracts/test_opaque_texts.py", "contracts/test_readers.py", "experiments/test_clamped_sigma.py",
+    "identification/test_absolute_speed.py", "independent/test_friction_motion.py",
+    "independent/test_practice_truth.py", "planning/test_efficiency.py", "reduction/test_clocks.py",
+    "reduction/test_recordings.py", "simulation/test_schema.py", "simulation/test_simulate.py",
 )  # fmt: skip
 # These run in an environment of their own, which holds the peer.
 collect_ignore = ["benchmarks/figaroh"]
@@ -33,10 +45,10 @@ LONG = ("benchmarks", "faults", "rates", "whole_campaigns")
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that judge numbers, and those that take long, where they do not do so themselves."""
-    for names, mark in ((NUMERICAL, pytest.mark.numerical), (LONG, pytest.mark.long)):
-        places = [Path(__file__).parent / name for name in names]
+    for names, without, mark in ((NUMERICAL, NO_KERNEL, pytest.mark.numerical), (LONG, (), pytest.mark.long)):
+        places, others = ([Path(__file__).parent / name for name in part] for part in (names, without))
         for item in items:
-            if any(place in (item.path, *item.path.parents) for place in places):
+            if item.path not in others and any(place in (item.path, *item.path.parents) for place in places):
                 item.add_marker(mark)
 
 

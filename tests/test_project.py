@@ -17,7 +17,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
 
-from tests.conftest import LONG, NUMERICAL
+from tests.conftest import LONG, NO_KERNEL, NUMERICAL
 
 ROOT = Path(__file__).parents[1]
 # Folders of tests that are no room's: what they hold, and whether modules that are no tests may stand in them.
@@ -166,7 +166,7 @@ def test_what_tests_share_stands_in_the_laboratory() -> None:
 
 def test_folders_and_files_with_marks_of_their_own_exist() -> None:
     """A file that is moved would lose its mark, and no kernels would be tried on it."""
-    assert [name for name in (*NUMERICAL, *LONG) if not (ROOT / "tests" / name).exists()] == []
+    assert [name for name in (*NUMERICAL, *NO_KERNEL, *LONG) if not (ROOT / "tests" / name).exists()] == []
 
 
 def test_package_data_goes_into_the_wheel(tmp_path: Path) -> None:

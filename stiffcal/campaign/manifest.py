@@ -28,8 +28,8 @@ class Frame(Placement):
     Attributes
     ----------
     estimate : found from the unloaded poses; what is written is then the start.
-    sigma_m : standard uncertainty of each coordinate of a frame in which a payload hangs, in campaigns with absolute
-        runs: the fit finds its place within it.
+    sigma_m : standard uncertainty of each coordinate of a payload's frame, in campaigns with absolute runs:
+        the fit finds its place within it.
     level : its z axis points up, against gravity: of an instrument that was levelled. Its estimate keeps that.
     """
 

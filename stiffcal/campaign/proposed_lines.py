@@ -105,7 +105,7 @@ def run_lines(roles: Roles) -> list[ProposedLine]:
 
 
 def _is_loaded(roles: Roles) -> bool:
-    """Return whether a column of payloads holds any: without one it is of no use where a payload hangs."""
+    """Return whether a column of payloads holds any: the payload's position is of use only then."""
     return roles.mass is not None and any(column.size > 0.0 for column in roles.mass.columns)
 
 
@@ -305,7 +305,7 @@ def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine
 
 
 def _frames_to_estimate(roles: Roles, known: str | None) -> list[ProposedLine]:
-    """Return the target and the tracker, both found by the fit, and where a payload hangs."""
+    """Return the target and the tracker, both found by the fit, and the position of a payload."""
     roughly = ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "approximate position of the target: it is estimated")
     place = ProposedLine(known) if known else roughly
     names = [name for name, _ in roles.targets] or [TOOL]

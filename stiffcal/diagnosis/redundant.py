@@ -16,7 +16,7 @@ def redundant_effects(bench: SearchContext[S, F], fit: F, basic: Sequence[str]) 
 
     It is worse where it rises by more than a hundredth of the noise, or by more than two standard errors over poses.
 
-    Of two effects that stand in for each other one is kept: each is judged in the model without those before it.
+    Of two effects that explain the same displacements one is kept: each is judged in the model without those before it.
     Several that are needed only together are kept, too: what all removals cost is held against the present model.
 
     Parameters

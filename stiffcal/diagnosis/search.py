@@ -349,7 +349,7 @@ def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[Missin
     structured = after is None and bool(bench.follows(scan))
     unexplained = structured or partly_explained or (after is not None and not after.adequate and not noise_understated)
     geometry = bench.wrong_geometry(first)
-    # No effect stands in for a robot file that absolute places contradict.
+    # No effect is named in place of an error of a robot file that absolute places contradict.
     mimicked = bool(tried) and geometry is not None and geometry.explains >= LEAST_EXPLAINED
     many_laws = bench.mimics_anything([missing_effect.candidate for missing_effect in tried])
     unexplained = unexplained or mimicked or many_laws

@@ -32,8 +32,8 @@ from stiffcal.model.no_balance import NoBalanceError
 
 # A step below this share of the standard uncertainty changes nothing of any use.
 SMALL_STEP = 1e-3
-# Laws with corners (friction, play) make steps vary at this level, and in large campaigns, whose steps are dear and
-# whose uncertainties are small against what any model leaves out, it is as invisible.
+# Laws with corners (friction, play) make steps vary at this level, and in large campaigns, whose steps are expensive
+# and whose uncertainties are small against what any model leaves out, such a step changes nothing of any use either.
 ROUGH_STEP = 1e-2
 MAX_STEPS = 30
 # Standard uncertainties of the wrench by which corrections of clamped states still move in the last step, rms.
@@ -68,7 +68,7 @@ def settle(
     progress: Progress,
     near: bool = False,
 ) -> Settled:
-    """Take steps until one is invisible, at most `MAX_STEPS`; without ``stated`` weights the noise is estimated too.
+    """Take steps until one is negligible, at most `MAX_STEPS`; without ``stated`` weights the noise is estimated too.
 
     With ``near`` they end where the next one is expected below `NEAR`. After `WHOLE_STEPS` a step that goes too far is
     shortened (`TakenStep`); where that leaves nothing of it, the fit stays where the step began. A step to where the
@@ -81,8 +81,8 @@ def settle(
     data, columns = problem.data, free_columns(robot, settings.fixed)
     amplitude = amplitudes(robot, columns)
     iterations, last, robust = 0, np.inf, settings.loss == "huber"
-    bends = any(c.role is ParameterRole.NONLINEAR for c in columns)
-    small = ROUGH_STEP if stated is not None or bends else SMALL_STEP
+    shaped = any(c.role is ParameterRole.NONLINEAR for c in columns)
+    small = ROUGH_STEP if stated is not None or shaped else SMALL_STEP
     weights, lowered, moved = stated, None, 0.0
     taken: TakenStep | None = None
     beyond: NoBalanceError | None = None
@@ -129,7 +129,7 @@ def settle(
         next_step = change * min(1.0, change / last) if iterations > 1 and last > 0.0 else change
         # Far from the solution a residual is the model's, not the wrench's.
         corrected, moved = corrected_wrenches(robot, data, reduced, weights) if next_step < NEAR else (data, 0.0)
-        settled = moved < SMALL_CORRECTION and (change < small or (next_step < small and not (robust or bends)))
+        settled = moved < SMALL_CORRECTION and (change < small or (next_step < small and not (robust or shaped)))
         settled = settled or (near and next_step < NEAR)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             last_step = change if (robot.deformed or robust) and not settled else None

@@ -1,7 +1,7 @@
 """What is known of parameters before the measurement, as rows next to those of the measurement.
 
 A parameter x that is normal about 0 with the standard deviation σ adds (x / σ)² to the sum of squares (Gelman and
-others, Bayesian Data Analysis, 2013, section 14.8). Such is the place where a payload hangs. What motors' torques
+others, Bayesian Data Analysis, 2013, section 14.8). Such is the position of a payload. What motors' torques
 show of the links' moments stands next to the places in the same way.
 """
 

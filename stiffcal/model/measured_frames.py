@@ -82,7 +82,7 @@ class FramePosition(DocumentedEffect):
 
 
 class LoadPoint(DocumentedEffect):
-    """The place where a payload hangs, known within a standard uncertainty that the manifest states.
+    """The position of a payload, known within a standard uncertainty that the manifest states.
 
     Law: the load acts at the manifest's place plus (x, y, z), in the axes of the body that carries it; each of these is
     normally distributed about 0 with that uncertainty (`MeasurementSetup.load_point_sigma`).
@@ -132,7 +132,7 @@ def placed_frame(name: str, with_orientation: bool, level: bool = False) -> Plac
 
 
 def placed_load_point(name: str) -> PlacedEffect:
-    """Return the frame in which a payload hangs as part of a model."""
+    """Return the frame in which a payload is attached as part of a model."""
     return PlacedEffect(LoadPoint(), Place("frames", frame=name))
 
 

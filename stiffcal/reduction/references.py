@@ -21,7 +21,7 @@ def reference_states(
     ----------
     run : (n,) index into ``names``, states of a run in order.
     chosen : run's name to the reference state's number, from 1.
-    usable : (n,) False for states that are set aside; the first usable one then stands in for the first.
+    usable : (n,) False for states that are set aside; the first usable one then takes the place of the first.
 
     Raises
     ------

@@ -80,7 +80,7 @@ def test_the_order_of_approach_is_that_of_absolute_runs() -> None:
     assert "push" in fault.place
 
 
-def test_a_measured_frame_does_not_hang_on_an_estimated_one() -> None:
+def test_a_measured_frame_is_not_attached_to_an_estimated_one() -> None:
     poses = {"point": POSE | {"position": ["X1", "Y1", "Z1"]}}
     written = manifest(poses=poses).model_dump(by_alias=True, exclude_unset=True)
     written["frames"] = {

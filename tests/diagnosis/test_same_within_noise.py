@@ -1,4 +1,4 @@
-"""Candidates that displace the target alike to within the noise are look-alikes, whatever poses left out happen to say.
+"""Candidates that displace the target alike to within the noise are look-alikes, whatever poses left out give.
 
 With one target and no payload the sag by a wrong weight of the swing is a sine of joint 2's angle, but for what the
 other joints turn: an eccentric encoder of that joint does the same.
@@ -109,7 +109,7 @@ def test_the_true_effect_is_listed_where_its_look_alike_is_named() -> None:
 
 
 def test_of_eccentric_encoders_at_all_joints_no_other_effect_is_named_alone() -> None:
-    """0.2 mrad each: a weight that stands in for one of them has it among its look-alikes."""
+    """0.2 mrad each: a weight that explains one of them as well has it among its look-alikes."""
     rng = np.random.default_rng(22)
     phases, orders = rng.uniform(0.0, 2.0 * np.pi, 6), rng.integers(1, 3, 6)
     orders[1] = 1

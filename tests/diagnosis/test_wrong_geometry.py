@@ -1,4 +1,4 @@
-"""No effect stands in for a robot file that absolute places contradict."""
+"""No effect is named in place of an error of a robot file that absolute places contradict."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ def test_an_encoders_step_is_never_stated_as_less_than_it_is(steps_of_noise: flo
     assert of_moment == pytest.approx(1.0, abs=3.0 * error)
 
 
-@pytest.mark.parametrize("correlation", [0.3, 0.6, 0.8])
+@pytest.mark.parametrize("correlation", [0.3, 0.6, pytest.param(0.8, marks=pytest.mark.long)])
 def test_correlated_noise_is_stated_as_it_is(correlation: float) -> None:
     of_angle, of_moment, error = mean_squares(correlation, 0.0, seeds=4)
     # the correlation itself is estimated: a tenth of the variance for that
@@ -89,7 +89,7 @@ def test_correlated_noise_is_stated_as_it_is(correlation: float) -> None:
     assert of_moment == pytest.approx(1.0, abs=0.1 + 3.0 * error)
 
 
-@pytest.mark.parametrize("cutoff", [20.0, 40.0])
+@pytest.mark.parametrize("cutoff", [pytest.param(20.0, marks=pytest.mark.long), 40.0])
 def test_filtered_noise_is_stated_as_it_is(cutoff: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A low-pass filter of second order in the instrument, cutoff in Hz of a log of 200 readings a second."""
     b, a = butter(2, cutoff / (0.5 * RATE))

@@ -37,10 +37,11 @@ def noisy(chain: Chain, full_pose: bool = True, seed: int = 1) -> LoadStates:
 
 
 @cache
-def plain() -> TwoForms:
-    """Return both forms of an ordinary campaign."""
+def ordinary(full_pose: bool = True) -> tuple[Fit, TwoForms]:
+    """Return the fit of an ordinary campaign, and both forms."""
     chain = six_axes()
-    return identify_in_two_forms(fitted(chain, noisy(chain)))
+    fit = fitted(chain, noisy(chain, full_pose))
+    return fit, identify_in_two_forms(fit)
 
 
 def stretched_wrist() -> LoadStates:
@@ -68,13 +69,11 @@ def pitched_up() -> tuple[Chain, LoadStates]:
 
 @pytest.mark.parametrize("case", ["six joints", "position only", "stretched wrist", "pitch of 90 degrees"])
 def test_the_two_forms_agree(case: str) -> None:
-    chain = six_axes()
-    if case == "pitch of 90 degrees":
-        chain, states = pitched_up()
+    if case in ("six joints", "position only"):
+        fit, two = ordinary(full_pose=case != "position only")
     else:
-        states = stretched_wrist() if case == "stretched wrist" else noisy(chain, full_pose=case != "position only")
-    fit = fitted(chain, states)
-    two = identify_in_two_forms(fit)
+        fit = fitted(*(pitched_up() if case == "pitch of 90 degrees" else (six_axes(), stretched_wrist())))
+        two = identify_in_two_forms(fit)
     assert two.names == fit.free_names
     assert two.difference < ROUNDING
     # and the fit itself, which stops at a thousandth of a standard uncertainty
@@ -86,7 +85,7 @@ def test_the_two_forms_agree(case: str) -> None:
 
 
 def test_unweighted_is_another_estimate() -> None:
-    two = plain()
+    _, two = ordinary(full_pose=True)
     away = np.abs(two.unweighted / two.dual - 1.0)
     # it changes with the unit of length, and neither choice is the weighted one
     assert away.max() > 1e-4
@@ -98,8 +97,7 @@ def test_unweighted_is_another_estimate() -> None:
 
 
 def test_unweighted_needs_orientation() -> None:
-    chain = six_axes()
-    two = identify_in_two_forms(fitted(chain, noisy(chain, full_pose=False)))
+    _, two = ordinary(full_pose=False)
     assert np.isnan(two.unweighted).all()
     assert two_forms_result(two).parameters[0].unweighted_in_metres is None
 

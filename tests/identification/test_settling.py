@@ -124,7 +124,7 @@ def test_a_parameter_that_stands_back_is_never_identifiable() -> None:
 
 
 @pytest.mark.parametrize("rounding", [-1e-15, 0.0, 1e-15])
-def test_the_sign_of_a_known_combination_does_not_hang_on_rounding(rounding: float) -> None:
+def test_the_sign_of_a_known_combination_does_not_depend_on_rounding(rounding: float) -> None:
     factor = np.array([[1.0, 1.0 + rounding], [0.0, 0.0]])
     (found,) = check_identifiability(factor, ("a", "b"), np.full(2, np.inf)).ambiguities
     assert found.coefficients == pytest.approx((1.0, 1.0))

@@ -82,7 +82,7 @@ def test_the_parabola_along_a_step(after: float, share: float | None) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 4])
-def test_a_law_with_a_corner_ends_with_a_small_step_and_not_with_a_promise_of_one(
+def test_a_law_with_a_corner_ends_with_a_small_step_not_with_a_predicted_one(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Steps next to a knee do not contract evenly: after 2.5 and 0.10 standard uncertainties comes 0.12."""

@@ -125,7 +125,7 @@ def test_a_clamped_robot_by_mujoco_reads_what_simulate_reads(tmp_path: Path) -> 
 
 
 def test_no_step_of_a_ladder_raises_the_error_where_the_law_is_in_no_catalogue(tmp_path: Path) -> None:
-    """A slope that waves in time: four effects together stand in for it, each alone is added from values of its own."""
+    """A slope that waves in time: four effects together explain it, each alone is added from values of its own."""
     rng = np.random.default_rng([20261151, (*CLASSES, *BENCHES).index("clamped outside"), 6])
     write_bench(tmp_path / "bench", "clamped outside", rng, "laws")
     improved = improve_campaign(tmp_path / "bench")

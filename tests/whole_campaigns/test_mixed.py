@@ -79,7 +79,7 @@ def test_the_ladder_ends_at_the_noise_with_true_values(folder: Path, begun: Iden
 def test_from_compliances_alone_friction_comes_first_and_what_is_on_top_of_it_then(
     folder: Path, tmp_path: Path
 ) -> None:
-    """Torque of which the model says nothing is all error; no other effect stands in for the friction of a joint."""
+    """Torque of which the model says nothing is all error; no other effect is named in its place."""
     copy = Path(shutil.copytree(folder, tmp_path / "copy", ignore=shutil.ignore_patterns("store")))
     compliances = (copy / "model.toml").read_text("utf-8").split('[[effects]]\ntype = "joint-friction"')[0]
     (copy / "model.toml").write_text(compliances.split('[[effects]]\ntype = "backlash"')[0], "utf-8")
