@@ -4,12 +4,12 @@ Errors of like size at every joint, of six encoders for instance, are each too s
 poses left out together. Such a set of terms is no evidence of a cause: it is offered where the search ends unexplained
 and names nothing, and the verdict stays. It is judged by the rule for single effects: the error in poses left out, the
 choice of the effect repeated in every fold, and the probability by chance with all of its parameters counted; and next
-to that by both schemes in which absolute places are judged, poses left out at random and whole regions.
+to that in the schemes in which absolute places are judged: the error in whole regions left out has to fall by as much
+again, and that in poses left out at random, which is much like the first, not to rise.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -36,9 +36,6 @@ from stiffcal.validation.heldout import left_out_residuals, pose_folds
 from stiffcal.validation.region_folds import random_folds, region_folds
 
 LEAST_JOINTS = 2
-# A second such set would double what is not understood: where more than this share of the joints holds an effect that
-# is not of the default model, none is offered.
-MOST_OF_THE_JOINTS = 0.5
 
 
 @dataclass(frozen=True)
@@ -62,19 +59,17 @@ class _Together:
         return sum(len(trial.regressor.symbols) + shapes for trial in self.trials)
 
 
-def effect_everywhere(bench: LoadSearchContext, search: Search, basic: Sequence[str] = ()) -> EffectEverywhere | None:
+def effect_everywhere(bench: LoadSearchContext, search: Search) -> EffectEverywhere | None:
     """Return the effect that at all joints together lowers the error of absolute places; None where none does.
 
     Parameters
     ----------
     bench : the context in which the model with it is fitted.
-    search : of the present model. None is returned as well where it named anything, or left nothing unexplained.
-    basic : names of the default model's effects; where most joints hold another one, none is returned.
+    search : of the present model, which may hold other such sets. None is returned as well where it named anything, or
+        left nothing unexplained.
     """
     scan = search.first
     if not search.unexplained or search.found or search.undecided or not scan.fit.data.absolute.all():
-        return None
-    if _holds_one_already(scan.fit, basic):
         return None
     sets = _sets(scan)
     if not sets:
@@ -93,7 +88,7 @@ def effect_everywhere(bench: LoadSearchContext, search: Search, basic: Sequence[
     if any(placed.effect.impossible(placed.values) is not None for placed in values):
         return None
     random, region = (_error_left_out(scan.fit, fit, folds(fit.data)) for folds in (random_folds, region_folds))
-    if min(random.standard_errors, region.standard_errors) <= STANDARD_ERRORS:
+    if region.standard_errors <= STANDARD_ERRORS or random.standard_errors <= 0.0:
         return None
     return EffectEverywhere(
         effect=added[0].effect.name,
@@ -102,12 +97,6 @@ def effect_everywhere(bench: LoadSearchContext, search: Search, basic: Sequence[
         heldout_random=random,
         heldout_region=region,
     )
-
-
-def _holds_one_already(fit: Fit, basic: Sequence[str]) -> bool:
-    """Return whether more than half of the joints hold the same effect beyond the default model's."""
-    own = Counter(p.effect.name for p in fit.robot.placed if p.place.kind == "joints" and p.effect.name not in basic)
-    return max(own.values(), default=0) > MOST_OF_THE_JOINTS * fit.robot.chain.n_joints
 
 
 def _sets(scan: LoadScan) -> list[_Together]:

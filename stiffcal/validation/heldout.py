@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, fit_problem, offset_free_residual, raw_whitening
 from stiffcal.identification.least_squares import Reduced, run_edges, take_out_offsets, triangular
 from stiffcal.identification.noise import Whitening, whiten
-from stiffcal.identification.observation import Observations, evaluate, free_columns
+from stiffcal.identification.observation import Observations, ParameterColumn, evaluate, free_columns
 from stiffcal.identification.priors import prior_rows
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.like_poses import pose_groups
@@ -156,32 +157,96 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     fold : (n,) fold numbers; states of a run share one.
     """
     data = fit.data
-    whitening = _weights(fit, data, fit.robot)
-    # What was held or not estimated is not estimated without a fold either.
-    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
-    columns = free_columns(fit.robot, fixed)
-    blocks = list(evaluate(fit.robot, data, columns))
-    stack = np.concatenate([block.columns for block in blocks], axis=2)
-    difference = data.measured - np.concatenate([block.predicted for block in blocks], axis=1)
-    stack = np.concatenate([stack, np.where(data.measured_mask, difference, 0.0)[None]])
-    if data.free_offset:
-        stack, _ = take_out_offsets(stack, data.run, whitening, data.carries_offset)
-    stack = np.where(data.measured_mask, stack, 0.0)
-    white = whitening.apply(stack)
-    folds = members_of(fold)
-    factors = [triangular(white[:, :, members].reshape(len(white), -1).T) for members in folds]
-    amplitude = np.array([fit.robot.placed[c.placed].amplitude(c.symbol) for c in columns])
-    lower = np.array([_lowest(fit.robot, c.placed, c.symbol) for c in columns])
-    residual = stack[-1].copy()
-    p = len(columns)
-    known_before = prior_rows(fit.robot, columns, data)
-    outside = triangular(known_before) if len(known_before) else None
-    for members, factor_without in zip(folds, factors_without_each(factors, outside), strict=True):
-        reduced = Reduced(factor_without[:p, :p], factor_without[:p, p], 0.0, 0)
-        step = _solve_without_fold(reduced, lower - amplitude)
-        residual[:, members] -= np.einsum("pmn,p->mn", stack[:p][:, :, members], step)
+    about = _About.of(fit, fold)
+    residual = about.stack[-1].copy()
+    p = len(about.columns)
+    for members, reduced in zip(about.folds, about.without_each(), strict=True):
+        step = _solve_without_fold(reduced, about.lower - about.amplitude)
+        residual[:, members] -= np.einsum("pmn,p->mn", about.stack[:p][:, :, members], step)
     residual = corrected_for_freedom(residual, data)
-    return HeldoutResiduals("leave-one-pose-out", residual, _without_model(data, whitening), data, fold)
+    return HeldoutResiduals("leave-one-pose-out", residual, _without_model(data, about.whitening), data, fold)
+
+
+def estimates_without_each(fit: Fit, fold: Integers, name: str) -> Floats:
+    """Return (F,) one parameter as it is estimated without each fold, from the folds' factors about the full fit.
+
+    NaN where the other folds do not determine it. The others keep within their bounds, as in each fit; it itself has
+    none: an estimate kept at its limit would seem surer than it is.
+
+    Parameters
+    ----------
+    fit : the full fit. fold : (n,) fold numbers; states of a run share one. name : of a free parameter.
+
+    Raises
+    ------
+    ValueError : no free parameter has this name.
+    """
+    about = _About.of(fit, fold)
+    number = [fit.robot.placed[c.placed].parameter_name(c.symbol) for c in about.columns].index(name)
+    lower = about.lower.copy()
+    lower[number] = -np.inf
+    steps = [
+        _solve_without_fold(reduced, lower - about.amplitude)[number] if _determines(reduced.factor, number) else np.nan
+        for reduced in about.without_each()
+    ]
+    return np.asarray(about.amplitude[number] + np.array(steps), dtype=np.float64)
+
+
+def _determines(factor: Floats, number: int) -> bool:
+    """Return whether a triangular factor (p, p) determines a parameter, whatever it leaves open of the others."""
+    _, singular, directions = np.linalg.svd(factor / column_scale(factor))
+    left_open = directions[singular <= 1e-9 * singular[0], number]
+    return bool(np.sum(left_open**2) < 1e-9)
+
+
+@dataclass(frozen=True)
+class _About:
+    """A fit's data about its estimates, where they are linear, with the triangular factor of each fold."""
+
+    whitening: Whitening
+    columns: Sequence[ParameterColumn]
+    """p free parameters."""
+    amplitude: Floats
+    """(p,) their estimates."""
+    lower: Floats
+    """(p,) how low each can be."""
+    stack: Floats
+    """(p + 1, m, n) what each moves, and the residuals last."""
+    folds: Sequence[Integers]
+    """Members of each fold."""
+    factors: Sequence[Floats]
+    """(p + 1, p + 1) of each fold."""
+    outside: Floats | None
+    """The factor of what is known of the parameters beforehand."""
+
+    @classmethod
+    def of(cls, fit: Fit, fold: Integers) -> Self:
+        data = fit.data
+        whitening = _weights(fit, data, fit.robot)
+        # What was held or not estimated is not estimated without a fold either.
+        fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
+        columns = free_columns(fit.robot, fixed)
+        blocks = list(evaluate(fit.robot, data, columns))
+        stack = np.concatenate([block.columns for block in blocks], axis=2)
+        difference = data.measured - np.concatenate([block.predicted for block in blocks], axis=1)
+        stack = np.concatenate([stack, np.where(data.measured_mask, difference, 0.0)[None]])
+        if data.free_offset:
+            stack, _ = take_out_offsets(stack, data.run, whitening, data.carries_offset)
+        stack = np.where(data.measured_mask, stack, 0.0)
+        white = whitening.apply(stack)
+        folds = members_of(fold)
+        factors = [triangular(white[:, :, members].reshape(len(white), -1).T) for members in folds]
+        amplitude = np.array([fit.robot.placed[c.placed].amplitude(c.symbol) for c in columns])
+        lower = np.array([_lowest(fit.robot, c.placed, c.symbol) for c in columns])
+        known_before = prior_rows(fit.robot, columns, data)
+        outside = triangular(known_before) if len(known_before) else None
+        return cls(whitening, columns, amplitude, lower, stack, folds, factors, outside)
+
+    def without_each(self) -> Iterator[Reduced]:
+        """Yield the problem without each fold."""
+        p = len(self.columns)
+        for factor in factors_without_each(self.factors, self.outside):
+            yield Reduced(factor[:p, :p], factor[:p, p], 0.0, 0)
 
 
 def factors_without_each(factors: Sequence[Floats], outside: Floats | None = None) -> Iterator[Floats]:
@@ -223,6 +288,7 @@ def _lowest(robot: CompliantRobot, placed: int, symbol: str) -> float:
 __all__ = [
     "HeldoutResiduals",
     "Problem",
+    "estimates_without_each",
     "heldout_residuals",
     "holdout_run_residuals",
     "left_out_residuals",

@@ -77,7 +77,7 @@ def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
     basic = [entry.type for entry in default_model(campaign.chain.n_joints, experiments).effects]
     redundant = redundant_effects(bench, present, basic)
     diagnosis = diagnosis_result(data.states, search)
-    everywhere = effect_everywhere(bench, search, basic)
+    everywhere = effect_everywhere(bench, search)
     return replace(
         diagnosis,
         everywhere=everywhere,

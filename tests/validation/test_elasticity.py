@@ -94,6 +94,20 @@ def test_an_eccentricity_of_another_joint_is_no_elasticity_either() -> None:
     assert all(verdict != "identified" for joint, verdict in verdicts.items() if joint != 2)
 
 
+def test_what_no_effect_explains_is_no_elasticity_where_regions_disagree() -> None:
+    """A smooth error of 0.3 mm looks like a spring of joint 4 next to all waves, of another size in each region."""
+    chain, rng = six_axes(), np.random.default_rng(5)
+    states = measured_by(CompliantRobot(chain, ()), absolute_states(chain, N_POSES, 5), 6)
+    along = rng.normal(size=(3, 6))
+    waves = np.sin(states.joints @ along.T + rng.uniform(0.0, 6.0, 3))
+    states = replace(states, position=states.position + 3e-4 * np.sqrt(2.0) * waves[:, None])
+    model = CompliantRobot(chain, (*on_all_joints(LinkGeometry(), 6), *on_all_joints(JointCompliance(), 6)))
+    found = elasticity_of(states, identify_parameters(states, model))
+    assert found is not None
+    assert found.verdict == "not-identified"
+    assert {joint.joint: joint.verdict for joint in found.joints}[4] == "differs-by-region"
+
+
 def test_an_eccentricity_of_another_order_in_the_model_does_not_stand_for_order_1() -> None:
     places = [PlacedEffect(JointEccentricity(), Place("joints", (k,)), {"order": float(k)}) for k in (1, 2)]
     robot = CompliantRobot(six_axes(), (*on_all_joints(JointCompliance(), 6), *places))
