@@ -7,7 +7,7 @@ tracker, the base or a target was moved.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -103,15 +103,17 @@ def _fault(table: TableRows, group: _Group) -> Fault:
 def _by_changes(some: SomeRows) -> list[_Group]:
     """Return the rows that a change explains, the change of the most rows first."""
     table, rows = some.table, some.wrong
-    changes = list(changes_of_rows(table.states.select(rows), table.campaign.chain, some.places.at(rows)))
-    explained = np.array([some.distance(change.places) <= some.near for change in changes])
-    groups = []
-    while explained.any():
-        k = int(explained.sum(axis=1).argmax())
-        change = changes[k]
-        groups.append(_Group(rows[explained[k]], change.code, change.in_rows, change.mend_rows, change.of_angles))
-        explained &= ~explained[k]
-    return groups
+    groups, explained = [], []
+    # one change at a time: all of them are a hundred times the rows
+    for change in changes_of_rows(table.states.select(rows), table.campaign.chain, some.places.at(rows)):
+        groups.append(_Group(rows, change.code, change.in_rows, change.mend_rows, change.of_angles))
+        explained.append(some.distance(change.places) <= some.near)
+    left, found = np.array(explained), []
+    while left.any():
+        k = int(left.sum(axis=1).argmax())
+        found.append(replace(groups[k], rows=rows[left[k]]))
+        left &= ~left[k]
+    return found
 
 
 def _without_change(some: SomeRows, left: Integers) -> list[_Group]:
