@@ -127,17 +127,32 @@ def find_load_cycles(states: LoadStates) -> LoadCycles:
     direction, axis, last_direction = (np.full(n, -1, dtype=np.int64) for _ in range(3))
     branch, cycle = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
     first = np.zeros(n, dtype=np.bool_)
+    loaded_alone, size_alone = _loaded_alone(states)
+    magnitude[loaded_alone], branch[loaded_alone], cycle[loaded_alone] = size_alone, PEAK, 1
+    direction[loaded_alone] = axis[loaded_alone] = last_direction[loaded_alone] = 0
     for members in run_members(states.run):
+        if len(members) == 1:
+            continue
         vectors = load_vector(states.wrench[members])
         size = np.sqrt(np.sum(vectors**2, axis=1))
         largest = float(np.max(size, initial=0.0))
-        # A run of a single state has nothing to be unloaded against.
-        loaded = size > UNLOADED_SHARE * largest if len(members) > 1 else size > 0.0
-        signed, unsigned = _directions(vectors, loaded)
+        signed, unsigned = _directions(vectors, size > UNLOADED_SHARE * largest)
         magnitude[members], direction[members], axis[members] = size, signed, unsigned
         branch[members] = _branches(signed, size, 0.3 * SAME_LEVEL_SHARE * largest)
         cycle[members], last_direction[members], first[members] = _count_cycles(signed, unsigned, branch[members])
     return LoadCycles(magnitude, direction, axis, branch, cycle, last_direction, first)
+
+
+def _loaded_alone(states: LoadStates) -> tuple[Integers, Floats]:
+    """Return the states with a load that are the only one of their run, and the size of the load, N or N·m.
+
+    A run of a single state has nothing to be unloaded against. Absolute places are thousands of these.
+    """
+    changes = np.diff(states.run) != 0
+    alone = np.flatnonzero(np.append(True, changes) & np.append(changes, True)) if len(states) else states.run
+    alone = alone[states.wrench[alone].any(axis=1)]
+    size = np.array([float(np.linalg.norm(load_vector(row[None]))) for row in states.wrench[alone]])
+    return alone[size > 0.0], size[size > 0.0]
 
 
 def _count_cycles(

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, repeat_groups
+from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.simulated_states import cycles_of, medium_robot, played
 
 
@@ -49,3 +52,16 @@ def test_cycles_that_do_not_pass_zero() -> None:
         "peak",
     ]
     assert cycles.cycle[1:7].tolist() == [1, 1, 1, 2, 2, 3]
+
+
+def test_states_that_are_alone_in_their_run() -> None:
+    """A load that is the only state of its run is the peak of its one cycle; without a load there is none."""
+    wrench = np.zeros((4, 6))
+    wrench[1, :3] = [0.0, 30.0, -40.0]
+    wrench[2, 3:] = [6.0, 0.0, 8.0]
+    cycles = find_load_cycles(replace(bare_states([0, 1, 2, 3]), wrench=wrench))
+    np.testing.assert_allclose(cycles.magnitude, [0.0, 50.0, 10.0, 0.0])
+    assert [BRANCH_NAMES[b] for b in cycles.branch] == ["unloaded", "peak", "peak", "unloaded"]
+    assert cycles.cycle.tolist() == [0, 1, 1, 0]
+    assert cycles.direction.tolist() == cycles.axis.tolist() == cycles.last_direction.tolist() == [-1, 0, 0, -1]
+    assert not cycles.first.any()
