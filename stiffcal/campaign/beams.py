@@ -18,7 +18,9 @@ SHORTEST_BEAM = 0.050
 PARALLEL = 1e-6
 
 
-def link_beams(robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tuple[str, ...]) -> dict[str, BeamFrame]:
+def link_beams(
+    robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tuple[str, ...], prismatic: tuple[bool, ...]
+) -> dict[str, BeamFrame]:
     """Return the beams of all links that lie between two joints and are long enough, by link name.
 
     The beam goes from the inboard joint's node to the outboard joint's node, that is from the joint origins, moved by
@@ -31,6 +33,8 @@ def link_beams(robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tup
     bearing : (J,) m along each axis.
     link_names : J names. Six axes: the links of joints 2 and 3 are called `swing` and `arm` here, whatever their own
         name, unless the file calls some link so.
+    prismatic : J, True where the joint moves along its axis: the link before it has no fixed length, and is a beam only
+        up to a ``to_m`` of its own.
     """
     beams = {}
     for k in range(len(fixed)):
@@ -38,6 +42,8 @@ def link_beams(robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tup
         entry = robot.links.get(name) or robot.links.get(link_names[k])
         start, end = np.array([0.0, 0.0, bearing[k]]), None
         outboard_axis = np.array([0.0, 0.0, 1.0])
+        if k + 1 < len(fixed) and prismatic[k + 1] and (entry is None or entry.to_m is None):
+            continue
         if k + 1 < len(fixed):
             outboard_axis = fixed[k + 1, :3, 2]
             end = fixed[k + 1, :3, 3] + bearing[k + 1] * outboard_axis

@@ -16,7 +16,9 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.prismatic_checks import prismatic_faults
 from stiffcal.campaign.reach import escapes, link_fault, links_outside
+from stiffcal.campaign.robot_checks import RobotOutline
 from stiffcal.campaign.run_checks import MOST_COMPARED, MOST_FAULTS, choices, exclusion_faults, run_faults
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, JointSignals, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.source import Source
@@ -48,9 +50,10 @@ def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[F
     return list(islice(faults, MOST_FAULTS))
 
 
-def robot_match_faults(manifest: Manifest, joint_names: tuple[str, ...], robot_file: str) -> list[Fault]:
-    """Check joint columns, nominal joints and moved joints against the robot's number of joints."""
-    faults = []
+def robot_match_faults(manifest: Manifest, outline: RobotOutline, robot_file: str) -> list[Fault]:
+    """Check joint columns, nominal joints and moved joints against the robot's joints."""
+    joint_names = outline.joint_names
+    faults = list(prismatic_faults(manifest, joint_names, outline.prismatic))
     count = len(joint_names)
     for source, name, signal in manifest.signals():
         if not isinstance(signal, JointSignals):

@@ -16,15 +16,16 @@ from stiffcal.campaign.proposed_lines import (
     as_text,
     frame_lines,
     quoted,
-    robot_lines,
     run_lines,
     source_lines,
 )
+from stiffcal.campaign.proposed_robot import robot_lines
 from stiffcal.campaign.robot_checks import outline_of
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.table_purpose import check_purpose, serves_absolute
 from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable, sniff_table
 from stiffcal.campaign.templates import chosen_robot, write_folder
+from stiffcal.campaign.urdf import PRISMATIC
 from stiffcal.campaign.urdf_arm import UrdfArm, arm_of_table
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -90,7 +91,12 @@ def draft_campaign(
     roles = recognise(columns, arm.columns)
     check_purpose(roles, ", ".join(table.path.name for table in sniffed))
     opening = ('schema = "stiffcal/campaign/1"', 'robot = "robot.toml"', "")
-    lines = [*map(ProposedLine, opening), *source_lines(sniffed, roles), *run_lines(roles), *frame_lines(roles, tool)]
+    lines = [
+        *map(ProposedLine, opening),
+        *source_lines(sniffed, roles, arm.prismatic),
+        *run_lines(roles),
+        *frame_lines(roles, tool),
+    ]
     manifest = as_text(lines)
     copies = {f"raw/{table.path.name}": table.path for table in sniffed}
     text, extra, rows = robot_text(roles, urdf, robot, arm)
@@ -111,9 +117,11 @@ def arm_of_given(urdf: Path | None, robot: str | None, columns: Sequence[Sniffed
     InputError : there is no such file, or the chain does not fit the columns.
     """
     if robot is not None:
-        names = [entry.name for entry in RobotFile.model_validate(tomllib.loads(chosen_robot(robot))).joints]
+        joints = RobotFile.model_validate(tomllib.loads(chosen_robot(robot))).joints
+        names = [entry.name for entry in joints]
         found = columns_of_joints(columns, names)
-        return UrdfArm(tuple(found[name] for name in names) if len(found) == len(names) else (), ())
+        prismatic = frozenset(found[entry.name] for entry in joints if entry.type == PRISMATIC and entry.name in found)
+        return UrdfArm(tuple(found[name] for name in names) if len(found) == len(names) else (), (), prismatic)
     if urdf is None:
         return UrdfArm((), ())
     if not urdf.is_file():

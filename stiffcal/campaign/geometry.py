@@ -17,9 +17,9 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.beams import link_beams
 from stiffcal.campaign.naming import name_links
 from stiffcal.campaign.robot_file import ANGLE_SIGMA_DEG, LENGTH_SIGMA_M, GeometryEntry, JointEntry, RobotFile
-from stiffcal.campaign.transforms import placement_matrix, rotation_taking_z_to, screw_x, translation
+from stiffcal.campaign.transforms import placement_matrix, rotation_taking_z_to, screw_x, translation, turned_about_z
 from stiffcal.campaign.typed import Placement
-from stiffcal.campaign.urdf import UrdfRobot, read_urdf
+from stiffcal.campaign.urdf import PRISMATIC, UrdfRobot, read_urdf
 from stiffcal.campaign.urdf_elements import UrdfJoint
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -45,7 +45,9 @@ class _Skeleton:
     com: Floats
     """(J, 3) m."""
     limits: Floats
-    """(J, 2) of the model angle, rad."""
+    """(J, 2) of the model angle, rad, or position, m."""
+    prismatic: tuple[bool, ...]
+    """J, True where the joint moves along its axis."""
 
 
 def chain_of(robot: RobotFile, folder: Path) -> Chain:
@@ -71,7 +73,15 @@ def chain_of(robot: RobotFile, folder: Path) -> Chain:
     skeleton = _from_urdf(robot, folder) if robot.urdf is not None else _from_rows(robot)
     entries = skeleton.entries
     coupling = _coupling(entries)
-    offset = np.deg2rad([entry.theta_deg for entry in entries])
+    # of a prismatic joint θ is a turn of its frame, which lies in the fixed part
+    turn = np.deg2rad([entry.theta_deg for entry in entries])
+    offset = np.where(skeleton.prismatic, 0.0, turn)
+    fixed = np.array(
+        [
+            step @ turned_about_z(angle) if prismatic and angle else step
+            for step, angle, prismatic in zip(skeleton.fixed, turn, skeleton.prismatic, strict=True)
+        ]
+    )
     bearing = np.array([entry.bearing_m for entry in entries])
     link_names = name_links([entry.link.name or name for entry, name in zip(entries, skeleton.link_names, strict=True)])
     mass, com = _masses(skeleton)
@@ -79,7 +89,7 @@ def chain_of(robot: RobotFile, folder: Path) -> Chain:
     return Chain(
         name=robot.name or "robot",
         joint_names=tuple(entry.name for entry in entries),
-        fixed=skeleton.fixed,
+        fixed=fixed,
         flange=skeleton.flange @ placement_matrix(robot.flange),
         coupling=coupling,
         offset=offset,
@@ -93,9 +103,10 @@ def chain_of(robot: RobotFile, folder: Path) -> Chain:
         link_com=com,
         masses_known=masses_known,
         gravity=np.array(robot.gravity_mps2),
-        beams=link_beams(robot, skeleton.fixed, bearing, link_names),
+        beams=link_beams(robot, fixed, bearing, link_names, skeleton.prismatic),
         compensator=None if robot.gravity_compensator is None else robot.gravity_compensator.model_dump(),
         tolerance=_tolerance(robot.geometry),
+        prismatic_joints=frozenset(k + 1 for k, prismatic in enumerate(skeleton.prismatic) if prismatic),
     )
 
 
@@ -130,6 +141,7 @@ def _from_rows(robot: RobotFile) -> _Skeleton:
         np.full(count, np.nan),
         np.zeros((count, 3)),
         np.tile([-np.inf, np.inf], (count, 1)),
+        tuple(entry.type == PRISMATIC for entry in entries),
     )
 
 
@@ -170,7 +182,7 @@ def _from_urdf(robot: RobotFile, folder: Path) -> _Skeleton:
     """Take the joint frames, masses and limits from a URDF."""
     file = str(robot.urdf)
     urdf = read_urdf(folder / file, file, robot.base_link, robot.tip_link)
-    turning = urdf.turning
+    moving = urdf.moving
     fixed, limits = [], []
     before = np.eye(4)  # last joint frame to the link reached so far
     for joint in urdf.path:
@@ -180,15 +192,16 @@ def _from_urdf(robot: RobotFile, folder: Path) -> _Skeleton:
             fixed.append(before @ turn)
             limits.append(joint.limits or (-np.inf, np.inf))
             before = turn.T  # the joint's own frame expressed in the turned one: a rotation, so the transpose
-    masses = [_combine_masses(urdf, joint) for joint in turning]
+    masses = [_combine_masses(urdf, joint) for joint in moving]
     return _Skeleton(
         np.array(fixed),
         before,
-        _urdf_entries(robot, turning),
-        tuple(joint.child for joint in turning),
+        _urdf_entries(robot, moving),
+        tuple(joint.child for joint in moving),
         np.array([mass for mass, _ in masses]),
         np.array([com for _, com in masses]),
         np.array(limits),
+        tuple(joint.kind == PRISMATIC for joint in moving),
     )
 
 
@@ -198,17 +211,17 @@ def _origin(joint: UrdfJoint) -> Floats:
     return transform
 
 
-def _urdf_entries(robot: RobotFile, turning: tuple[UrdfJoint, ...]) -> tuple[JointEntry, ...]:
+def _urdf_entries(robot: RobotFile, moving: tuple[UrdfJoint, ...]) -> tuple[JointEntry, ...]:
     """Put the robot file's entries to the URDF's joints, by name."""
     written = {entry.name: entry for entry in robot.joints}
-    names = [joint.name for joint in turning]
+    names = [joint.name for joint in moving]
     for name in written:
         if name not in names:
             raise InputError.at(
                 FaultCode.JOINT_UNKNOWN,
                 "robot.toml",
                 f"joints ({name})",
-                f'the URDF has no revolute joint "{name}"',
+                f'the URDF has no moving joint "{name}"',
                 "use " + ", ".join(names),
             )
     return tuple(written.get(name, JointEntry(name=name)) for name in names)
@@ -219,7 +232,7 @@ def _combine_masses(urdf: UrdfRobot, joint: UrdfJoint) -> tuple[float, Floats]:
 
     What branches off the chain counts at its zero position. Mass is NaN where no link of it has an inertial.
     """
-    on_path = {joint.name for joint in urdf.turning}
+    on_path = {joint.name for joint in urdf.moving}
     total, moment, has_mass = 0.0, np.zeros(3), False
     waiting = [(joint.child, rotation_taking_z_to(joint.axis).T)]
     while waiting:
@@ -248,10 +261,12 @@ def _coupling(entries: tuple[JointEntry, ...]) -> Floats:
 
 
 def _limits(skeleton: _Skeleton, coupling: Floats, offset: Floats) -> Floats:
-    """Return limits of the logged angles (J, 2), rad; a URDF's count for the model angle and are turned back."""
+    """Return limits of the logged angles (J, 2), rad and m; a URDF's count for the model angle and are turned back."""
     limits = np.tile([-np.inf, np.inf], (len(skeleton.entries), 1))
     for k, entry in enumerate(skeleton.entries):
-        if entry.limits_deg is not None:
+        if entry.limits_m is not None:
+            limits[k] = entry.limits_m
+        elif entry.limits_deg is not None:
             limits[k] = np.deg2rad(entry.limits_deg)
         elif np.count_nonzero(coupling[k]) == 1 and coupling[k, k] != 0.0:
             limits[k] = np.sort((skeleton.limits[k] - offset[k]) / coupling[k, k])

@@ -131,7 +131,7 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
         certain = manifest_faults(manifest, outline.link_names if outline is not None else None)
         certain += file_faults(manifest, folder, must_exist=check_files)
         if outline is not None:
-            certain += robot_match_faults(manifest, outline.joint_names, robot_file)
+            certain += robot_match_faults(manifest, outline, robot_file)
         faults += unrelated_faults(doubtful, certain)
     if model is not None and outline is not None:
         faults += model_match_faults(model, outline.joint_names, outline.link_names)

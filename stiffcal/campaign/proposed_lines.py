@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -25,6 +25,8 @@ TRACKER = "tracker"
 PAYLOAD = "payload"
 
 LARGEST_RADIAN = 6.6
+# no linear axis of a robot is longer, m: larger numbers are mm
+LONGEST_M = 50.0
 """A joint angle beyond one turn and a bit is not in radians."""
 # A robot's give is below 5 cm; no reach is above 20 m.
 _LARGEST_DEFLECTION_M = 0.05
@@ -68,8 +70,14 @@ def as_text(lines: Sequence[ProposedLine]) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[ProposedLine]:
+def source_lines(
+    tables: Sequence[SniffedTable], roles: Roles, prismatic: Collection[SniffedColumn] = ()
+) -> list[ProposedLine]:
     """Return the source that reads the tables, every guess marked.
+
+    Parameters
+    ----------
+    prismatic : columns that hold positions of prismatic joints.
 
     Raises
     ------
@@ -93,8 +101,8 @@ def source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[ProposedL
     if absolute:
         payload = _payload_lines(roles)
         places = _target_tables(roles) if roles.targets else _moved_lines(roles, TOOL)
-        return [*lines, _joints_line(roles), *payload, *places]
-    return [*lines, _joints_line(roles), *_load_lines(roles, TOOL), *_moved_lines(roles, TOOL)]
+        return [*lines, _joints_line(roles, prismatic), *payload, *places]
+    return [*lines, _joints_line(roles, prismatic), *_load_lines(roles, TOOL), *_moved_lines(roles, TOOL)]
 
 
 def run_lines(roles: Roles) -> list[ProposedLine]:
@@ -163,13 +171,29 @@ def _run_line(roles: Roles) -> ProposedLine:
     return ProposedLine('run = { column = "run" }', "add a column with the pose of each row")
 
 
-def _joints_line(roles: Roles) -> ProposedLine:
+def _joints_line(roles: Roles, prismatic: Collection[SniffedColumn] = ()) -> ProposedLine:
     assert roles.joints is not None
+    if prismatic:  # one unit for each column
+        return _line_of_mixed_joints(roles.joints, prismatic)
     size = max(column.size for column in roles.joints.columns)
     likely = "deg" if size > LARGEST_RADIAN else "rad"
     written, guessed = unit_of_role(roles.joints, "angle", likely)
     line = f"joints = {{ position = {columns_text(roles.joints)}, units = {{ position = {quoted(written)} }} }}"
     return ProposedLine(line, f"{written}, judged by the values (up to {size:.3g})" if guessed else None)
+
+
+def _line_of_mixed_joints(joints: Role, prismatic: Collection[SniffedColumn]) -> ProposedLine:
+    turns = Role(tuple(column for column in joints.columns if column not in prismatic))
+    likely = "deg" if max((column.size for column in turns.columns), default=0.0) > LARGEST_RADIAN else "rad"
+    angle, guessed = unit_of_role(turns, "angle", likely) if turns.columns else ("", False)
+    units, doubts = [angle] * len(joints.columns), [f"{angle}, judged by the values"] if guessed else []
+    for k, column in enumerate(joints.columns):
+        if column in prismatic:
+            units[k], guessed = unit_of_role(Role((column,)), "length", "m" if column.size < LONGEST_M else "mm")
+            doubts += [f"{column.header} in {units[k]} (values up to {column.size:.3g})"] if guessed else []
+    written = ", ".join(map(quoted, units))
+    line = f"joints = {{ position = {columns_text(joints)}, units = {{ position = [{written}] }} }}"
+    return ProposedLine(line, ", ".join(doubts) if doubts else None)
 
 
 def _load_lines(roles: Roles, tool: str) -> list[ProposedLine]:
@@ -318,16 +342,6 @@ def _frames_to_estimate(roles: Roles, known: str | None) -> list[ProposedLine]:
 
 def _table(frame: str, parent: str) -> list[ProposedLine]:
     return [ProposedLine(text) for text in ("", f"[frames.{frame}]", f"parent = {quoted(parent)}")]
-
-
-def robot_lines(joints: Sequence[str]) -> list[ProposedLine]:
-    """Return a robot.toml to fill in: a row for each joint."""
-    mend = 'or "dh"; fill in the rows, or repeat with --robot NAME or --urdf FILE'
-    lines = [ProposedLine('schema = "stiffcal/robot/1"'), ProposedLine('convention = "modified-dh"', mend)]
-    for name in joints:
-        lines += [ProposedLine(text) for text in ("", "[[joints]]", f"name = {quoted(name)}")]
-        lines += [ProposedLine(f"{key} = 0.0", "") for key in ("a_m", "alpha_deg", "d_m", "theta_deg")]
-    return [*lines, ProposedLine(""), ProposedLine("[flange]"), ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "")]
 
 
 def unit_of_role(role: Role, quantity: str, likely: str) -> tuple[str, bool]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,15 +12,17 @@ from stiffcal.campaign.naming import beam_name, name_links
 from stiffcal.campaign.reach import escapes
 from stiffcal.campaign.robot_file import JointEntry, RobotFile
 from stiffcal.campaign.sizes import implausible_length
-from stiffcal.campaign.urdf import read_urdf
-from stiffcal.errors import Fault, InputError
+from stiffcal.campaign.urdf import PRISMATIC, read_urdf
+from stiffcal.campaign.urdf_elements import UrdfJoint
+from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 
 NEARLY_PARALLEL = math.sin(math.radians(5.0))
 """Sine of the angle between two axes below which the rows' d may lie far away."""
 # Sine of an angle that only rounding of 0° or 180° makes.
 _EXACTLY_PARALLEL = 1e-12
-_ROW_KEYS = ("a_m", "alpha_deg", "beta_deg", "d_m")
+_LIMITS_IN_URDF = "<limit lower=… upper=…/> to the joint in the URDF, or in robot.toml "
+_ROW_KEYS = ("a_m", "alpha_deg", "beta_deg", "d_m", "type")
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,8 @@ class RobotOutline:
     """J names."""
     link_names: tuple[str, ...]
     """All names that its links go by, `swing` and `arm` included."""
+    prismatic: frozenset[str] = frozenset()
+    """Names of the joints that move along their axis."""
 
 
 def outline_of(robot: RobotFile, path: Path) -> RobotOutline:
@@ -48,20 +52,38 @@ def outline_of(robot: RobotFile, path: Path) -> RobotOutline:
     """
     written = {entry.name: entry.link.name for entry in robot.joints}
     if robot.urdf is not None:
-        turning = read_urdf(path.parent / robot.urdf, robot.urdf, robot.base_link, robot.tip_link).turning
-        joints = tuple(joint.name for joint in turning)
-        links = name_links([written.get(joint.name) or joint.child for joint in turning])
+        moving = read_urdf(path.parent / robot.urdf, robot.urdf, robot.base_link, robot.tip_link).moving
+        joints = tuple(joint.name for joint in moving)
+        prismatic = frozenset(joint.name for joint in moving if joint.kind == PRISMATIC)
+        raise_faults(list(_kinds_in_urdf(robot, moving, prismatic, path.name)))
+        links = name_links([written.get(joint.name) or joint.child for joint in moving])
         unknown = [name for name in written if name not in joints]
         if unknown:
-            reason = f'the URDF has no revolute joint "{unknown[0]}"'
+            reason = f'the URDF has no moving joint "{unknown[0]}"'
             raise InputError.at(
                 FaultCode.JOINT_UNKNOWN, path.name, f"joints ({unknown[0]})", reason, "use " + ", ".join(joints)
             )
     else:
         joints = tuple(entry.name for entry in robot.joints)
         links = name_links([entry.link.name for entry in robot.joints])
+        prismatic = frozenset(entry.name for entry in robot.joints if entry.type == PRISMATIC)
     beams = tuple(beam_name(k, links) for k in range(len(links)))
-    return RobotOutline(joints, tuple(dict.fromkeys((*links, *beams))))
+    return RobotOutline(joints, tuple(dict.fromkeys((*links, *beams))), prismatic)
+
+
+def _kinds_in_urdf(
+    robot: RobotFile, moving: Sequence[UrdfJoint], prismatic: frozenset[str], file: str
+) -> Iterator[Fault]:
+    """Yield what of the robot file contradicts the kinds of the URDF's joints."""
+    written = {entry.name: entry for entry in robot.joints}
+    for joint in moving:
+        entry = written.get(joint.name, JointEntry(name=joint.name))
+        if joint.limits is not None and entry.limits_m is None and joint.name in prismatic:
+            entry = entry.model_copy(update={"limits_m": joint.limits})
+        yield from _kind_faults(entry, prismatic, file, f"joints ({joint.name})", _LIMITS_IN_URDF)
+    if robot.gravity_compensator is not None:
+        names = [joint.name for joint in moving]
+        yield from _compensator_faults(robot.gravity_compensator.joint, names, prismatic, file)
 
 
 def robot_faults(robot: RobotFile, file: str) -> list[Fault]:
@@ -126,6 +148,12 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
                 f'{count} links have the name "{name}"',
                 "give each a unique name",
             )
+    if robot.urdf is None:
+        prismatic = frozenset(entry.name for entry in robot.joints if entry.type == PRISMATIC)
+        for number, entry in enumerate(robot.joints):
+            yield from _kind_faults(entry, prismatic, file, f"joints[{number + 1}] ({entry.name})")
+        if robot.gravity_compensator is not None:
+            yield from _compensator_faults(robot.gravity_compensator.joint, names, prismatic, file)
     for number, entry in enumerate(robot.joints):
         yield from _joint_faults(robot, entry, names, file, f"joints[{number + 1}] ({entry.name})")
     compensator = robot.gravity_compensator
@@ -160,6 +188,39 @@ def _long_rows(robot: RobotFile, file: str) -> Iterator[Fault]:
         if mistake is not None and not any(parallel[max(0, k - 1) : k + 1]):
             place = f"joints[{k + 1}] ({entry.name}).d_m"
             yield Fault(FaultCode.VALUE_INVALID, file, place, mistake.reason, mistake.mend)
+
+
+def _compensator_faults(joint: int, names: Sequence[str], prismatic: frozenset[str], file: str) -> Iterator[Fault]:
+    if joint <= len(names) and names[joint - 1] in prismatic:
+        reason = f"{names[joint - 1]} is prismatic, and the spring turns a joint"
+        yield Fault(FaultCode.VALUE_INVALID, file, "gravity_compensator.joint", reason, "name a revolute joint")
+
+
+def _kind_faults(
+    entry: JointEntry, prismatic: frozenset[str], file: str, place: str, in_urdf: str = ""
+) -> Iterator[Fault]:
+    """Yield what contradicts the kind of a joint; ``prismatic``: names of the joints that move along their axis."""
+    own = entry.name in prismatic
+    if own and entry.limits_m is None:
+        reason = "a prismatic joint has two ends, and none are given"
+        yield Fault(
+            FaultCode.KEY_MISSING, file, f"{place}.limits_m", reason, f"add {in_urdf}limits_m = [low, high] in m"
+        )
+    for key, wrong in (("limits_deg", own), ("gear_orders", own), ("limits_m", not own)):
+        if wrong and key in entry.model_fields_set:
+            reason = f"{entry.name} is {'prismatic: it has no angle' if own else 'revolute'}"
+            mend = "write limits_m" if key == "limits_deg" else 'remove it, or write type = "prismatic"'
+            yield Fault(
+                FaultCode.KEY_CONFLICT,
+                file,
+                f"{place}.{key}",
+                reason,
+                f"remove {key}" if own and key == "gear_orders" else mend,
+            )
+    for name in entry.logged or {}:
+        if (name in prismatic) != own:
+            reason = f"{entry.name} and {name} are not of one kind: an angle and a length have no sum"
+            yield Fault(FaultCode.KEY_CONFLICT, file, f"{place}.logged.{name}", reason, f"remove {name}")
 
 
 def _joint_faults(robot: RobotFile, entry: JointEntry, names: list[str], file: str, place: str) -> Iterator[Fault]:
@@ -198,15 +259,14 @@ def _joint_faults(robot: RobotFile, entry: JointEntry, names: list[str], file: s
             "a gear ratio of zero",
             "write motor side / joint side",
         )
-    if entry.limits_deg is not None and entry.limits_deg[0] >= entry.limits_deg[1]:
-        low, high = entry.limits_deg
-        yield Fault(
-            FaultCode.VALUE_INVALID,
-            file,
-            f"{place}.limits_deg",
-            f"the lower limit {low} is not below {high}",
-            "write [low, high]",
-        )
+    for key, limits in (("limits_deg", entry.limits_deg), ("limits_m", entry.limits_m)):
+        if limits is not None and limits[0] >= limits[1]:
+            reason = f"the lower limit {limits[0]} is not below {limits[1]}"
+            yield Fault(FaultCode.VALUE_INVALID, file, f"{place}.{key}", reason, "write [low, high]")
+    for metres in entry.limits_m or ():
+        mistake = implausible_length(metres)
+        if mistake is not None:
+            yield Fault(FaultCode.VALUE_INVALID, file, f"{place}.limits_m", mistake.reason, mistake.mend)
     if (entry.link.com_m is not None) and entry.link.mass_kg is None:
         yield Fault(FaultCode.KEY_MISSING, file, f"{place}.link", "a centre of mass without a mass", "add mass_kg")
     if entry.link.mass_kg and entry.link.com_m is None:

@@ -39,9 +39,12 @@ class JointEntry(TomlTable):
 
     Attributes
     ----------
+    type : "revolute", or "prismatic" where the joint moves along its axis: its position is added to d in place of θ.
+        With a URDF its own types count.
     a_m, alpha_deg, d_m, theta_deg : the convention's row; with a URDF only `theta_deg` (added to the model angle).
     beta_deg : Hayati's turn about y, after a and α: where the axes are nearly parallel.
-    limits_deg : of the logged angle. direction : -1 where the logged angle runs against the axis.
+    limits_deg : of the logged angle. limits_m : of a prismatic joint's logged position, which needs them.
+    direction : -1 where the logged angle runs against the axis.
     logged : joint name to coefficient, where the model angle is a combination of logged ones.
     coupling : "display", or "mechanical" where the drives sit on the combined axes.
     gear_ratio : motor side / joint side, sign allowed. gear_orders : per joint turn.
@@ -49,12 +52,14 @@ class JointEntry(TomlTable):
     """
 
     name: Name
+    type: Literal["revolute", "prismatic"] | None = None
     a_m: Length = 0.0
     alpha_deg: Degrees = 0.0
     beta_deg: Degrees = 0.0
     d_m: Anywhere = 0.0
     theta_deg: Degrees = 0.0
     limits_deg: Interval | None = None
+    limits_m: Interval | None = None
     direction: Literal[1, -1] = 1
     logged: dict[str, Ratio] | None = None
     coupling: Literal["display", "mechanical"] = "display"
@@ -65,6 +70,7 @@ class JointEntry(TomlTable):
 
     look_alikes: ClassVar[dict[str, str]] = {
         "a": "a_m", "alpha": "alpha_deg", "d": "d_m", "theta": "theta_deg", "beta": "beta_deg", "limits": "limits_deg",
+        "limits_mm": "limits_m", "kind": "type",
         "sign": "direction",
         "offset_deg": "theta_deg", "ratio": "gear_ratio", "mass_kg": "link", "a_mm": "a_m", "d_mm": "d_m",
     }  # fmt: skip

@@ -12,10 +12,10 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, mod
 from stiffcal.campaign.displacement_signals import Deflection, Displacement, Lengths, Marker, Pose
 from stiffcal.campaign.signal import Signal
 from stiffcal.campaign.typed import (
-    AngleUnit,
     Columns,
     CurrentUnit,
     ForceUnit,
+    JointUnit,
     MassUnit,
     MomentUnit,
     Name,
@@ -28,13 +28,13 @@ from stiffcal.campaign.typed import (
     WrongValueError,
     columns_of_count,
 )
-from stiffcal.quantities import Unit
+from stiffcal.quantities import Unit, unit, unit_names
 
 
 class JointUnits(TomlTable):
-    """Units of a joint log: position deg, rad or rev; velocity; torque; current."""
+    """Units of a joint log; `position` is one unit, or one per joint where some are prismatic (mm, m)."""
 
-    position: AngleUnit = "rad"
+    position: JointUnit = "rad"
     velocity: VelocityUnit = "rad/s"
     torque: MomentUnit = "N*m"
     current: CurrentUnit = "A"
@@ -89,7 +89,7 @@ class JointSignals(Signal):
     sigma: JointSigma | None = None
 
     quantity_of: ClassVar[dict[str, str]] = {
-        "position": "angle", "velocity": "velocity", "torque": "torque", "current": "current",
+        "velocity": "velocity", "torque": "torque", "current": "current",
     }  # fmt: skip
     look_alikes: ClassVar[dict[str, str]] = {"columns": "position", "angles": "position"}
 
@@ -109,12 +109,24 @@ class JointSignals(Signal):
 
     def columns_with_units(self) -> dict[str, Unit]:
         """Return each column and its unit; `command` is in the unit of `position`, `approach` has none."""
-        return {
-            name: self.unit_of("position" if key == "command" else key)
-            for key, names in self.groups().items()
-            if key != "approach"
-            for name in names
-        }
+        result: dict[str, Unit] = {}
+        for key, names in self.groups().items():
+            if key in ("position", "command"):
+                result |= dict(zip(names, self.position_units(len(names)), strict=False))
+            elif key != "approach":
+                result |= dict.fromkeys(names, self.unit_of(key))
+        return result
+
+    def length_columns(self) -> frozenset[str]:
+        """Return the columns that hold positions of prismatic joints."""
+        of_unit = self.columns_with_units()
+        return frozenset(name for name, own in of_unit.items() if own.quantity == "length")
+
+    def position_units(self, count: int) -> tuple[Unit, ...]:
+        """Return the unit of each of ``count`` columns of positions; fewer where the manifest lists fewer."""
+        stated = self.units.position
+        names = (stated,) * count if isinstance(stated, str) else stated
+        return tuple(unit(name, "length" if name in unit_names("length") else "angle") for name in names)
 
     @model_validator(mode="after")
     def _something_is_logged(self) -> JointSignals:

@@ -15,6 +15,13 @@ from stiffcal.quaternions import rotation_from_quaternion
 Numbers: TypeAlias = Sequence[float] | Floats
 
 
+def turned_about_z(angle: float) -> Floats:
+    """Return a turn about z as a (4, 4) transform; ``angle`` in rad."""
+    result = np.eye(4)
+    result[:3, :3] = rotation_from_rpy(np.array([0.0, 0.0, angle]))
+    return result
+
+
 def translation(xyz: Numbers) -> Floats:
     """Return the (4, 4) transform that moves by `xyz`, m."""
     transform = np.eye(4)

@@ -219,6 +219,28 @@ MomentUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("moment")), Wi
 TimeUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("time")), WithJsonSchema(_unit_schema("time"))]
 MassUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("mass")), WithJsonSchema(_unit_schema("mass"))]
 CurrentUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("current")), WithJsonSchema(_unit_schema("current"))]
+
+
+def _joint_unit(name: object) -> str:
+    for quantity in ("angle", "length"):
+        try:
+            return unit(str(name), quantity).name
+        except UnknownUnitError:
+            continue
+    return _known_unit("angle")(str(name))
+
+
+def _joint_units(value: object) -> str | tuple[str, ...]:
+    return tuple(map(_joint_unit, value)) if isinstance(value, list | tuple) else _joint_unit(value)
+
+
+_JOINT_UNIT_SCHEMA: dict[str, Any] = {"type": "string", "examples": [*unit_names("angle"), *unit_names("length")]}
+JointUnit: TypeAlias = Annotated[
+    str | tuple[str, ...],
+    BeforeValidator(_joint_units),
+    WithJsonSchema({"anyOf": [_JOINT_UNIT_SCHEMA, {"type": "array", "items": _JOINT_UNIT_SCHEMA, "minItems": 1}]}),
+]
+"""The unit of joint positions, or one for each joint: prismatic joints have a length."""
 VelocityUnit: TypeAlias = Annotated[
     str, AfterValidator(_known_unit("velocity")), WithJsonSchema(_unit_schema("velocity"))
 ]

@@ -15,8 +15,9 @@ from stiffcal.campaign.urdf_elements import UrdfJoint, UrdfLink, joint_of, link_
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
-TURNING = ("revolute", "continuous")
-"""The kinds of joints that can be identified."""
+PRISMATIC = "prismatic"
+MOVING = ("revolute", "continuous", PRISMATIC)
+"""The kinds of joints that a chain can have."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +38,9 @@ class UrdfRobot:
     """Name of the tip link."""
 
     @property
-    def turning(self) -> tuple[UrdfJoint, ...]:
-        """The revolute and continuous joints of the path."""
-        return tuple(joint for joint in self.path if joint.kind in TURNING)
+    def moving(self) -> tuple[UrdfJoint, ...]:
+        """The joints of the path that move: revolute, continuous and prismatic ones."""
+        return tuple(joint for joint in self.path if joint.kind in MOVING)
 
 
 def read_urdf(path: Path, display_name: str, base_link: str | None = None, tip_link: str | None = None) -> UrdfRobot:
@@ -49,12 +50,12 @@ def read_urdf(path: Path, display_name: str, base_link: str | None = None, tip_l
     ----------
     path : where it lies.
     display_name : how to call it in a fault.
-    base_link, tip_link : ends of the chain; left out: the root, and the leaf behind the most turning joints.
+    base_link, tip_link : ends of the chain; left out: the root, and the leaf behind the most moving joints.
 
     Raises
     ------
     InputError
-        Not there, not XML, no chain between the links, or a joint on it that does not turn.
+        Not there, not XML, no chain between the links, or a joint on it of another kind.
     """
     robot = read_urdf_any_joints(path, display_name, base_link, tip_link)
     _check_path(robot, display_name)
@@ -110,21 +111,21 @@ def read_urdf_any_joints(
 
 
 def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:
-    """Return the leaves behind the most turning joints."""
+    """Return the leaves behind the most moving joints."""
     leaves: dict[str, int] = {}
     visited: set[str] = set()
     waiting = [(base, 0)]
     while waiting:
-        link, turning = waiting.pop()
+        link, moving = waiting.pop()
         if link in visited:
             continue
         visited.add(link)
         below = children.get(link, ())
-        waiting.extend((joint.child, turning + (joint.kind != "fixed")) for joint in below)
+        waiting.extend((joint.child, moving + (joint.kind != "fixed")) for joint in below)
         if not below:
-            leaves[link] = turning
+            leaves[link] = moving
     most = max(leaves.values(), default=0)
-    return sorted(name for name, turning in leaves.items() if turning == most)
+    return sorted(name for name, moving in leaves.items() if moving == most)
 
 
 def _end(wanted: str | None, ends: list[str], links: dict[str, UrdfLink], display_name: str, key: str) -> str:
@@ -151,11 +152,11 @@ def _end(wanted: str | None, ends: list[str], links: dict[str, UrdfLink], displa
 
 
 def _mend_for_chain(robot: UrdfRobot, joint: UrdfJoint) -> str:
-    """Return how the chain can do without a joint that does not turn."""
+    """Return how the chain can do without a joint of another kind."""
     place = robot.path.index(joint)
-    if not any(other.kind in TURNING for other in robot.path[:place]):
+    if not any(other.kind in MOVING for other in robot.path[:place]):
         return f'begin the chain after it: base_link = "{joint.child}" in the robot file'
-    if not any(other.kind in TURNING for other in robot.path[place:]):
+    if not any(other.kind in MOVING for other in robot.path[place:]):
         return f'end the chain before it: tip_link = "{joint.parent}" in the robot file'
     return 'if it did not move, make its type "fixed" in the URDF, with its position in <origin>'
 
@@ -167,7 +168,7 @@ def _check_path(robot: UrdfRobot, display_name: str) -> None:
     for joint in robot.path:
         place = f"joint {joint.name}"
         check_name(joint.name, display_name, place)
-        if joint.kind not in ("revolute", "continuous", "fixed"):
+        if joint.kind not in (*MOVING, "fixed"):
             raise InputError.at(
                 FaultCode.URDF_INVALID,
                 display_name,
@@ -187,16 +188,16 @@ def _check_path(robot: UrdfRobot, display_name: str) -> None:
             raise InputError.at(
                 FaultCode.URDF_INVALID, display_name, place, "the joint's axis is zero", "correct <axis xyz=…/>"
             )
-    if len(robot.turning) > MOST_JOINTS:
-        reason = f"{len(robot.turning)} revolute joints between {robot.base} and {robot.tip}, more than {MOST_JOINTS}"
+    if len(robot.moving) > MOST_JOINTS:
+        reason = f"{len(robot.moving)} moving joints between {robot.base} and {robot.tip}, more than {MOST_JOINTS}"
         raise InputError.at(
             FaultCode.SIZE_EXCEEDED, display_name, "", reason, "choose other links: base_link, tip_link"
         )
-    if not robot.turning:
+    if not robot.moving:
         raise InputError.at(
             FaultCode.URDF_INVALID,
             display_name,
             "",
-            f"no revolute joint between {robot.base} and {robot.tip}",
+            f"no moving joint between {robot.base} and {robot.tip}",
             "choose other links",
         )

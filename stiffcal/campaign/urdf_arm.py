@@ -9,7 +9,7 @@ from pathlib import Path
 from stiffcal.campaign.joint_columns import columns_of_joints
 from stiffcal.campaign.proposed_lines import ProposedLine, quoted
 from stiffcal.campaign.table_sniffing import SniffedColumn
-from stiffcal.campaign.urdf import TURNING, UrdfRobot, possible_tips, read_urdf_any_joints
+from stiffcal.campaign.urdf import MOVING, PRISMATIC, UrdfRobot, possible_tips, read_urdf_any_joints
 from stiffcal.campaign.urdf_elements import UrdfJoint
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -25,10 +25,12 @@ class UrdfArm:
     """One for each joint, base to tip; empty where the columns do not carry the joints' names."""
     lines: tuple[ProposedLine, ...]
     """``base_link`` and ``tip_link`` of robot.toml, as far as they are needed."""
+    prismatic: frozenset[SniffedColumn] = frozenset()
+    """Those of the columns that hold positions of prismatic joints."""
 
 
 def arm_of_table(path: Path, columns: Sequence[SniffedColumn]) -> UrdfArm:
-    """Return the chain whose joints have columns; without such columns the chain of all turning joints.
+    """Return the chain whose joints have columns; without such columns the chain of all joints that turn.
 
     Joints before the first and behind the last that has a column (a rail, a torso, fingers) are left out.
 
@@ -44,12 +46,12 @@ def arm_of_table(path: Path, columns: Sequence[SniffedColumn]) -> UrdfArm:
     """
     tips = possible_tips(path, path.name)
     chains = [read_urdf_any_joints(path, path.name, None, tip) for tip in tips]
-    found = [columns_of_joints(columns, [joint.name for joint in chain.turning]) for chain in chains]
+    found = [columns_of_joints(columns, [joint.name for joint in chain.moving]) for chain in chains]
     best = max(range(len(tips)), key=lambda k: (len(found[k]), -_preference(tips[k]), -k))
     chain, column_of = chains[best], found[best]
     moving = [joint for joint in chain.path if joint.kind != "fixed"]
     used = [k for k, joint in enumerate(moving) if joint.name in column_of] or [
-        k for k, joint in enumerate(moving) if joint.kind in TURNING and not joint.mimics
+        k for k, joint in enumerate(moving) if joint.kind in MOVING and joint.kind != PRISMATIC and not joint.mimics
     ]
     if not used:
         return UrdfArm((), ())
@@ -57,7 +59,10 @@ def arm_of_table(path: Path, columns: Sequence[SniffedColumn]) -> UrdfArm:
     if column_of:
         _check_complete(arm, column_of, path.name)
     lines = [*_base_line(before), *_tip_line(chain, behind, [tip for tip in tips if tip != chain.tip])]
-    return UrdfArm(tuple(column_of[joint.name] for joint in arm) if column_of else (), tuple(lines))
+    if not column_of:
+        return UrdfArm((), tuple(lines))
+    prismatic = frozenset(column_of[joint.name] for joint in arm if joint.kind == PRISMATIC)
+    return UrdfArm(tuple(column_of[joint.name] for joint in arm), tuple(lines), prismatic)
 
 
 def _preference(tip: str) -> int:
@@ -69,7 +74,7 @@ def _check_complete(arm: Sequence[UrdfJoint], column_of: dict[str, SniffedColumn
         if joint.name in column_of:
             continue
         mend = 'if the joint did not move, make its type "fixed" in the URDF, with its position in <origin>'
-        if joint.kind in TURNING:
+        if joint.kind in MOVING:
             reason, mend = "no column of the table has its name", f"add the column {joint.name}; {mend}"
             code = FaultCode.COLUMN_MISSING
         else:

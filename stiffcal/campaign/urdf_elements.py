@@ -41,7 +41,7 @@ class UrdfJoint:
     axis: Triple
     """In the joint's frame, as written."""
     limits: tuple[float, float] | None
-    """rad, None where not given."""
+    """rad, m of a prismatic joint, None where not given."""
     mimics: bool
     """Follows another joint."""
 
@@ -211,7 +211,7 @@ def joint_of(element: ElementTree.Element, display_name: str) -> UrdfJoint:
         )
     kind = element.get("type", "fixed")
     limits = None
-    if kind == "revolute" and limit is not None:
+    if kind in ("revolute", "prismatic") and limit is not None:
         low, high = (_number(limit.get(key, "0"), display_name, fault_place) or 0.0 for key in ("lower", "upper"))
         limits = (low, high) if high > low else None
     return UrdfJoint(

@@ -175,7 +175,11 @@ def show_compensation(console: Console, result: CompensateResult) -> None:
         console.print(f"uncertainty of the correction: up to {length(result.residual_95)} (95 %)")
     if judged is not None and judged.gone is not None:
         console.print(f"{share(judged.gone)} of the deflection is compensated, predicted by {judged.by}")
-    console.print("largest joint correction " + angle(float(result.largest_correction.max())))
+    corrections = list(zip(result.largest_correction.tolist(), result.joint_units, strict=True))
+    turns = [correction for correction, unit in corrections if unit == "deg"]
+    moves = [correction for correction, unit in corrections if unit == "mm"]
+    largest = [*([angle(max(turns))] if turns else []), *([length(max(moves))] if moves else [])]
+    console.print("largest joint correction " + " and ".join(largest))
     for file in (result.file, result.picture):
         if file is not None:
             console.print(f"wrote {file}", soft_wrap=True)

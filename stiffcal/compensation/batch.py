@@ -134,6 +134,6 @@ class LinearCompensation:
         for fixed, joint in zip(self._chain.fixed, self._chain.joint, strict=True):
             frame = frame.moved(fixed)
             if joint >= 0:
-                frame = frame.turned_about_z(angles[joint])
+                frame = frame.moved_by_joint(angles[joint], bool(self._chain.prismatic[joint]))
             frames.append(frame)
         return frames

@@ -42,12 +42,44 @@ def c_source(model: ControllerModel, head: Sequence[str], stem: str) -> tuple[st
         "MOMENTS": str(int(model.moments)),
         "AXES_NODE": str(model.axes_node) if model.axes_node >= 0 else f"({model.axes_node})",
         "JOINT": _rows(str(int(joint)) for joint in model.joint),
+        **_sliding_words(model),
         "SPRING": _rows([f"{{{to}, {source}, {_number(c)}}}" for to, source, c in springs] or ["{0, 0, 0.0}"]),
         "LAW": _rows(_laws(tables) or ["{0, 0, 0, 0, 0, {0.0}}"]),
         "WEIGHT": _rows([f"{{{index}, {_number(factor)}}}" for index, factor in tables.weights] or ["{0, 0.0}"]),
         "BALANCER": _rows(_balancers(model) or ["{0, 0, {0.0}, {0.0}, 0.0, 0.0}"]),
     }  # fmt: skip
     return filled("step.c", words), filled("step.h", words)
+
+
+def _sliding_words(model: ControllerModel) -> dict[str, str]:
+    """Return the lines for prismatic joints, which turn nothing and move along z; none where there are none."""
+    at = {f"AT_{word}": f"fixed[{index}][3]" for word, index in (("I", "i"), ("0", "0"), ("1", "1"), ("2", "2"))}
+    if not model.prismatic:
+        return at | dict.fromkeys(("SLIDES", "SLIDES_ORIGIN", "SLIDES_COLUMN", "SLIDES_ANGLE"), "")
+    flags = ", ".join(str(int(joint in model.prismatic)) for joint in range(len(model.coupling)))
+    return {
+        **{word: text.replace("fixed", "origin").replace("[3]", "") for word, text in at.items()},
+        "SLIDES": "/* 1: the joint moves along its axis, and its angle, limits and offset are m. */\n"
+        f"static const int SLIDES[JOINTS] = {{{flags}}};\n",
+        "SLIDES_ORIGIN": """        double origin[3];
+        for (i = 0; i < 3; ++i) {
+            int slides = JOINT[k] >= 0 && SLIDES[JOINT[k]];
+            origin[i] = fixed[i][3] + (slides ? w->angle[JOINT[k]] * fixed[i][2] : 0.0);
+        }
+""",
+        "SLIDES_COLUMN": """            if (SLIDES[JOINT[k]]) {
+                for (i = 0; i < 3; ++i) {
+                    column[i] = r[i][2];
+                    column[3 + i] = 0.0;
+                }
+            }
+""",
+        "SLIDES_ANGLE": """        if (SLIDES[k]) {
+            w.cosine[k] = 1.0;
+            w.sine[k] = 0.0;
+        }
+""",
+    }
 
 
 def header_name(stem: str) -> str:

@@ -5,9 +5,9 @@ that are made once. Axis 0 is the shape: 0 under load and weight, 1 under weight
 vectors as rows, so that whatever is linear in all frames is one product with a constant matrix.
 
 Why products where a formula would do: for arrays as small as a robot's, calling numpy is what costs, so that the fewest
-calls win. The joints' transforms are a constant matrix times (1, cos, sin); levers, mass moments and the sensor's axes
-are a constant matrix times all frames; the nodes' wrenches are these times a matrix in which the load stands; and
-displacements, with a 1 appended to each, are a constant matrix times the wrenches.
+calls win. The joints' transforms are a constant matrix times (1, cos, sin), of prismatic ones (1, q); levers, mass
+moments and the sensor's axes are a constant matrix times all frames; the nodes' wrenches are these times a matrix in
+which the load stands; and displacements, with a 1 appended to each, are a constant matrix times the wrenches.
 """
 
 from __future__ import annotations
@@ -27,12 +27,15 @@ SIX_AND_ONE = 7
 
 
 def turning_basis(chain: NodeChain, n_joints: int) -> Floats:
-    """Return (1 + 2 J, 16 N): the nodes' transposed transforms over (1, cos θ, sin θ)."""
+    """Return (1 + 2 J, 16 N): the nodes' transposed transforms over (1, cos θ, sin θ), prismatic joints: (1, q)."""
     count = len(chain.nodes)
     basis = np.zeros((1 + 2 * n_joints, count, 4, 4))
     for node, (fixed, joint) in enumerate(zip(chain.fixed, chain.joint, strict=True)):
         if joint < 0:
             basis[0, node] = fixed.T
+            continue
+        if chain.prismatic[joint]:
+            basis[0, node], basis[1 + joint, node, 3] = fixed.T, fixed.T[2]
             continue
         basis[0, node, 2:] = fixed.T[2:]
         basis[1 + joint, node, :2] = fixed.T[:2]
@@ -134,6 +137,7 @@ class ChainPair:
         self._features[0] = 1.0
         self._cosine, self._sine = self._features[1 : 1 + n_joints], self._features[1 + n_joints :]
         self._turning = turning_basis(chain, n_joints)
+        self._prismatic, self._slides = chain.prismatic, bool(chain.prismatic.any())
         self._local = np.zeros((count, 4, 4))  # from the displaced node before to the node, joint turned
         self._local_flat = self._local.reshape(-1)
         self._to_move = displacement_basis(nodes.deformed)
@@ -201,7 +205,8 @@ class ChainPair:
         self._choice = np.zeros((size + 6, n_logged + 6))
         self._choice[size:, n_logged:] = np.eye(6)
         for node in np.flatnonzero(chain.joint >= 0):
-            self._choice[SIX_AND_ONE * node + 5, :n_logged] = -motion[chain.joint[node]]
+            component = 2 if chain.prismatic[chain.joint[node]] else 5
+            self._choice[SIX_AND_ONE * node + component, :n_logged] = -motion[chain.joint[node]]
         self.motion_and_damping = np.zeros((6, n_logged + 6))
 
     def straighten(self) -> None:
@@ -215,10 +220,12 @@ class ChainPair:
         self._laws.remember()
 
     def stand(self, angles: Floats) -> None:
-        """Put both shapes to model angles (J,), rad, the nodes displaced as they last were."""
+        """Put both shapes to model angles (J,), rad (prismatic joints: m), the nodes displaced as they last were."""
         self._laws.stand(angles)
         np.cos(angles, self._cosine)
         np.sin(angles, self._sine)
+        if self._slides:
+            np.copyto(self._cosine, angles, where=self._prismatic)
         np.dot(self._features, self._turning, self._local_flat)
         self.place()
 

@@ -37,7 +37,10 @@ def shared_words(
     endless : stands for infinity, rad.
     """
     words = {
-        "JOINT_NAMES": ", ".join(code_comment.escaped(name) for name in model.joint_names),
+        "JOINT_NAMES": ", ".join(
+            code_comment.escaped(name) + (" (m)" if k in model.prismatic else "")
+            for k, name in enumerate(model.joint_names)
+        ),
         "CYCLE": number(model.cycle_s),
         "N_SPRINGS": str(n_springs),
         "N_LAWS": str(len(tables.laws)),

@@ -92,6 +92,8 @@ class CompensateResult(CommandResult):
     """The path as arrays."""
     joint_names: Annotated[tuple[str, ...], NOT_IN_DOCUMENT]
     """Of the logged joints, L of them."""
+    joint_units: Annotated[tuple[str, ...], NOT_IN_DOCUMENT]
+    """In which tables have their positions: "deg", of prismatic joints "mm"."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

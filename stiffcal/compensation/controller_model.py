@@ -79,6 +79,8 @@ class ControllerModel:
     """s, between two calls."""
     left_out: tuple[str, ...]
     """Effects of the model that the loop does not compute."""
+    prismatic: tuple[int, ...] = ()
+    """Model joints, from 0, that move along their axis: their angles and offsets are m."""
 
     @property
     def hash(self) -> str:
@@ -86,6 +88,8 @@ class ControllerModel:
         digest = hashlib.sha256()
         for entry in fields(self):
             value = getattr(self, entry.name)
+            if entry.name == "prismatic" and not value:
+                continue  # as before there were any
             text = np.array2string(value, threshold=value.size + 1, floatmode="unique") if _is_array(value) else value
             digest.update(f"{entry.name}={text}\n".encode())
         return digest.hexdigest()
@@ -157,4 +161,5 @@ def controller_model(
         joint_names=chain.joint_names,
         cycle_s=settings.cycle_s,
         left_out=nodes.left_out,
+        prismatic=tuple(int(joint) for joint in np.flatnonzero(chain.prismatic)),
     )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import inverse_transform
@@ -56,13 +56,15 @@ class NodeChain:
     fixed: Floats
     """(N, 4, 4) from the displaced frame before to the node's own, its joint at zero."""
     joint: NDArray[np.int64]
-    """(N,) number of the joint that turns before the node, from 0; −1 for none."""
+    """(N,) number of the joint that moves before the node, from 0; −1 for none."""
     mass: Floats
     """(N,) kg that ride on the displaced node."""
     mass_moment: Floats
     """(N, 3) the sum of mass times place there, kg·m."""
     gravity: Floats
     """(3,) m/s²."""
+    prismatic: Booleans
+    """(J,) True where a joint moves along its axis."""
     bodies: tuple[tuple[int, Floats], ...]
     """(node index, (4, 4) node_from_body) for each body, base to flange; index −1: the ground."""
 
@@ -164,7 +166,14 @@ def node_chain(chain: Chain, nodes: LinearNodes) -> NodeChain:
     # as in the balance, a link's own weight acts inboard of the end at which it bends
     mass, moment = _masses(chain, nodes.setup, bodies[1:], len(fixed))
     return NodeChain(
-        nodes.nodes, np.stack(fixed), np.array(joint, dtype=np.int64), mass, moment, chain.gravity, tuple(bodies)
+        nodes=nodes.nodes,
+        fixed=np.stack(fixed),
+        joint=np.array(joint, dtype=np.int64),
+        mass=mass,
+        mass_moment=moment,
+        gravity=chain.gravity,
+        prismatic=chain.prismatic,
+        bodies=tuple(bodies),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -72,7 +72,9 @@ class WrittenTable:
         return np.stack([self.numbers.get(name, zero) for name in names], axis=1)
 
 
-def read_load_table(file: Path, joint_names: Sequence[str], joints_needed: bool) -> LoadTable:
+def read_load_table(
+    file: Path, joint_names: Sequence[str], joints_needed: bool, prismatic: Collection[str] = ()
+) -> LoadTable:
     """Read a CSV of poses and loads: commas or semicolons; degrees, N and N·m unless the header states others.
 
     Parameters
@@ -80,20 +82,23 @@ def read_load_table(file: Path, joint_names: Sequence[str], joints_needed: bool)
     file : the table.
     joint_names : the L joints of the robot.
     joints_needed : raise where a joint has no column; otherwise it stands at zero.
+    prismatic : those of the joints whose positions are in mm unless the header states another unit.
 
     Raises
     ------
     InputError : the file is missing, a column or a cell is wrong.
     """
-    table = read_table(file, joint_names, (*joint_names, *AXES))
+    table = read_table(file, joint_names, (*joint_names, *AXES), prismatic=prismatic)
     lacking = [name for name in joint_names if name not in table.numbers]
     if joints_needed and lacking:
-        mend = f"the table needs a column for each of {', '.join(joint_names)} (degrees)"
+        mend = f"the table needs a column for each of {joints_in_words(joint_names, prismatic)}"
         raise InputError.at(FaultCode.COLUMN_MISSING, table.file, "line 1", f"no column {lacking[0]}", mend)
     return LoadTable(table.block(joint_names), table.block(AXES))
 
 
-def load_table_of(columns: Mapping[str, Floats], joint_names: Sequence[str], shown: str = "poses") -> LoadTable:
+def load_table_of(
+    columns: Mapping[str, Floats], joint_names: Sequence[str], shown: str = "poses", prismatic: Collection[str] = ()
+) -> LoadTable:
     """Return poses and loads from arrays by the names that the columns of such a table have.
 
     Parameters
@@ -101,17 +106,17 @@ def load_table_of(columns: Mapping[str, Floats], joint_names: Sequence[str], sho
     columns : (n,) each: joints in degrees, Fx … Tz in N and N·m, another unit in brackets (``A1 [rad]``); other names
         are passed over.
     joint_names : the L joints of the robot; each needs a column.
-    shown : what the table is called in messages.
+    shown : what the table is called in messages. prismatic : as of `read_load_table`.
 
     Raises
     ------
     InputError : a joint has no column, or a value is no finite number.
     """
-    columns_read = {word: _column(word, joint_names, (*joint_names, *AXES), shown) for word in columns}
+    columns_read = {word: _column(word, joint_names, (*joint_names, *AXES), shown, prismatic) for word in columns}
     known = {name: (word, factor) for word, (name, factor) in columns_read.items() if name in (*joint_names, *AXES)}
     lacking = [name for name in joint_names if name not in known]
     if lacking:
-        mend = f"give a column for each of {', '.join(joint_names)} (degrees)"
+        mend = f"give a column for each of {joints_in_words(joint_names, prismatic)}"
         raise InputError.at(FaultCode.COLUMN_MISSING, shown, "columns", f"no column {lacking[0]}", mend)
     numbers = {}
     for name, (word, factor) in known.items():
@@ -129,7 +134,20 @@ def load_table_of(columns: Mapping[str, Floats], joint_names: Sequence[str], sho
     )
 
 
-def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], words: Sequence[str] = ()) -> WrittenTable:
+def joints_in_words(joint_names: Sequence[str], prismatic: Collection[str]) -> str:
+    """Return the joints and the unit of their columns, as in a mend."""
+    lengths = [name for name in joint_names if name in prismatic]
+    unit = f"degrees; {', '.join(lengths)}: mm" if lengths else "degrees"
+    return f"{', '.join(joint_names)} ({unit})"
+
+
+def read_table(
+    file: Path,
+    joint_names: Sequence[str],
+    asked: Sequence[str],
+    words: Sequence[str] = (),
+    prismatic: Collection[str] = (),
+) -> WrittenTable:
     """Read a CSV of named columns; columns that are not asked for are passed over.
 
     Parameters
@@ -137,7 +155,7 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     file : the table: commas, semicolons or tabs between the cells.
     joint_names : the L joints of the robot, whose columns are in degrees where no unit is stated.
     asked : names of columns of numbers: joints, and names of `QUANTITIES` and `QUATERNION`.
-    words : names of columns of words.
+    words : names of columns of words. prismatic : as of `read_load_table`.
 
     Raises
     ------
@@ -164,7 +182,8 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     except csv.Error as error:
         mend = "close every quotation mark, with one number per cell"
         raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"not a table: {error}", mend) from error
-    columns = [_column(csv_cell.original(word), joint_names, (*asked, *words), display_name) for word in header]
+    known = (*asked, *words)
+    columns = [_column(csv_cell.original(word), joint_names, known, display_name, prismatic) for word in header]
     at = np.array([number for number, _ in numbered[1:]], dtype=np.int64)
     numbers = {name: np.zeros(len(rows)) for name, _ in columns if name in asked}
     texts: dict[str, list[str]] = {name: [] for name, _ in columns if name in words}
@@ -182,7 +201,9 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     return WrittenTable(display_name, numbers, {name: tuple(cells) for name, cells in texts.items()}, at)
 
 
-def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], display_name: str) -> tuple[str, float]:
+def _column(
+    word: str, joint_names: Sequence[str], asked: Sequence[str], display_name: str, prismatic: Collection[str]
+) -> tuple[str, float]:
     """Return a column's name and the factor to SI; 1 for a column that is not asked for."""
     match = _HEADER.fullmatch(word)
     name, named_unit = (match["name"].strip(), (match["unit"] or "").strip()) if match else (word.strip(), "")
@@ -195,6 +216,8 @@ def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], display
             )
         return name, 1.0
     quantity, default = ("angle", "deg") if name in joint_names else QUANTITIES.get(name, ("", ""))
+    if name in prismatic:
+        quantity, default = "length", "mm"
     if not quantity:
         return name, 1.0
     try:

@@ -85,3 +85,5 @@ class PredictResult(CommandResult):
     """The table that was written."""
     joint_names: Annotated[tuple[str, ...], NOT_IN_DOCUMENT]
     """Of the logged joints, L of them."""
+    joint_units: Annotated[tuple[str, ...], NOT_IN_DOCUMENT]
+    """In which tables have their positions: "deg", of prismatic joints "mm"."""

@@ -64,11 +64,17 @@ def list_candidates(
             places = [place for place in places if driven.issuperset(place.joints)]
         if not places:
             not_tried.append(UntestableEffect(effect.name, f"no place on this robot: it acts at {effect.place_kind}"))
+        elsewhere = {joint for place in places for joint in place.joints}
+        if places and effect.place_kind == "joints" and (left_out := robot.chain.prismatic_joints - elsewhere):
+            names = ", ".join(robot.chain.joint_names[joint - 1] for joint in sorted(left_out))
+            not_tried.append(
+                UntestableEffect(effect.name, f"a revolute joint, and {names} is prismatic: {effect.not_prismatic}")
+            )
         for place in places:
             if (effect.name, place) in in_model or stands_in_the_way(effect, place, robot):
                 continue
-            forms = tuple(effect.forms_to_try(states))
-            law = forms[0] if len(forms) == 1 else effect
+            forms = tuple(form.at(place, robot.chain) for form in effect.forms_to_try(states))
+            law = forms[0] if len(forms) == 1 else effect.at(place, robot.chain)
             free = sum(1 for spec in law.parameters if not spec.scales_load)
             candidates.append(Candidate(law, place, free, forms if len(forms) > 1 else ()))
     return candidates, not_tried

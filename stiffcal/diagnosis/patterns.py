@@ -145,6 +145,7 @@ def find_pattern(fit: Fit, states: LoadStates) -> CompliancePattern | None:
         Candidate(_law(followed), Place("joints", (joint,)), 3)
         for followed in _followed(fit, states)
         for joint in range(1, fit.robot.chain.n_joints + 1)
+        if joint not in fit.robot.chain.prismatic_joints
     ]
     scan = scan_candidates(fit, candidates, geometry=GeometryNuisance.of(states, fit))
     supported = [
@@ -188,7 +189,7 @@ def find_pattern(fit: Fit, states: LoadStates) -> CompliancePattern | None:
 def _followed(fit: Fit, states: LoadStates) -> list[Followed]:
     """Return what varies over these states: joint angles and torques, the load's size, the time."""
     chain, state = fit.robot.chain, Linearised.about(fit.robot, fit.data)
-    joints = range(1, chain.n_joints + 1)
+    joints = [joint for joint in range(1, chain.n_joints + 1) if joint not in chain.prismatic_joints]
     angles = [Followed(FollowedBy.JOINT_ANGLE, joint) for joint in joints]
     unscaled = [*(Followed(FollowedBy.JOINT_TORQUE, joint) for joint in joints), Followed(FollowedBy.LOAD)]
     if np.isfinite(fit.data.order.time).all():

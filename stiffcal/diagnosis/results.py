@@ -181,7 +181,7 @@ class SeparatingMeasurement:
     """A pose and a load in which two look-alikes differ."""
 
     pose_deg: list[float]
-    """Of the logged joints, degrees."""
+    """Of the logged joints, degrees; of prismatic joints mm."""
     load: list[float]
     """Force and moment in the sensor's axes, N and N·m."""
     separates: list[EffectAt]

@@ -274,7 +274,7 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
         kept = {(placed.effect.name, placed.place) for placed in present.placed}
         placed_effects: list[PlacedEffect] = []
         for placed in robot.placed:
-            added = self.catalogue.get(placed.effect.name, placed.effect)
+            added = self._as_added(robot, placed)
             if (placed.effect.name, placed.place) in kept or added.parameters == placed.effect.parameters:
                 placed_effects.append(placed)
                 continue
@@ -284,12 +284,16 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
             placed_effects += [*replaced, PlacedEffect(added, placed.place)]
         return replace(robot, placed=tuple(placed_effects))
 
+    def _as_added(self, robot: CompliantRobot, placed: PlacedEffect) -> Effect:
+        """Return a law in the form in which the catalogue adds it at its place."""
+        return self.catalogue.get(placed.effect.name, placed.effect).at(placed.place, robot.chain)
+
     def in_other_form(self, robot: CompliantRobot, candidate: Candidate) -> bool:
         """Return whether another law at the candidate's place is not in the form in which it is added."""
         return any(
             placed.place == candidate.place
             and placed.effect.name != candidate.effect.name
-            and placed.effect.parameters != self.catalogue.get(placed.effect.name, placed.effect).parameters
+            and placed.effect.parameters != self._as_added(robot, placed).parameters
             for placed in robot.placed
         )
 
@@ -297,7 +301,7 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
         """Return symbols and values of the form that an effect has in a model; empty where it is the catalogue's."""
         for placed in robot.placed:
             if (placed.effect.name, placed.place) == (candidate.effect.name, candidate.place):
-                usual = self.catalogue.get(candidate.effect.name, placed.effect)
+                usual = self._as_added(robot, placed)
                 return () if placed.effect.parameters == usual.parameters else tuple(placed.values.items())
         return ()
 

@@ -142,23 +142,25 @@ def _families(data: Observations, states: LoadStates) -> list[_Family]:
 def _angle_curves(data: Observations) -> Floats:
     """Return (k, n) sines and cosines of the joints that carry the weights, in axes that turn with the first one.
 
-    What springs and links do is carried around by joint 1; the loads of weight change with joints 2 and 3 above all,
-    whose sum counts where their axes are parallel.
+    What springs and links do is carried around by the first joint that turns; the loads of weight change with the next
+    two above all, whose sum counts where their axes are parallel.
     """
-    angles = data.angles
+    angles, along = data.angles[~data.prismatic], data.phases[data.prismatic]
     arms = [angles[1], angles[2], angles[1] + angles[2]] if len(angles) > 2 else list(angles[1:])
+    arms += list(along)
     curves = [
         np.ones(data.n_states),
         *(turn(order * arm) for arm in arms for order in (1, 2) for turn in (np.cos, np.sin)),
     ]
-    around = (np.ones(data.n_states), np.cos(angles[0]), np.sin(angles[0]))
+    around = (np.ones(data.n_states), *(turn(first) for first in angles[:1] for turn in (np.cos, np.sin)))
     return np.stack([first * curve for first in around for curve in curves])
 
 
 def _approach_curves(data: Observations) -> Floats:
     """Return (k, n) the directions of the drives' last motions, in axes that turn with the first joint."""
     directions = [direction for direction in data.order.approach if varies(direction)]
-    around = (np.ones(data.n_states), np.cos(data.angles[0]), np.sin(data.angles[0]))
+    first_joint = data.angles[~data.prismatic][:1]
+    around = (np.ones(data.n_states), *(turn(angle) for angle in first_joint for turn in (np.cos, np.sin)))
     return np.stack([first * direction for direction in directions for first in around] or [np.zeros(data.n_states)])
 
 

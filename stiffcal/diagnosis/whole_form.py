@@ -12,7 +12,8 @@ from stiffcal.identification.observation import rests
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import RZ, NodeLoads, joint_node
+from stiffcal.model.effect import NodeLoads, joint_node
+from stiffcal.model.prismatic import same_joint
 
 
 def with_whole_form(states: LoadStates, fit: Fit, law: PlacedEffect) -> CompliantRobot | None:
@@ -31,6 +32,7 @@ def with_whole_form(states: LoadStates, fit: Fit, law: PlacedEffect) -> Complian
     """
     robot, place, effect = fit.robot, law.place, law.effect
     whole = effect.whole_form(states)
+    whole = None if whole is None else same_joint(effect, whole)
     if whole is None or whole.parameters == effect.parameters:
         return None
     names = (effect.name, *whole.includes)
@@ -50,7 +52,8 @@ def _turn(chain: Chain, loads: NodeLoads, placed_effects: list[PlacedEffect]) ->
     """Return (n,) by how much laws at one joint let it turn, rad."""
     turn = np.zeros(loads.wrench.shape[-1])
     for placed in placed_effects:
+        joint = placed.place.joints[0]
         for term in placed.effect.terms(placed.place, chain, loads, placed.shape()):
-            if (term.node, term.component) == (joint_node(placed.place.joints[0]), RZ):
+            if (term.node, term.component) == (joint_node(joint), chain.drive_components[joint - 1]):
                 turn += placed.amplitude(term.symbol) * term.value
     return turn

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_law, drive_terms, drive_torque
+from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -38,6 +38,7 @@ class AsymmetricStiffness(DocumentedEffect):
     name = "asymmetric-stiffness"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    along_axis = True
     in_drive = True
     summary = "different stiffness for positive and negative torque"
     parameters = (
@@ -68,5 +69,4 @@ class AsymmetricStiffness(DocumentedEffect):
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
-        joint = place.joints[0]
-        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return drive_covariate(chain, loads.wrench, place.joints[0])

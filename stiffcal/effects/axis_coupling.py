@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.drives import drive_covariate, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -36,6 +36,7 @@ class AxisCoupling(DocumentedEffect):
     name = "axis-coupling"
     kind = Kind.COUPLING
     place_kind = "pairs"
+    not_prismatic = "the effect couples turns"
     in_drive = True
     summary = "torque on one joint rotates the other"
     parameters = (
@@ -67,5 +68,4 @@ class AxisCoupling(DocumentedEffect):
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque on the outboard joint, which turns the inboard one at the longer lever."""
-        joint = place.joints[1]
-        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return drive_covariate(chain, loads.wrench, place.joints[1])

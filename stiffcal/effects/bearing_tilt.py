@@ -71,6 +71,10 @@ class BearingTilt(DocumentedEffect):
         "housings on both sides of the bearing: the gap opens on one side."
     )
 
+    def prismatic_parameters(self) -> tuple[ParameterSpec, ...]:
+        """The same: the carriage tilts on its guides."""
+        return self.parameters
+
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ_Rx = c_x M_x, δ_Ry = c_y M_y."""
         node = joint_node(place.joints[0])

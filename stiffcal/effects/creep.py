@@ -49,6 +49,7 @@ class Creep(DocumentedEffect):
     name = "creep"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    along_axis = True
     in_drive = True
     summary = "the deflection continues to grow under constant load"
     has_memory = True

@@ -11,7 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.cubic_curve import LEAST_SLOPE, angle_of_torque, monotonic_range
-from stiffcal.model.drives import drive_law, drive_terms, drive_torque
+from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -53,6 +53,7 @@ class CubicStiffness(DocumentedEffect):
     name = "cubic-stiffness"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    along_axis = True
     in_drive = True
     summary = "torque–angle curve with quadratic and cubic terms"
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
@@ -80,8 +81,7 @@ class CubicStiffness(DocumentedEffect):
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
-        joint = place.joints[0]
-        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return drive_covariate(chain, loads.wrench, place.joints[0])
 
     def from_torque_angle(
         self, torque_angle: TorqueAngle, other_effects: Iterable[str]

@@ -10,7 +10,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_law, drive_terms, drive_torque
+from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -65,6 +65,7 @@ class FrictionHysteresis(DocumentedEffect):
     name = "friction-hysteresis"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    along_axis = True
     in_drive = True
     summary = "loading and unloading follow different curves"
     has_memory = True
@@ -132,8 +133,7 @@ class FrictionHysteresis(DocumentedEffect):
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis; the residual runs in loops over it."""
-        joint = place.joints[0]
-        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return drive_covariate(chain, loads.wrench, place.joints[0])
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of: in the spring (c, slip), before it (coulomb, per_Nm), (width)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.drives import drive_covariate, drive_terms, drive_torque
 from stiffcal.model.effect import (
     RZ,
     Covariate,
@@ -24,7 +24,7 @@ class JointCompliance(DocumentedEffect):
     """The drive of a joint (gear, shaft, motor's position loop) rotates in proportion to the torque about its axis.
 
     Law: δ_Rz = c τ, with τ the whole torque about the joint's axis, weight included (Wang, Zhang and Fuhlbrigge 2009,
-    eq. 7; c = 1 / k_θ).
+    eq. 7; c = 1 / k_θ). At a prismatic joint the drive gives along the axis, δ_z = c F, c in m/N.
 
     Assumes that the drive is linear, without play or friction, and that everything else is rigid. On robots whose axes
     are coupled mechanically the drive sits on the logged axis: it carries τ_drive = Mᵀ τ and turns the model joints by
@@ -38,6 +38,7 @@ class JointCompliance(DocumentedEffect):
     name = "joint-compliance"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    along_axis = True
     in_drive = True
     summary = "drive compliance: rotation about the joint axis, proportional to torque"
     parameters = (
@@ -71,5 +72,4 @@ class JointCompliance(DocumentedEffect):
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
-        joint = place.joints[0]
-        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return drive_covariate(chain, loads.wrench, place.joints[0])

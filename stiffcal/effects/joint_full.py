@@ -10,6 +10,7 @@ from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     RZ,
+    TZ,
     Covariate,
     DocumentedEffect,
     Kind,
@@ -88,6 +89,10 @@ class JointFull(DocumentedEffect):
         "their relative motion over the wrench on the joint gives C, column by column."
     )
 
+    def prismatic_parameters(self) -> tuple[ParameterSpec, ...]:
+        """The same: c33 is along the axis."""
+        return self.parameters
+
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ = C w, with one amplitude for each of the 21 different elements of C."""
         node = joint_node(place.joints[0])
@@ -119,6 +124,8 @@ class JointFull(DocumentedEffect):
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis, the largest part as a rule."""
         joint = place.joints[0]
+        if joint in chain.prismatic_joints:
+            return Covariate(f"force on joint {joint}", "N", loads.wrench[joint_node(joint), TZ])
         return Covariate(f"torque on joint {joint}", "N·m", loads.wrench[joint_node(joint), RZ])
 
 

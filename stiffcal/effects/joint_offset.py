@@ -11,7 +11,12 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.absolute_places import lacks_absolute_places
-from stiffcal.model.effect import RZ, DocumentedEffect, Kind, ParameterSpec, Place, Term, Values, joint_node
+from stiffcal.model.effect import DocumentedEffect, Kind, ParameterSpec, Place, Term, Values, joint_node
+
+_ALONG_AXIS = ParameterSpec(
+    "zero", "m", "offset added to the logged position", -0.2, 0.2, 1e-3,
+    "referencing of linear axes: the switch is placed to a millimetre", tolerance=5e-3,
+)  # fmt: skip
 
 
 class JointOffset(DocumentedEffect):
@@ -24,6 +29,8 @@ class JointOffset(DocumentedEffect):
 
     Limits: together with the geometry of all links it is redundant (``link-geometry`` replaces it). The first joint's
     zero cannot be separated from a tracker that is estimated, the last one's not from a target that is.
+
+    Of a prismatic joint the zero is a length.
     """
 
     name = "joint-offset"
@@ -47,23 +54,35 @@ class JointOffset(DocumentedEffect):
         """Displacements do not depend on it to first order."""
         return lacks_absolute_places(states)
 
+    def prismatic_parameters(self) -> tuple[ParameterSpec, ...]:
+        """A length."""
+        return (_ALONG_AXIS,)
+
     def adjusted_chain(self, place: Place, chain: Chain, values: Values) -> Chain:
-        """Turn every joint frame whose model angle takes the logged one."""
+        """Turn, or shift, every joint frame whose model angle takes the logged one."""
         zero = values.get("zero", 0.0)
         if not zero:
             return chain
         fixed = chain.fixed.copy()
         for model_joint, share in enumerate(chain.coupling[:, place.joints[0] - 1]):
-            cosine, sine = np.cos(share * zero), np.sin(share * zero)
-            turn = np.eye(4)
-            turn[:2, :2] = [[cosine, -sine], [sine, cosine]]
-            fixed[model_joint] = fixed[model_joint] @ turn
+            moved = np.eye(4)
+            if chain.prismatic[model_joint]:
+                moved[2, 3] = share * zero
+            else:
+                cosine, sine = np.cos(share * zero), np.sin(share * zero)
+                moved[:2, :2] = [[cosine, -sine], [sine, cosine]]
+            fixed[model_joint] = fixed[model_joint] @ moved
         return replace(chain, fixed=fixed)
 
     def geometry_terms(self, place: Place, chain: Chain, angles: Floats, shape: Values) -> Sequence[Term]:
-        """A turn about the axis of every joint whose model angle takes the logged one."""
+        """A turn about the axis, or a shift along it, of every joint whose model angle takes the logged one."""
         return [
-            Term(joint_node(model_joint + 1), RZ, "zero", np.full(angles.shape[1], share))
+            Term(
+                joint_node(model_joint + 1),
+                int(chain.drive_components[model_joint]),
+                "zero",
+                np.full(angles.shape[1], share),
+            )
             for model_joint, share in enumerate(chain.coupling[:, place.joints[0] - 1])
             if share
         ]

@@ -34,7 +34,8 @@ class JointTranslation(DocumentedEffect):
     """The bearing of a joint is compliant along the forces that it carries, radially and axially.
 
     Law: δ_tx = c_tx F_x, δ_ty = c_ty F_y, δ_tz = c_tz F_z, in the joint's frame (the translational part of the joint
-    model of Schneider et al. 2014, eq. 1, taken diagonal). A model that names tx2, tx3, ty2 … (`stiffcal add …
+    model of Schneider et al. 2014, eq. 1, taken diagonal). At a prismatic joint the two across its axis: along it the
+    drive gives. A model that names tx2, tx3, ty2 … (`stiffcal add …
     --curved`) takes all three curved, δ = c F + c2 F² + c3 F³ (Schneider et al. 2014, III.C).
 
     Assumes pre-loaded rolling bearings in stiff housings.
@@ -61,10 +62,19 @@ class JointTranslation(DocumentedEffect):
         "bearing, and measure against the housing before the bearing with a dial indicator."
     )
 
+    def prismatic_parameters(self) -> tuple[ParameterSpec, ...]:
+        """Those across the axis: what gives along it is the drive (joint-compliance)."""
+        return tuple(spec for spec in self.parameters if not spec.symbol.startswith("tz"))
+
+    def components(self, place: Place, chain: Chain) -> dict[str, int]:
+        """Return symbol to component of the node: all three, at a prismatic joint those across its axis."""
+        along = "tz" if place.joints[0] in chain.prismatic_joints else ""
+        return {symbol: axis for symbol, axis in _COMPONENTS.items() if symbol != along}
+
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """Three translations over three forces."""
-        node = joint_node(place.joints[0])
-        return tuple(Term(node, axis, symbol, loads.wrench[node, axis]) for symbol, (axis, _) in _AXES.items())
+        node, components = joint_node(place.joints[0]), self.components(place, chain)
+        return tuple(Term(node, axis, symbol, loads.wrench[node, axis]) for symbol, axis in components.items())
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The force that the bearing carries."""
@@ -87,11 +97,11 @@ class _Curved(JointTranslation):
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ = c F + c2 F² + c3 F³ along all three axes."""
-        return curved_terms(place, loads, _COMPONENTS)
+        return curved_terms(place, loads, self.components(place, chain))
 
     def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
         """The same polynomials."""
-        return curved_laws(place, values, _COMPONENTS)
+        return curved_laws(place, values, self.components(place, chain))
 
 
 _CURVED = _Curved()

@@ -25,7 +25,9 @@ class LinkGeometry(DocumentedEffect):
     Law: T = N · Trans(x, y, 0) · Exp(rx, ry, 0) · Rz(θ), with N the joint's frame on the link before at model angle 0,
     z along the axis. The shift along the axis and the turn about it are left out at every joint, because the next
     joint's frame or the target takes them: 4 numbers per joint and the target's are complete (Hayati 1983; Everett,
-    Driels and Mooring 1987). A tracker that is estimated takes the place of joint 1's four.
+    Driels and Mooring 1987). A tracker that is estimated takes the place of joint 1's four. Of a prismatic joint only
+    the direction of its axis counts, T = N · Exp(rx, ry, 0) · Tz(q): a shift of it is one of the next joint. A chain of
+    r revolute and p prismatic joints has 4 r + 2 p numbers and the target's.
 
     Assumes rigid links; what bends under weight is compliance.
 
@@ -57,6 +59,10 @@ class LinkGeometry(DocumentedEffect):
         """Displacements do not depend on it to first order."""
         return lacks_absolute_places(states)
 
+    def prismatic_parameters(self) -> tuple[ParameterSpec, ...]:
+        """The tilts alone."""
+        return self.parameters[2:]
+
     def adjusted_chain(self, place: Place, chain: Chain, values: Values) -> Chain:
         """N · Trans(x, y, 0) · Exp(rx, ry, 0) in place of N."""
         shift = np.eye(4)
@@ -70,6 +76,13 @@ class LinkGeometry(DocumentedEffect):
         """The shift's and the tilt's directions in the turned axes of the joint, about the bearing."""
         joint = place.joints[0]
         node, bearing = joint_node(joint), float(chain.bearing[joint - 1])
+        if joint in chain.prismatic_joints:
+            # the tilts are about the frame's origin at position 0; the bearing is this far out
+            one, lever = np.ones(angles.shape[1]), angles[joint - 1] + bearing
+            return [
+                Term(node, RX, "rx", one), Term(node, TY, "rx", -lever),
+                Term(node, RY, "ry", one), Term(node, TX, "ry", lever),
+            ]  # fmt: skip
         cosine, sine = np.cos(angles[joint - 1]), np.sin(angles[joint - 1])
         terms = [
             Term(node, TX, "x", cosine), Term(node, TY, "x", -sine),

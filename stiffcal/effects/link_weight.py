@@ -43,7 +43,8 @@ class LinkWeight(DocumentedEffect):
     Limits: weight shows through compliances alone, as compliance times moment. Where the numbers of all links are free
     and nothing but weight acts, one common scale of moments and compliances is unknown: a known payload, a measured
     wrench or the motors' torques at rest (``torque_gain_sigma``) determine it. The link of a joint whose axis is
-    vertical in every pose is no place.
+    vertical in every pose is no place, nor is that of a prismatic joint: it does not turn against the link before,
+    whose moments hold its own.
     """
 
     name = "link-weight"
@@ -75,6 +76,8 @@ class LinkWeight(DocumentedEffect):
         rotation, upright, places = np.eye(3), True, []
         for name, joint in sorted(chain.joint_of_link.items(), key=lambda entry: entry[1]):
             rotation = rotation @ chain.fixed[joint - 1][:3, :3]
+            if joint in chain.prismatic_joints:
+                continue  # it does not turn against the link before: their moments are one sum
             upright = upright and float(np.linalg.norm(np.cross(rotation[:, 2], down))) < _VERTICAL
             if not upright and chain.link_mass[joint - 1] > 0.0:
                 places.append(Place("links", (), name))

@@ -9,7 +9,6 @@ import numpy as np
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
-    RZ,
     Covariate,
     DocumentedEffect,
     Kind,
@@ -42,6 +41,7 @@ class ServoDeflection(DocumentedEffect):
     name = "servo-deflection"
     kind = Kind.CONFIGURATION
     place_kind = "joints"
+    along_axis = True
     summary = "deviation of the motor position under load, visible in the controller log"
     needs = ("measured joint positions of every state",)
     looks_like = ("joint-compliance", "creep", "friction-hysteresis")
@@ -65,11 +65,12 @@ class ServoDeflection(DocumentedEffect):
         if loads.order is None:
             return ()
         joint = place.joints[0]
-        return (Term(joint_node(joint), RZ, "", loads.order.motor[joint - 1]),)
+        return (Term(joint_node(joint), int(chain.drive_components[joint - 1]), "", loads.order.motor[joint - 1]),)
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """The motor's motion since the reference."""
         if loads.order is None:
             return None
         joint = place.joints[0]
-        return Covariate(f"motion of motor {joint}", "rad", loads.order.motor[joint - 1])
+        unit = "m" if joint in chain.prismatic_joints else "rad"
+        return Covariate(f"motion of motor {joint}", unit, loads.order.motor[joint - 1])

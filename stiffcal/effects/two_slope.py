@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_law, drive_terms, drive_torque
+from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
@@ -44,6 +44,7 @@ class TwoSlope(DocumentedEffect):
     name = "two-slope"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    along_axis = True
     in_drive = True
     summary = "lower stiffness below a wind-up torque than above"
     parameters = (
@@ -88,5 +89,4 @@ class TwoSlope(DocumentedEffect):
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
-        joint = place.joints[0]
-        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return drive_covariate(chain, loads.wrench, place.joints[0])

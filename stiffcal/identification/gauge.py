@@ -74,6 +74,8 @@ def _motions(
             if name not in fixed:
                 is_target = placed_effect.place.frame in data.setup.target_names
                 rank = _rank(placed_effect, symbol, number, first_axis, is_target)
+                if chain.prismatic[0] and placed_effect.place.frame and not is_target and symbol in ("x", "y", "z"):
+                    rank = -1, 0.0, number
                 motions.append(
                     (name, rank, np.concatenate([(motion[b] * rows[:, None]).ravel() for b, rows in measured]))
                 )
@@ -133,7 +135,8 @@ def _rank(
     """Return the order in which parameters are kept: the least come first.
 
     Geometry of joints 2 to n, targets, the tracker across joint 1's axis, zeros of joints, the tracker along and about
-    that axis, joint 1's geometry.
+    that axis, joint 1's geometry. Where joint 1 is prismatic any shift of the base is one of the joints after it: there
+    the tracker's place comes first, so that their geometry stays near the robot file's.
     """
     effect, place = placed_effect.effect, placed_effect.place
     if place.kind == "joints":

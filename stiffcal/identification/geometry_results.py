@@ -31,7 +31,11 @@ class StatedZero:
     theta: StatedNumber
     """θ of the joint's row, rad: added to the model angle."""
     logged: float
-    """The change as added to the logged angle, rad: what one enters in the controller."""
+    """The change as added to the logged angle, rad: what one enters in the controller. Of a prismatic joint the change
+    of d as added to the logged position, m.
+    """
+    prismatic: OrAbsent[bool] = None
+    """True of a prismatic joint; absent of others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +67,7 @@ class OffsetsAlone:
     """The best that a controller can do which takes zeros of the joints and frames of base and tool, and no lengths."""
 
     zeros: list[float]
-    """For each logged angle, added to it, rad; 0 where a frame makes the same motion."""
+    """For each logged angle, added to it, rad (prismatic: m); 0 where a frame makes the same motion."""
     mean: float
     """Distance from the calibrated robot's targets that this leaves over the measured poses, m."""
     median: float

@@ -24,7 +24,7 @@ from stiffcal.identification.observation import Observations, ParameterColumn
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
-from stiffcal.model.effect import RZ, Inputs
+from stiffcal.model.effect import Inputs, joint_nodes
 
 # Below this share of the largest weight's torque a motor holds nothing, and its log is friction.
 LEAST_HELD = 0.01
@@ -64,7 +64,7 @@ def holding_torques(chain: Chain, data: Observations) -> Floats:
     inputs = Inputs(data.angles, data.wrench, data.setup)
     carried = node_wrenches(chain, deformed_chain(chain, data.angles, None), inputs)
     sense = np.sign(np.diag(chain.drives_of_logged))
-    return np.asarray(-sense[:, None] * (chain.drive_axes.T @ carried[1 : 2 * chain.n_joints : 2, RZ]))
+    return np.asarray(-sense[:, None] * (chain.drive_axes.T @ carried[joint_nodes(chain), chain.drive_components]))
 
 
 def _slope(robot: CompliantRobot, column: ParameterColumn, data: Observations, held: Floats) -> Floats:

@@ -137,7 +137,7 @@ def unusual_stiffness(reach: float, stiffness: Mapping[int, float]) -> UnusualSt
 def unusual_stiffness_warnings(fit: Fit) -> list[str]:
     """Return a warning where the drives of a fitted six-axis robot are far from what such robots have; else nothing."""
     chain = fit.robot.chain
-    if chain.n_joints != 6:
+    if chain.n_joints != 6 or chain.prismatic_joints:
         return []
     known: dict[int, float] = {}
     for parameter in fit.parameters:

@@ -18,6 +18,7 @@ from stiffcal.identification.rows import ROTATION, RowLayout, layout_of, with_ga
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, turn_between
+from stiffcal.mechanics.like_poses import joint_phases
 from stiffcal.model.effect import StateOrder
 from stiffcal.reduction.load_cycles import run_members
 from stiffcal.reduction.outliers import load_is_good
@@ -99,14 +100,23 @@ class Observations:
     """(L, n) N·m, of the motors about the logged axes at rest, NaN where not logged; L is 0 where none counts."""
     clamped: ClampedSigma | None = None
     """What the readings of clamped runs are known to; None where there are none, or where repeats show it."""
+    prismatic: Booleans = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    """(J,) True where a joint's angle is a length, m. Nowhere if not given."""
     correction: WrenchCorrection | None = None
     """What is added to the wrenches and rows already, where laws bend within the wrench's noise; None: nothing."""
 
     def __post_init__(self) -> None:
         if self.absolute.size == 0:
             object.__setattr__(self, "absolute", np.zeros(len(self.run), dtype=np.bool_))
+        if self.prismatic.size == 0:
+            object.__setattr__(self, "prismatic", np.zeros(len(self.angles), dtype=np.bool_))
         if self.joint_torque.size == 0:
             object.__setattr__(self, "joint_torque", np.zeros((0, len(self.run))))
+
+    @property
+    def phases(self) -> Floats:
+        """(J, n) model angles, rad, for sines and cosines of them: of a prismatic joint half a turn over its range."""
+        return joint_phases(self.angles, self.prismatic)
 
     @property
     def carries_offset(self) -> Booleans:
@@ -250,6 +260,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         spread=None if spread is None else spread.subset(keep),
         run_names=tuple(run.name for run in states.runs),
         joint_torque=np.ascontiguousarray(states.joint_torque[keep].T),
+        prismatic=chain.prismatic,
         clamped=_clamped_sigma(states, keep),
     )
 

@@ -130,7 +130,7 @@ def _stated(
     between = np.arange(last + 1)[planned.between]
     with_beta[between] = parallel[:-1]
 
-    shared = _shared_numbers(open_names, fit)
+    shared = _shared_numbers(open_names, fit, held)
 
     def number(column: str, k: int, choice: tuple[str, ...] = ()) -> StatedNumber:
         value, before = (float(getattr(of, column)[k]) for of in (rows, planned))
@@ -147,12 +147,17 @@ def _stated(
         by_frame = _of_end(k, last, held)
         return by_frame or ((f"d of joint {k + 2}",) if parallel[k] else ())
 
-    changes = rows.theta - planned.theta
+    changes = np.where(chain.prismatic, rows.d - planned.d, rows.theta - planned.theta)
     logged = np.linalg.lstsq(chain.coupling, changes, rcond=None)[0]
     return GeometryFound(
         convention=rows.convention,
         zeros=[
-            StatedZero(joint=k + 1, theta=number("theta", k, _of_end(k, last, held)), logged=float(logged[k]))
+            StatedZero(
+                joint=k + 1,
+                theta=number("theta", k, _of_end(k, last, held)),
+                logged=float(logged[k]),
+                prismatic=True if chain.prismatic[k] else None,
+            )
             for k in range(last + 1)
         ],
         links=[
@@ -169,7 +174,7 @@ def _stated(
     )
 
 
-def _shared_numbers(open_names: Mapping[str, Floats], fit: Fit) -> dict[tuple[str, int], list[str]]:
+def _shared_numbers(open_names: Mapping[str, Floats], fit: Fit, held: HeldEnds) -> dict[tuple[str, int], list[str]]:
     """Return (column, joint from 0) of each number that is not determined to what makes the same motion.
 
     Numbers that hang on parameters of one set, of which a combination alone is known, make each other's motion.
@@ -179,11 +184,15 @@ def _shared_numbers(open_names: Mapping[str, Floats], fit: Fit) -> dict[tuple[st
         for place, column in enumerate(_COLUMNS)
         for k in range(fit.robot.chain.n_joints)
     }
+    # a shift of the base before a prismatic joint is one of the joints after it
+    of_base = {name for name in open_names if fit.robot.chain.prismatic[0] and name.endswith((".x", ".y"))}
     result: dict[tuple[str, int], list[str]] = {}
     for own, names in depends.items():
         together = {member for group in fit.ambiguities if names & set(group.names) for member in group.names}
         others = [other for other, theirs in depends.items() if other != own and theirs & together]
-        if names:
+        if names and names <= of_base and held.first:
+            result[own] = list(held.first)
+        elif names:
             words = [f"{_SYMBOLS[column]} of joint {k + 1}" for column, k in others]
             result[own] = words + sorted(name for name in together if name not in open_names) or sorted(names)
     return result
@@ -204,7 +213,7 @@ def offsets_alone(fit: Fit, held: HeldEnds) -> OffsetsAlone:
     angles = fit.data.angles[:, fit.data.absolute].T
     wanted = _places(robot.adjusted_chain, angles, fit)
     coupling = robot.chain.coupling
-    # a turn of the base about joint 1, or of the tool about the last joint, is the same motion
+    # a motion of the base about or along joint 1, or of the tool about or along the last joint, is the same
     free = [
         k
         for k in range(coupling.shape[1])

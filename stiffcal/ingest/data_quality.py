@@ -56,6 +56,7 @@ class DataQuality:
                 not settings.is_states,
                 columns_of_signals(settings, source),
                 elsewhere=elsewhere,
+                slides=frozenset() if settings.joints is None else settings.joints.length_columns(),
                 by_the_wall=settings.time is not None and settings.time.unit == "iso8601",
             )
         self.logs[key].update(rows.number, rows.time, rows.signals)
@@ -133,7 +134,7 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
         place = f"sources.{source}.{name}.units"
         if isinstance(signal, Deflection):
             faults += check_displacement_unit(states, signal.unit_of("translation").name, f"{place}.translation")
-        elif isinstance(signal, JointSignals) and signal.unit_of("position").name == "deg":
+        elif isinstance(signal, JointSignals) and signal.units.position == "deg":
             slips, doubts = check_angle_unit(states, campaign.chain, f"{place}.position")
             faults, warnings = faults + slips, warnings + doubts
     return faults, warnings

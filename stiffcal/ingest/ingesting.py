@@ -47,7 +47,9 @@ def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progre
     with hash_sources(folder, files) as hashes, target.begin("ingest") as writing:
         reduced = reduce_campaign(campaign, progress, writing)
         result = replace(reduced.result, changed=changed)
-        writing.write_table(STATES, states_table(reduced.states, campaign.chain.joint_names))
+        writing.write_table(
+            STATES, states_table(reduced.states, campaign.chain.joint_names, campaign.chain.prismatic_names)
+        )
         for name, table in reduced.non_load.tables(settings).items():
             writing.write_table(name, table)
         writing.write_document(INGEST, document_of(result))

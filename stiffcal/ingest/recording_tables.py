@@ -62,5 +62,10 @@ def _column_names(source: Source, signal: str, width: int) -> list[str]:
     names = [f"{signal.replace('.', '_')}{k + 1}_{unit}" for k in range(width)]
     if kind == "joints" and source.joints is not None:
         columns = source.joints.groups().get(component or "position", ())
-        names = [f"{column}_{unit}" for column in columns] if len(columns) == width else names
+        if len(columns) == width:
+            units = [unit] * width
+            if component in (None, "", "position", "command"):
+                of_columns = source.joints.position_units(width)
+                units = ["m" if own.quantity == "length" else unit for own in of_columns]
+            names = [f"{column}_{own}" for column, own in zip(columns, units, strict=True)]
     return names

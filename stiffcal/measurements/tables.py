@@ -7,6 +7,7 @@ pandas, polars or DuckDB. Rotations are unit quaternions w, x, y, z. Missing num
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
@@ -27,11 +28,12 @@ _WRENCH = ("Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
 _KEY = b"stiffcal"
 
 
-def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Table:
+def states_table(states: LoadStates, joint_names: tuple[str, ...] = (), prismatic: Collection[str] = ()) -> pa.Table:
     """Return the states as a table.
 
     Columns: ``run`` (id), ``row`` (data row of the source, or the hold's number in the run, from 1), ``time_s``,
-    ``hold_s``, ``<joint>_rad``, ``<joint>_torque_Nm`` (of the motors at rest, where they count),
+    ``hold_s``, ``<joint>_rad`` (``<joint>_m`` of prismatic joints),
+    ``<joint>_torque_Nm`` (of the motors at rest, where they count),
     ``<joint>_approach`` (direction of each drive's last motion, where it is known of rows of absolute runs),
     ``Fx_N … Mz_Nm`` (what the surroundings do to the robot, in the axes of
     ``setup.wrench_axes``), per target ``<target>_x_m …`` and ``<target>_qw … _qz`` (base axes), ``<target>_dx_m …``
@@ -45,7 +47,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
 
     Parameters
     ----------
-    joint_names : L names; ``joint1`` … where none are given.
+    joint_names : L names; ``joint1`` … where none are given. prismatic : those of prismatic joints.
     """
     n_joints = states.joints.shape[1]
     names = joint_names if len(joint_names) == n_joints else tuple(f"joint{k + 1}" for k in range(n_joints))
@@ -55,7 +57,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
         "time_s": states.time,
         "hold_s": states.hold,
     }
-    columns |= {f"{name}_rad": states.joints[:, k] for k, name in enumerate(names)}
+    columns |= {f"{name}_{'m' if name in prismatic else 'rad'}": states.joints[:, k] for k, name in enumerate(names)}
     columns |= {f"{names[k]}_torque_Nm": states.joint_torque[:, k] for k in range(states.joint_torque.shape[1])}
     columns |= {f"{names[k]}_approach": states.approach[:, k] for k in range(states.approach.shape[1])}
     columns |= {name: states.wrench[:, k] for k, name in enumerate(_WRENCH)}
@@ -147,7 +149,9 @@ def states_from_table(table: pa.Table) -> LoadStates:
         run=np.array([number[name] for name in values_of(table.column("run"))], dtype=np.int64),
         time=block(["time_s"])[:, 0],
         hold=block(["hold_s"])[:, 0],
-        joints=block([f"{name}_rad" for name in document["joints"]]),
+        joints=block(
+            [f"{name}_m" if f"{name}_m" in table.column_names else f"{name}_rad" for name in document["joints"]]
+        ),
         wrench=block(list(_WRENCH)),
         position=of_targets("{}_{}_m", "xyz"),
         rotation=rotation_from_quaternion(of_targets("{}_q{}", "wxyz")),

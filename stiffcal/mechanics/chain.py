@@ -1,17 +1,20 @@
 """The robot as a chain of bodies: geometry and masses, as arrays.
 
 The frame of joint k (k = 1 … J) moves with link k, has its z axis along the joint's axis and its origin where the robot
-file's convention puts it. ``frame_k = frame_(k-1) @ fixed[k-1] @ Rz(q_k)``, frame 0 being the base.
+file's convention puts it. ``frame_k = frame_(k-1) @ fixed[k-1] @ Rz(q_k)``, frame 0 being the base; for a prismatic
+joint Tz(q_k) in place of Rz(q_k). Arrays of joint angles hold a prismatic joint's position in m. Where poses are
+compared, 1 m counts as 1 rad: what lies a metre from an axis moves by as much, and 1° is 17.5 mm.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.rods import BeamProperties
 from stiffcal.mechanics.section import BeamSection
 
@@ -59,7 +62,7 @@ class GeometryTolerance:
 
 @dataclass(frozen=True)
 class Chain:
-    """Geometry and masses of a serial robot with J revolute joints, of which L angles are logged."""
+    """Geometry and masses of a serial robot with J revolute or prismatic joints, of which L angles are logged."""
 
     name: str
     """The robot's name."""
@@ -72,9 +75,9 @@ class Chain:
     coupling: Floats
     """(J, L) model angle = coupling @ logged + offset; carries ``direction`` and ``logged``."""
     offset: Floats
-    """(J,) rad, ``theta_deg``."""
+    """(J,) rad, ``theta_deg``; 0 of a prismatic joint, whose θ is in ``fixed``."""
     limits: Floats
-    """(J, 2) rad, of the logged angles; infinite where not given."""
+    """(J, 2) rad, of the logged angles, m of a prismatic joint; infinite where not given."""
     gear_ratio: Floats
     """(J,) motor side / joint side."""
     gear_orders: tuple[tuple[int, ...], ...]
@@ -99,11 +102,46 @@ class Chain:
     """Gravity compensator's geometry as in the robot file, or None."""
     tolerance: GeometryTolerance = GeometryTolerance()
     """How well ``fixed`` is known; exact where nothing is stated (a robot file always states or takes the default)."""
+    prismatic_joints: frozenset[int] = frozenset()
+    """Joints, from 1, that move along their axis instead of turning about it."""
 
     @property
     def n_joints(self) -> int:
-        """J, the number of revolute joints."""
+        """J, the number of joints."""
         return int(self.fixed.shape[0])
+
+    @cached_property
+    def prismatic(self) -> Booleans:
+        """(J,) True where the joint moves along its axis."""
+        return np.array([k + 1 in self.prismatic_joints for k in range(self.n_joints)], dtype=np.bool_)
+
+    @cached_property
+    def drive_components(self) -> Integers:
+        """(J,) the component of the joint's node that its drive moves: 5, the turn about z, or 2, the shift along z."""
+        return np.where(self.prismatic, 2, 5)
+
+    @property
+    def prismatic_names(self) -> frozenset[str]:
+        """Names of the prismatic joints."""
+        return frozenset(self.joint_names[joint - 1] for joint in self.prismatic_joints)
+
+    @property
+    def position_units(self) -> tuple[str, ...]:
+        """J units in which joint positions are read and printed: "deg", or "mm" of a prismatic joint."""
+        return tuple("mm" if prismatic else "deg" for prismatic in self.prismatic)
+
+    def printed_positions(self, joints: Floats) -> Floats:
+        """Turn joint positions (…, J), rad and m, into degrees and mm."""
+        return np.where(self.prismatic, 1e3 * np.asarray(joints), np.degrees(joints))
+
+    def position_words(self, joints: Floats, form: str = ".4g") -> str:
+        """Return joint positions (J,), rad and m, in words: degrees, and mm of prismatic joints."""
+        positions = zip(self.printed_positions(joints), self.prismatic, strict=True)
+        return ", ".join(f"{value:{form}}{' mm' if prismatic else '°'}" for value, prismatic in positions)
+
+    def from_printed(self, positions: Floats) -> Floats:
+        """Turn joint positions (…, J), degrees and mm, into rad and m."""
+        return np.where(self.prismatic, 1e-3 * np.asarray(positions), np.radians(positions))
 
     @property
     def joint_of_link(self) -> dict[str, int]:

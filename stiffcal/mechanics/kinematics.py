@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import exponential_coefficients, vector_from_rotation
@@ -48,6 +48,14 @@ class StackedFrame:
         rotation[:, 1] = y * cosine - x * sine
         rotation[:, 2] = self.rotation[:, 2]
         return StackedFrame(rotation, self.position)
+
+    def shifted_along_z(self, distance: Floats) -> StackedFrame:
+        """Return the frames shifted along their own z axes by ``distance``, (n,) or one number, m."""
+        return StackedFrame(self.rotation, self.position + distance * self.rotation[:, 2])
+
+    def moved_by_joint(self, position: Floats, prismatic: bool) -> StackedFrame:
+        """Return the frames behind a joint: turned by its angle (n,), rad, or shifted by its position (n,), m."""
+        return self.shifted_along_z(position) if prismatic else self.turned_about_z(position)
 
     def displaced(self, small: Floats) -> StackedFrame:
         """Return the frames moved by (6, n) translations and rotation vectors in their own axes, m and rad."""
@@ -133,8 +141,8 @@ def stacked_bodies(chain: Chain, angles: Floats) -> list[StackedFrame]:
     angles : (J, n) model angles, rad.
     """
     frames = [base_frame(angles.shape[1])]
-    for k in range(chain.n_joints):
-        frames.append(frames[-1].moved(chain.fixed[k]).turned_about_z(angles[k]))
+    for k, prismatic in enumerate(chain.prismatic):
+        frames.append(frames[-1].moved(chain.fixed[k]).moved_by_joint(angles[k], bool(prismatic)))
     frames.append(frames[-1].moved(chain.flange))
     return frames
 
@@ -178,7 +186,8 @@ def attached_poses(chain: Chain, angles: Floats, attachment: Attachment) -> tupl
 def jacobians(chain: Chain, angles: Floats, attachment: Attachment) -> Floats:
     """Return the geometric Jacobians of a point on a body, base axes.
 
-    Column k is (z_k × (p − o_k), z_k), zero for joints outboard of the body (Wang, Zhang and Fuhlbrigge 2009, eq. 3).
+    Column k is (z_k × (p − o_k), z_k), of a prismatic joint (z_k, 0); zero for joints outboard of the body (Wang, Zhang
+    and Fuhlbrigge 2009, eq. 3; Siciliano et al. 2009, eq. 3.30).
 
     Parameters
     ----------
@@ -188,7 +197,7 @@ def jacobians(chain: Chain, angles: Floats, attachment: Attachment) -> Floats:
 
     Returns
     -------
-    (n, 6, J) m/rad over rad/rad; a view whose memory has the state axis last.
+    (n, 6, J) m/rad over rad/rad, of a prismatic joint m/m over rad/m; a view whose memory has the state axis last.
     """
     n, n_joints = angles.shape
     moving = min(attachment.body, n_joints)
@@ -198,11 +207,11 @@ def jacobians(chain: Chain, angles: Floats, attachment: Attachment) -> Floats:
     placed = attachment.transform if attachment.body <= n_joints else chain.flange @ attachment.transform
     for start in range(0, n, BLOCK):
         block = slice(start, min(start + BLOCK, n))
-        _jacobian_block(outward, placed[:3, 3], angles[block], result[:, :moving, block])
+        _jacobian_block(outward, placed[:3, 3], angles[block], chain.prismatic, result[:, :moving, block])
     return np.moveaxis(result, -1, 0)
 
 
-def _jacobian_block(outward: list[Floats], point: Floats, angles: Floats, result: Floats) -> None:
+def _jacobian_block(outward: list[Floats], point: Floats, angles: Floats, prismatic: Booleans, result: Floats) -> None:
     """Fill (6, K, n) for K joints; frames stand as columns x, y, z, origin (4, 3, n), moved by one product.
 
     Parameters
@@ -210,6 +219,7 @@ def _jacobian_block(outward: list[Floats], point: Floats, angles: Floats, result
     outward : K transposed transforms (4, 4) from one joint frame to the next.
     point : (3,) in the last of these frames, m.
     angles : (n, J) model angles, rad.
+    prismatic : (J,) True where the angle is a length along z, m.
     result : filled in place.
     """
     moving, n = result.shape[1:]
@@ -224,6 +234,12 @@ def _jacobian_block(outward: list[Floats], point: Floats, angles: Floats, result
     arm = np.empty((3, moving, n))
     for k in range(moving):
         np.matmul(outward[k], frame.reshape(4, -1), out=fixed_frame.reshape(4, -1))
+        if prismatic[k]:
+            frame[:] = fixed_frame
+            np.multiply(fixed_frame[2], angles[:, k], out=term)
+            frame[3] += term
+            arm[:, k], result[3:, k] = fixed_frame[3], fixed_frame[2]
+            continue
         np.multiply(fixed_frame[0], cosine[k], out=frame[0])
         np.multiply(fixed_frame[1], sine[k], out=term)
         frame[0] += term
@@ -238,3 +254,5 @@ def _jacobian_block(outward: list[Floats], point: Floats, angles: Floats, result
         np.multiply(axis[j], arm[k], out=result[i])
         np.multiply(axis[k], arm[j], out=product)
         result[i] -= product
+    for joint in np.flatnonzero(prismatic[:moving]):
+        result[:3, joint], result[3:, joint] = axis[:, joint], 0.0

@@ -10,12 +10,32 @@ from itertools import product
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 
 # Joints that span the grid: with three, a cell has 27 neighbours, itself included.
 GRID_JOINTS = 3
 # Cells are this much wider than the tolerance, so that rounding never puts two like angles two cells apart.
 WIDER = 1.0 + 1e-9
+
+
+def joint_phases(angles: Floats, prismatic: Booleans) -> Floats:
+    """Return angles whose sines and cosines say how far joints are apart: of a length half a turn over its range.
+
+    Parameters
+    ----------
+    angles : (J, n) joint angles, rad; of prismatic joints m.
+    prismatic : (J,) True where it is a length.
+
+    Examples
+    --------
+    >>> joint_phases(np.array([[0.3, 0.4], [1.0, 3.0]]), np.array([False, True])).round(4).tolist()
+    [[0.3, 0.4], [0.0, 3.1416]]
+    """
+    if not prismatic.any() or not angles.shape[1]:
+        return angles
+    low, extent = angles.min(axis=1, keepdims=True), np.ptp(angles, axis=1)[:, None]
+    share = (angles - low) / np.where(extent > 0.0, extent, 1.0)
+    return np.where(prismatic[:, None], np.pi * share, angles)
 
 
 def pose_groups(angles: Floats, tolerance: float) -> Integers:
@@ -26,7 +46,7 @@ def pose_groups(angles: Floats, tolerance: float) -> Integers:
 
     Parameters
     ----------
-    angles : (n, J) joint angles, rad, finite.
+    angles : (n, J) joint angles, rad, finite; of prismatic joints m, 1 m as 1 rad (`stiffcal.mechanics.chain`).
     tolerance : rad, above zero.
 
     Examples

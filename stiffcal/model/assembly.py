@@ -49,7 +49,7 @@ def compliant_robot(
         for place in _places(effect, entry, chain, f"[[effects]] {number}, {entry.type}", faults):
             stem = PlacedEffect(effect, place).parameter_name("")
             symbols = [name.removeprefix(stem) for name in settings if name.startswith(stem)]
-            placed.append(PlacedEffect(effect.form(symbols), place))
+            placed.append(PlacedEffect(effect.form(symbols).at(place, chain), place))
     faults.extend(_conflict_faults(placed))
     raise_faults(faults)
     robot = CompliantRobot(chain, tuple(placed), model.balance == "deformed")
@@ -79,6 +79,8 @@ def _places(effect: Effect, entry: EffectEntry, chain: Chain, where: str, faults
     for place in places:
         if place not in possible:
             reason = f"{effect.name} cannot act at {place.label}"
+            if chain.prismatic_joints.intersection(place.joints):
+                reason += f", a prismatic joint: {effect.not_prismatic}"
             faults.append(Fault(FaultCode.PLACE_INVALID, MODEL_FILE, where, reason, f"possible: {labels}"))
     return [place for place in places if place in possible]
 

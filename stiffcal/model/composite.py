@@ -8,6 +8,7 @@ from functools import cached_property
 
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import Effect, ParameterRole, ParameterSpec, Place
+from stiffcal.model.prismatic import form_of
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ class CompliantRobot:
 def _with_values(placed_effect: PlacedEffect, values: Mapping[str, float]) -> PlacedEffect:
     """Return an effect with the values that are its own, in the form of the law that they are of."""
     stem = placed_effect.parameter_name("")
-    effect = placed_effect.effect.form(name.removeprefix(stem) for name in values if name.startswith(stem))
+    effect = form_of(placed_effect.effect, (name.removeprefix(stem) for name in values if name.startswith(stem)))
     values_of_effect = {
         spec.symbol: values[stem + spec.symbol] for spec in effect.parameters if stem + spec.symbol in values
     }  # fmt: skip

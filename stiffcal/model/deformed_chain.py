@@ -49,7 +49,7 @@ def deformed_chain(chain: Chain, angles: Floats, small: Floats | None) -> Deform
     frame = displace(frame, 0)
     bodies.append(frame)
     for k in range(1, chain.n_joints + 1):
-        frame = frame.moved(chain.fixed[k - 1]).turned_about_z(angles[k - 1])
+        frame = frame.moved(chain.fixed[k - 1]).moved_by_joint(angles[k - 1], k in chain.prismatic_joints)
         bearing = float(chain.bearing[k - 1])
         frame = _shift_along_z(displace(_shift_along_z(frame, bearing), 2 * k - 1), -bearing)
         bodies.append(frame)

@@ -1,5 +1,8 @@
 """Drives: what torque the drive of a joint carries, and which joints turn when it gives.
 
+Of a prismatic joint torque is the force along its axis, N, and it gives by a length, m: the component of its node is
+the shift along z in place of the turn about z.
+
 A drive sits on its joint's own axis, but for robots whose axes are coupled mechanically (a parallel rod): there it
 sits on the logged axis, and its give turns several model joints, δ_model = M δ_drive, while it carries τ_drive = Mᵀ τ.
 """
@@ -10,7 +13,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import RZ, Term, joint_node
+from stiffcal.model.effect import Covariate, Term, joint_node
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 
@@ -37,8 +40,16 @@ def drive_torque(chain: Chain, wrench: Floats, joint: int) -> Floats:
     """
     driven = turned_joints(chain, joint)
     if len(driven) == 1 and driven[0][1] == 1.0:
-        return np.asarray(wrench[joint_node(driven[0][0]), RZ])
-    return np.asarray(sum(factor * wrench[joint_node(k), RZ] for k, factor in driven))
+        return np.asarray(wrench[joint_node(driven[0][0]), chain.drive_components[driven[0][0] - 1]])
+    return np.asarray(sum(factor * wrench[joint_node(k), chain.drive_components[k - 1]] for k, factor in driven))
+
+
+def drive_covariate(chain: Chain, wrench: Floats, joint: int) -> Covariate:
+    """Return what the drive of ``joint`` carries as a covariate; arguments as of `drive_torque`."""
+    torque = drive_torque(chain, wrench, joint)
+    if joint in chain.prismatic_joints:
+        return Covariate(f"force on joint {joint}", "N", torque)
+    return Covariate(f"torque on joint {joint}", "N·m", torque)
 
 
 def drive_terms(chain: Chain, joint: int, symbol: str, value: Floats) -> tuple[Term, ...]:
@@ -51,12 +62,14 @@ def drive_terms(chain: Chain, joint: int, symbol: str, value: Floats) -> tuple[T
     value : (n,) what the amplitude is multiplied with.
     """
     return tuple(
-        Term(joint_node(k), RZ, symbol, value if factor == 1.0 else factor * value)
+        Term(joint_node(k), int(chain.drive_components[k - 1]), symbol, value if factor == 1.0 else factor * value)
         for k, factor in turned_joints(chain, joint)
     )
 
 
 def drive_law(chain: Chain, joint: int, form: LawForm, *numbers: float) -> tuple[ScalarLaw]:
     """Return the law by which the drive of ``joint`` (from 1) turns under its torque, as data."""
-    weights = tuple((joint_node(k), RZ, factor) for k, factor in turned_joints(chain, joint))
+    weights = tuple(
+        (joint_node(k), int(chain.drive_components[k - 1]), factor) for k, factor in turned_joints(chain, joint)
+    )
     return (ScalarLaw(form, numbers, weights, joint),)

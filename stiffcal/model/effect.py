@@ -35,12 +35,14 @@ from stiffcal.model.effect_values import Place as Place
 from stiffcal.model.effect_values import PlaceKind as PlaceKind
 from stiffcal.model.effect_values import Term as Term
 from stiffcal.model.effect_values import joint_node as joint_node
+from stiffcal.model.effect_values import joint_nodes as joint_nodes
 from stiffcal.model.effect_values import link_node as link_node
 from stiffcal.model.effect_values import tool_node as tool_node
 from stiffcal.model.parameters import ParameterRole as ParameterRole
 from stiffcal.model.parameters import ParameterSpec as ParameterSpec
 from stiffcal.model.parameters import Values as Values
 from stiffcal.model.parameters import usual_grid
+from stiffcal.model.prismatic import at_prismatic_joint, spec_along_axis
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 from stiffcal.model.state_order import StateOrder as StateOrder
 from stiffcal.model.torque_angle import TorqueAngle as TorqueAngle
@@ -84,6 +86,12 @@ class Effect(ABC):
     """True where clamped runs can show the effect: it acts in a drive, or on what such a bench measures."""
     has_curve_of_torque: ClassVar[bool] = False
     """True where `from_torque_angle` gives the parameters of another form of the law, the curve itself (`form`)."""
+    along_axis: ClassVar[bool] = False
+    """True where the law is a drive's and holds along a prismatic joint too, with force and length (`prismatic`)."""
+    at_prismatic: ClassVar[bool] = False
+    """True of the form at a prismatic joint, where its parameters are others (`prismatic_parameters`)."""
+    not_prismatic: ClassVar[str] = "it turns about its joint's axis"
+    """Why the effect cannot act at a prismatic joint, where it cannot."""
     curve: ClassVar[tuple[str, ...]] = ()
     """Symbols of the law's curved form (`form`), where it has one in addition to the straight."""
 
@@ -94,14 +102,24 @@ class Effect(ABC):
 
     def places(self, chain: Chain) -> list[Place]:
         """Return the places on this robot at which the effect can act."""
+        revolute = [k for k in range(1, chain.n_joints + 1) if k not in chain.prismatic_joints]
         if self.place_kind == "joints":
-            return [Place("joints", (k,)) for k in range(1, chain.n_joints + 1)]
+            everywhere = self.prismatic_parameters() is not None
+            return [Place("joints", (k,)) for k in (range(1, chain.n_joints + 1) if everywhere else revolute)]
         if self.place_kind == "pairs":
-            count = chain.n_joints
-            return [Place("pairs", (a, b)) for a in range(1, count + 1) for b in range(a + 1, count + 1)]
+            return [Place("pairs", (a, b)) for a in revolute for b in revolute if a < b]
         if self.place_kind == "links":
             return [Place("links", (), name) for name in chain.beams]
         return [Place("setup")]
+
+    def prismatic_parameters(self) -> tuple[ParameterSpec, ...] | None:
+        """Return the parameters at a prismatic joint; None where the effect cannot act there (`not_prismatic`)."""
+        return tuple(spec_along_axis(spec) for spec in self.parameters) if self.along_axis else None
+
+    def at(self, place: Place, chain: Chain) -> Effect:
+        """Return the effect as it is at one of its places: at a prismatic joint its parameters may be others."""
+        prismatic = place.kind == "joints" and place.joints[0] in chain.prismatic_joints
+        return at_prismatic_joint(self) if prismatic and not self.at_prismatic else self
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form of the law that these parameters are of, for effects that can be written in several ways."""

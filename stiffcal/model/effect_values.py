@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.held_frame import HeldFrame
@@ -137,6 +137,11 @@ class Covariate:
 def joint_node(joint: int) -> int:
     """Return the node number of joint k = 1 … J."""
     return 2 * joint - 1
+
+
+def joint_nodes(chain: Chain) -> Integers:
+    """Return (J,) the node numbers of all joints."""
+    return 2 * np.arange(chain.n_joints) + 1
 
 
 def link_node(joint: int) -> int:

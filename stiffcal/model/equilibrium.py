@@ -25,7 +25,7 @@ from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.deformed_chain import DeformedChain, deformed_chain, node_wrenches
 from stiffcal.model.drives import drive_torque
-from stiffcal.model.effect import RZ, Inputs, NodeLoads, StateOrder, Term, tool_node
+from stiffcal.model.effect import Inputs, NodeLoads, StateOrder, Term, joint_node, joint_nodes, tool_node
 from stiffcal.model.no_balance import NoBalanceError as NoBalanceError
 from stiffcal.model.no_balance import no_balance
 
@@ -97,7 +97,8 @@ def _add_side_torques(robot: CompliantRobot, angles: Floats, wrench: Floats) -> 
     for placed_effect in robot.acting:
         torque = placed_effect.effect.joint_torque(placed_effect.place, robot.chain, angles, placed_effect.values)
         if torque is not None:
-            wrench[2 * placed_effect.place.joints[0] - 1, RZ] += torque
+            joint = placed_effect.place.joints[0]
+            wrench[joint_node(joint), robot.chain.drive_components[joint - 1]] += torque
 
 
 def _take_off_friction(robot: CompliantRobot, wrench: Floats, order: StateOrder | None, weight: Floats | None) -> None:
@@ -117,7 +118,7 @@ def _take_off_friction(robot: CompliantRobot, wrench: Floats, order: StateOrder 
         loss = np.where(order.motor_torque, remaining - torque, 0.0)
         # τ_drive = Mᵀ τ_model: a change of one drive's torque is one of all model joints that it turns
         share = np.linalg.inv(robot.chain.drive_axes)[joint - 1]
-        wrench[1 : 2 * robot.chain.n_joints : 2, RZ] += share[:, None] * loss
+        wrench[joint_nodes(robot.chain), robot.chain.drive_components] += share[:, None] * loss
 
 
 # What overflows on the way to no balance is found by its result, and needs no warnings of numpy.
@@ -157,7 +158,9 @@ def find_rest(
     for sweep in range(1, MAX_SWEEPS + 1):
         shape = deformed_chain(chain, inputs.angles, small)
         wrench = node_wrenches(chain, shape, inputs)
-        joint_turn = inputs.angles if small is None else inputs.angles + small[1 : 2 * chain.n_joints : 2, RZ]
+        joint_turn = (
+            inputs.angles if small is None else inputs.angles + small[joint_nodes(chain), chain.drive_components]
+        )
         _add_side_torques(robot, joint_turn, wrench)
         _take_off_friction(robot, wrench, order, weight)
         terms = law_terms(robot, NodeLoads(wrench, inputs.angles, order, weight, kelvin))
@@ -194,7 +197,7 @@ class Balance:
     rad.
     """
     joint_torque: Floats
-    """(n, J) whole torque about the joints' axes at rest, N·m."""
+    """(n, J) whole torque about the joints' axes at rest, N·m; of prismatic joints the force along them, N."""
     nodes: Floats
     """(n, 2J + 2, 6) every node's own small displacement, from the weight-only state, in the node's axes, m and rad; 2k
     is the outboard end of link k in beam axes, which the rods on the link measure.
@@ -388,7 +391,7 @@ def solve_balance(
             loaded = find_rest(robot, inputs, memory, unloaded.wrench, unloaded.displacement)
         except NoBalanceError as error:
             raise error.at_state(block.start + error.state) from None
-        torque[block] = loaded.wrench[1 : 2 * robot.chain.n_joints : 2, RZ].T
+        torque[block] = loaded.wrench[joint_nodes(robot.chain), robot.chain.drive_components].T
         nodes[block] = np.moveaxis(loaded.displacement - unloaded.displacement, -1, 0)
         moves = displacements(robot, loaded, unloaded)
         for body, (after, before) in enumerate(zip(loaded.targets, unloaded.targets, strict=True)):

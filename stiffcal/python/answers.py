@@ -317,9 +317,10 @@ class LoadPrediction(CampaignAnswer):
         import pandas as pd
 
         states = self.result.states
+        joints = np.array([state.joints for state in states])
         columns: dict[str, Values] = {
-            f"{name}_deg": np.degrees([state.joints[k] for state in states])
-            for k, name in enumerate(self.result.joint_names)
+            f"{name}_{unit}": 1e3 * joints[:, k] if unit == "mm" else np.degrees(joints[:, k])
+            for k, (name, unit) in enumerate(zip(self.result.joint_names, self.result.joint_units, strict=True))
         }
         wrench = np.array([state.wrench for state in states])
         columns |= {f"{name}_N": wrench[:, k] for k, name in enumerate(("Fx", "Fy", "Fz"))}

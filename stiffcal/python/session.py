@@ -177,7 +177,8 @@ class CampaignSession:
         else:
             table: Any = poses
             columns = {str(name): np.atleast_1d(np.asarray(table[name])) for name in table}
-            loads = load_table_of(columns, self._campaign().chain.joint_names)
+            chain = self._campaign().chain
+            loads = load_table_of(columns, chain.joint_names, prismatic=chain.prismatic_names)
         with self._logged():
             return LoadPrediction(predict_campaign(self.folder, self._context, loads))
 

@@ -305,8 +305,9 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
     """Yield what may be wrong, in words and with its mend, and joints (n, L) and positions (n, 3) as they would be."""
     joints, position = states.joints, states.position[:, 0]
     names = chain.joint_names if len(chain.joint_names) == joints.shape[1] else tuple(map(str, range(joints.shape[1])))
-    yield "joint angles in degrees", 'write units = { position = "deg" }', np.radians(joints), position
-    yield "joint angles in radians", 'write units = { position = "rad" }', np.degrees(joints), position
+    for unit, name, other in (("deg", "degrees", np.radians(joints)), ("rad", "radians", np.degrees(joints))):
+        angles = np.where(chain.prismatic, joints, other)
+        yield f"joint angles in {name}", f'write units = {{ position = "{unit}" }}', angles, position
     for a, b in combinations(range(joints.shape[1]), 2):
         swapped = joints.copy()
         swapped[:, [a, b]] = joints[:, [b, a]]
@@ -316,6 +317,12 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
         turned = joints.copy()
         turned[:, k] = -turned[:, k]
         yield f"joint {name} with opposite direction", f"write direction = -1 (or 1) for {name}", turned, position
+        if chain.prismatic[k]:
+            for unit, factor in (("mm", 1e-3), ("m", 1e3)):
+                scaled = joints.copy()
+                scaled[:, k] *= factor
+                yield f"joint {name} in {unit}", f"correct the unit of {name}", scaled, position
+            continue
         for degrees in (-180, -90, 90, 180):
             shifted = joints.copy()
             shifted[:, k] += np.radians(degrees)

@@ -55,9 +55,14 @@ def _joint_readings(joints: JointSignals, block: Block) -> dict[str, Floats]:
     keys = {"position": "joints", "command": "joints.command", "velocity": "joints.velocity", "torque": "joints.torque"}
     readings = {}
     for key, columns in joints.groups().items():
-        unit_key = "position" if key == "command" else key
-        factor = 1.0 if key == "approach" else joints.unit_of(unit_key).factor
-        readings[keys.get(key, f"joints.{key}")] = block(columns, factor)
+        name = keys.get(key, f"joints.{key}")
+        if key in ("position", "command"):
+            units = joints.position_units(len(columns))
+            readings[name] = np.concatenate(
+                [block((column,), u.factor) for column, u in zip(columns, units, strict=True)]
+            )
+        else:
+            readings[name] = block(columns, 1.0 if key == "approach" else joints.unit_of(key).factor)
     if joints.torque_constant is not None and "joints.current" in readings and "joints.torque" not in readings:
         constant = np.array(joints.torque_constant)
         readings["joints.torque"] = readings["joints.current"] * constant[:, None]

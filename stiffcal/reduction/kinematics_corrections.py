@@ -196,9 +196,15 @@ def _target_words(x: Floats) -> str:
 
 def _zero_words(chain: Chain, joints: list[int], x: Floats) -> tuple[str, str]:
     names = chain.joint_names
-    parts = [f"{np.degrees(_wrap_angle(x[9 + k])):+.2f}° at {names[k] if k < len(names) else k + 1}" for k in joints]
+    parts = [
+        f"{1e3 * x[9 + k]:+.2f} mm at {names[k]}"
+        if chain.prismatic[k]
+        else f"{np.degrees(_wrap_angle(x[9 + k])):+.2f}° at {names[k] if k < len(names) else k + 1}"
+        for k in joints
+    ]
     text = "other zeros of the joint angles: " + ", ".join(parts)
-    return text, "correct theta_deg in robot.toml, or the zero of the controller"
+    keys = sorted({"d_m" if chain.prismatic[k] else "theta_deg" for k in joints}, reverse=True)
+    return text, f"correct {' and '.join(keys)} in robot.toml, or the zero of the controller"
 
 
 def _wrap_angle(angle: float) -> float:

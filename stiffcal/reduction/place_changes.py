@@ -185,27 +185,37 @@ def _angles(states: LoadStates, chain: Chain) -> Iterator[Change]:
         joints[:, joint] = sign * joints[:, joint] + turn
         return with_angles(joints)
 
-    code, names = FaultCode.KINEMATICS_MISMATCH, chain.joint_names
+    code, names, slides = FaultCode.KINEMATICS_MISMATCH, chain.joint_names, chain.prismatic
+    turning = [(joint, name) for joint, name in enumerate(names) if not slides[joint]]
     for joint, name in enumerate(names):
+        what = "position" if slides[joint] else "angle"
         yield Change(
             code, with_joint(joint, -1.0, 0.0), f"joint {name}", f"the sign of joint {name} changed",
-            f"change the sign of direction of joint {name} in robot.toml, or of the column of its angle",
-            f"the angle of joint {name} has the wrong sign", of_angles=True,
+            f"change the sign of direction of joint {name} in robot.toml, or of the column of its {what}",
+            f"the {what} of joint {name} has the wrong sign", of_angles=True,
         )  # fmt: skip
+        for factor in (1e3, 1e-3) if slides[joint] else ():
+            yield Change(
+                FaultCode.UNIT_IMPLAUSIBLE, with_joint(joint, factor, 0.0), f"joint {name}",
+                f"the position of joint {name} multiplied by {factor:g}",
+                f"the positions of joint {name} are {LENGTH_FACTORS[factor]}: correct the unit of its column",
+                f"the position of joint {name} is {LENGTH_FACTORS[factor]}", of_angles=True,
+            )  # fmt: skip
     for turn, (words, off) in TURNS.items():
-        for joint, name in enumerate(names):
+        for joint, name in turning:
             yield Change(
                 code, with_joint(joint, 1.0, turn), f"joint {name}", f"the zero of joint {name} moved by {words}",
                 f"correct theta_deg of joint {name} in robot.toml by {words}, or the column of its angle",
                 f"the angle of joint {name} is {off}", of_angles=True,
             )  # fmt: skip
     for factor, words, others in ANGLE_FACTORS:
+        turned = np.where(slides, 1.0, factor) * states.joints
         yield Change(
-            FaultCode.UNIT_IMPLAUSIBLE, with_angles(factor * states.joints), "joints.units.position",
+            FaultCode.UNIT_IMPLAUSIBLE, with_angles(turned), "joints.units.position",
             f"joint angles read as {words}", f"all joint angles are in {words}: correct units of the joints",
             f"joint angles are in {words} where the others are in {others}", of_angles=True, file="manifest",
         )  # fmt: skip
-        for joint, name in enumerate(names):
+        for joint, name in turning:
             yield Change(
                 FaultCode.UNIT_IMPLAUSIBLE, with_joint(joint, factor, 0.0), f"joint {name}",
                 f"the angle of joint {name} read as {words}",

@@ -49,6 +49,8 @@ class LogQuality:
     """Signal to the columns' names in the file."""
     elsewhere: Mapping[str, tuple[str, Callable[[int], str]]] = field(default_factory=dict)
     """Signal to its own file and row to ``line n``, where a source lies in several files."""
+    slides: frozenset[str] = frozenset()
+    """Columns that hold positions of prismatic joints."""
     by_the_wall: bool = False
     """True where times are dates, which may be local ones."""
     n_rows: int = 0
@@ -187,7 +189,7 @@ class LogQuality:
         ------
         InputError : with the line of the first such reading.
         """
-        impossible = first_impossible(name, values, low, high, self.columns.get(name, ()))
+        impossible = first_impossible(name, values, low, high, self.columns.get(name, ()), self.slides)
         if impossible is not None:
             self._fail(name, row_numbers[impossible.row], impossible.reason, impossible.mend)
 

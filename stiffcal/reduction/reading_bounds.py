@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,8 @@ from stiffcal.measurements.load_states import members_of
 
 # Twice around is more than any industrial joint turns, cable hoses allow ±400° at most; 90 rad are 14 turns.
 LARGEST_ANGLE_RAD = 4.0 * np.pi
+# The longest linear tracks end near that.
+LONGEST_TRAVEL_M = 100.0
 # Physics, section 0: no robot holds 3·10⁵ N; the strongest sensors in use end near 10⁵ N.
 LARGEST_FORCE_N = 3e5
 LARGEST_MOMENT_NM = 1e5
@@ -41,7 +43,12 @@ class ImpossibleReading:
 
 
 def first_impossible(
-    name: str, values: Floats, low: Floats, high: Floats, columns: Sequence[str]
+    name: str,
+    values: Floats,
+    low: Floats,
+    high: Floats,
+    columns: Sequence[str],
+    slides: Collection[str] = (),
 ) -> ImpossibleReading | None:
     """Return the first reading of a signal that no robot or instrument can give, None where all are possible.
 
@@ -51,6 +58,7 @@ def first_impossible(
     values : (c, n) the readings, SI.
     low, high : (c,) least and largest value of each channel.
     columns : (c) names of the channels in the log; empty where they have none.
+    slides : those of the columns of joints that hold positions of prismatic joints.
     """
     kind = name.split(".")[0]
     if kind == "quaternion":
@@ -66,7 +74,11 @@ def first_impossible(
     largest, reason, mend = _BOUNDS.get(kind, (np.inf, "", ""))
     if name in ("joints.velocity", "joints.torque", "joints.current", "joints.approach") or not np.isfinite(largest):
         return None
-    if np.fmax(np.abs(low), np.abs(high)).max() <= largest:
+    if kind == "joints" and slides and (position := _impossible_position(values, columns, slides)):
+        return position
+    if kind == "joints" and slides:
+        values = np.where(np.isin(columns, list(slides))[:, None], 0.0, values)
+    elif np.fmax(np.abs(low), np.abs(high)).max() <= largest:
         return None
     out_of_bounds = np.abs(values) > (_bounds_of_wrench()[: values.shape[0], None] if kind == "wrench" else largest)
     if not out_of_bounds.any():
@@ -75,6 +87,16 @@ def first_impossible(
     channel = int(np.argmax(out_of_bounds[:, row]))
     column = columns[channel] if channel < len(columns) else str(channel + 1)
     return ImpossibleReading(row, reason.format(value=float(values[channel, row]), channel=column), mend)
+
+
+def _impossible_position(values: Floats, columns: Sequence[str], slides: Collection[str]) -> ImpossibleReading | None:
+    """Return the first position of a prismatic joint that no robot has."""
+    for channel, column in enumerate(columns):
+        beyond = np.flatnonzero(np.abs(values[channel]) > LONGEST_TRAVEL_M)
+        if column in slides and beyond.size:
+            reason = f"a position of {values[channel, beyond[0]]:.4g} m in column {column}"
+            return ImpossibleReading(int(beyond[0]), reason, f'millimetres read as metres? write "mm" for {column}')
+    return None
 
 
 def check_displacements(run_names: list[str], run: NDArray[np.int64], position: Floats, file: str) -> list[Fault]:

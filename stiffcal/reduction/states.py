@@ -154,13 +154,13 @@ def _run_info(name: str, run: Run | None, manifest: Manifest) -> RunInfo:
 
 
 def _joint_angles(raw_states: RawStates, chain: Chain, manifest_runs: Mapping[str, Run]) -> Floats:
-    """Return (n, L) logged angles, rad: from the log, else the run's nominal ones."""
+    """Return (n, L) logged angles, rad (prismatic joints: m): from the log, else the run's nominal ones."""
     n_logged = chain.coupling.shape[1]
     joints = raw_states.signals.get("joints", np.full((len(raw_states.run), n_logged), np.nan)).copy()
     for k, name in enumerate(raw_states.run):
         run = manifest_runs.get(name)
         if run is not None and run.joints_deg is not None and not np.isfinite(joints[k]).all():
-            joints[k] = np.radians(run.joints_deg)
+            joints[k] = chain.from_printed(np.array(run.joints_deg))
     missing = np.flatnonzero(~np.isfinite(joints).all(axis=1))
     if missing.size:
         raise InputError.at(

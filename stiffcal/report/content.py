@@ -281,6 +281,8 @@ class ReportContent:
     """The runs, in the manifest's order."""
     joint_names: tuple[str, ...]
     """Names of the logged joints (L)."""
+    prismatic_joints: frozenset[int] = frozenset()
+    """Those, from 1, that move along their axis: their positions are in m."""
     states: ReportStates | None = None
     """The load states; None where there are none (then all curves are left out)."""
     identify: IdentifyResult | None = None

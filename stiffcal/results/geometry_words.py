@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from stiffcal.identification.geometry_results import GeometryFound, StatedNumber
+from stiffcal.identification.geometry_results import GeometryFound, StatedLink, StatedNumber, StatedZero
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import listing, plus_minus, significant
 
@@ -31,10 +31,19 @@ def table_rows(found: GeometryFound) -> list[tuple[str, ...]]:
             _cell(link.a, _MILLIMETRES),
             _cell(link.alpha, _DEGREES),
             _cell(beta.get(zero.joint), _DEGREES),
-            significant(_DEGREES * zero.logged).replace("-", "−") if zero.theta.std is not None else "–",
+            _offset(zero, link),
         )
         for zero, link in zip(found.zeros, found.links, strict=True)
     ]
+
+
+def _offset(zero: StatedZero, link: StatedLink) -> str:
+    """Return the offset to enter: degrees, of a prismatic joint mm with the unit."""
+    if (link.d if zero.prismatic else zero.theta).std is None:
+        return "–"
+    if zero.prismatic:
+        return f"{significant(_MILLIMETRES * zero.logged)} mm".replace("-", "−")
+    return significant(_DEGREES * zero.logged).replace("-", "−")
 
 
 def convention_in_words(found: GeometryFound) -> str:
@@ -49,10 +58,18 @@ def sentences(found: GeometryFound) -> Iterator[str]:
     """Yield what is a choice and why, and what offsets alone would leave."""
     yield from _choices(found)
     left = found.offsets_alone
-    zeros = ", ".join(f"{_DEGREES * zero:.4f}" for zero in left.zeros).replace("-", "−")
+    if any(zero.prismatic for zero in found.zeros):
+        yield "of a prismatic joint's axis only the direction counts: where it lies is a convention"
+        in_words = [
+            f"{_MILLIMETRES * value:.4f} mm" if zero.prismatic else f"{_DEGREES * value:.4f}°"
+            for value, zero in zip(left.zeros, found.zeros, strict=True)
+        ]
+        zeros = ", ".join(in_words).replace("-", "−")
+    else:
+        zeros = ", ".join(f"{_DEGREES * zero:.4f}" for zero in left.zeros).replace("-", "−") + "°"
     mean, rms, worst = (f"{_MILLIMETRES * distance:.3g} mm" for distance in (left.mean, left.rms, left.max))
     yield (
-        f"a controller that takes only offsets: add {zeros}° to the logged angles; this leaves {mean} mean, {rms} rms, "
+        f"a controller that takes only offsets: add {zeros} to the logged angles; this leaves {mean} mean, {rms} rms, "
         f"{worst} at worst over the measured poses"
     )
 

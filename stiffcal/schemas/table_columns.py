@@ -26,7 +26,7 @@ STATES: Mapping[str, ColumnDescription] = {
     "row": ColumnDescription("data row of the table of states, or the hold's number in the run; from 1"),
     "time_s": ColumnDescription("on the campaign's clock", "s", missing=True),
     "hold_s": ColumnDescription("how long the load was held", "s", missing=True),
-    "<joint>_rad": ColumnDescription("joint angle as the controller shows it", "rad"),
+    "<joint>_rad": ColumnDescription("joint angle as the controller shows it; of prismatic joints <joint>_m, m", "rad"),
     **_each("F{}_N", "xyz", _FORCE),
     **_each("M{}_Nm", "xyz", _MOMENT),
     **_each("<target>_{}_m", "xyz", ColumnDescription("position of the target, base axes", "m", missing=True)),
@@ -84,7 +84,9 @@ STATES: Mapping[str, ColumnDescription] = {
 
 RECORDING: Mapping[str, ColumnDescription] = {
     "time_s": ColumnDescription("on the device's clock", "s", missing=True),
-    "<joint>_rad": ColumnDescription("joint angle, logged or commanded; named as in the log", "rad"),
+    "<joint>_rad": ColumnDescription(
+        "joint angle, logged or commanded, named as in the log; prismatic: <joint>_m", "rad"
+    ),
     "<joint>_radps": ColumnDescription("joint velocity", "rad/s"),
     "<joint>_Nm": ColumnDescription("joint torque", "N·m"),
     "<joint>_A": ColumnDescription("motor current", "A"),

@@ -18,8 +18,8 @@ from stiffcal.fault_codes import FaultCode
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-    from stiffcal.arrays import Floats
     from stiffcal.measurements.load_states import Attachment
+    from stiffcal.mechanics.chain import Chain
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.simulation.settings import Loads, SimulatedRun
     from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
@@ -40,8 +40,8 @@ class RunSetup:
     """Where they really are."""
     start_s: float
     """s, on the campaign's clock."""
-    limits: Floats
-    """(L, 2) rad, the robot file's limits of the logged joint angles."""
+    chain: Chain
+    """As the robot file describes it."""
     rng: Generator
     """For what the run draws."""
 

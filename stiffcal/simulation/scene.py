@@ -177,14 +177,14 @@ def draw_acts(
     now = 0.0
     for number, run in enumerate(settings.runs):
         loads = settings.loads_of(run)
-        joints = np.deg2rad(np.array(run.joints_deg))
+        joints = campaign.chain.from_printed(np.array(run.joints_deg))
         now += run.pause_before_s if planned_runs else 0.0
         entry = listed.get(run.id)
         kind, moved = (entry.experiment, entry.moved_joint) if entry is not None else ("load", None)
         simulation = run_simulation(kind)
         if simulation is not None:
             rng = stream(seed, Stream.LOADS, number)
-            setup = RunSetup(run, moved, loads, frames, now, campaign.chain.limits, rng)
+            setup = RunSetup(run, moved, loads, frames, now, campaign.chain, rng)
             planned_runs.append(simulation.plan(settings.motion_of(kind, run), setup))
             now += planned_runs[-1].program.duration
             continue
@@ -211,7 +211,7 @@ def _check_runs(campaign: Campaign, settings: SimulationSettings) -> None:
                 )
             )
     known = {run.id for run in campaign.manifest.runs}
-    limits = np.rad2deg(campaign.chain.limits)
+    limits = campaign.chain.printed_positions(campaign.chain.limits.T).T
     for pose in settings.runs:
         place = f'runs "{pose.id}"'
         if known and pose.id not in known:
@@ -229,9 +229,11 @@ def _check_runs(campaign: Campaign, settings: SimulationSettings) -> None:
             reason = f"{len(pose.joints_deg)} joint angles for a robot of {count}"
             faults.append(Fault(FaultCode.JOINT_COUNT, FILE_NAME, f"{place}: joints_deg", reason, f"write {count}"))
             continue
-        for joint, angle, (low, high) in zip(campaign.chain.joint_names, pose.joints_deg, limits, strict=True):
+        rows = zip(campaign.chain.joint_names, pose.joints_deg, limits, campaign.chain.position_units, strict=True)
+        for joint, angle, (low, high), unit in rows:
             if not low <= angle <= high:
-                reason = f"{joint} = {angle:g}° is out of its reach, {low:g}° … {high:g}°"
+                mark = "°" if unit == "deg" else " mm"
+                reason = f"{joint} = {angle:g}{mark} is out of its reach, {low:g}{mark} … {high:g}{mark}"
                 faults.append(
                     Fault(FaultCode.POSE_UNREACHABLE, FILE_NAME, f"{place}: joints_deg", reason, "correct the angle")
                 )

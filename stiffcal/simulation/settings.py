@@ -153,7 +153,9 @@ class RunHead(TomlTable):
     """What stands first in a run."""
 
     id: str = Field(description="the run's id in campaign.toml")
-    joints_deg: Annotated[list[float], Field(min_length=1)] = Field(description="logged joint angles")
+    joints_deg: Annotated[list[float], Field(min_length=1)] = Field(
+        description="logged joint angles; of prismatic joints positions, mm"
+    )
     loads: dict[str, Any] = Field({}, description="keys of [loads] that differ in this run")
 
 

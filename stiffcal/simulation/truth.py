@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.documents import Document
+from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.low_pass import LowPass
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.recording import Device, DeviceLog, RecordingContext
@@ -62,7 +63,10 @@ def truth_document(
             name: {"body": attached.body, "body_from_frame": np.round(attached.transform, 12).tolist()}
             for name, attached in recording.frames.items()
         },
-        "runs": [_run(recording, devices, written) for devices, written in zip(devices_by_run, logs, strict=True)],
+        "runs": [
+            _run(recording, robot.chain, devices, written)
+            for devices, written in zip(devices_by_run, logs, strict=True)
+        ],
         **corrected,
     }
 
@@ -85,7 +89,7 @@ def _noise(sensor: Sensor) -> dict[str, dict[str, float]]:
     }
 
 
-def _run(recording: RecordingContext, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> Document:
+def _run(recording: RecordingContext, chain: Chain, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> Document:
     """Return the truth of one run: its entry in ``runs`` of `truth_document`."""
     true_run = recording.true_run[devices[0].run]
     program = true_run.planned.program
@@ -101,7 +105,7 @@ def _run(recording: RecordingContext, devices: Sequence[Device], logs: Sequence[
     ahead = {device.name: float((device.clock.reading(middle) - first.reading(middle))[0]) for device in devices}
     return {
         "id": true_run.planned.name,
-        "joints_deg": np.round(np.rad2deg(true_run.planned.joints), 9).tolist(),
+        "joints_deg": np.round(chain.printed_positions(true_run.planned.joints), 9).tolist(),
         "clock_ahead_s": {name: round(value, 6) for name, value in ahead.items()},
         "holds": np.round(holds, 4).tolist(),
         "load": np.round(program.wrench, 6).tolist(),

@@ -76,7 +76,7 @@ class RegionDistance:
     n: int
     """Places."""
     centre: list[float] = field(default_factory=list)
-    """Mean direction of each logged joint angle over its rows, rad, −π to π."""
+    """Mean direction of each logged joint angle over its rows, rad, −π to π; of a prismatic joint its mean, m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,13 +143,15 @@ def _by_region(residual: Floats, fit: Fit, fold: Integers) -> Iterator[RegionDis
 
 
 def _middle(chain: Chain, angles: Floats) -> list[float]:
-    """Return the mean direction of each joint's model angle (J, n), as logged angles from −π to π.
+    """Return the mean direction of each joint's model angle (J, n), as logged angles from −π to π; m where prismatic.
 
     Mardia and Jupp, Directional Statistics, 2000, eq. 2.2.4.
     """
-    middle = np.arctan2(np.sin(angles).mean(axis=1), np.cos(angles).mean(axis=1))
+    direction = np.arctan2(np.sin(angles).mean(axis=1), np.cos(angles).mean(axis=1))
+    middle = np.where(chain.prismatic, angles.mean(axis=1), direction)
     logged = np.linalg.lstsq(chain.coupling, middle - chain.offset, rcond=None)[0]
-    return [float(angle) for angle in np.arctan2(np.sin(logged), np.cos(logged))]
+    around = np.arctan2(np.sin(logged), np.cos(logged))
+    return [float(middle) for middle in np.where(chain.prismatic, logged, around)]
 
 
 def summary_of(residual: Floats, data: Observations) -> DistanceSummary | None:

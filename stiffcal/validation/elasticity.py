@@ -113,16 +113,19 @@ def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:
         parameter
         for parameter in fit.parameters
         if parameter.spec.compliance
-        and parameter.spec.along == ABOUT_THE_AXIS
         and len(parameter.place.joints) == 1
+        and parameter.spec.along == fit.robot.chain.drive_components[parameter.place.joints[0] - 1]
         and not parameter.fixed
     ]
     if not own or not len(fit.data.absolute) or not fit.data.absolute.all():
         return None
     judge = _Judge(states, fit)
     verdicts = [(parameter, judge.verdict(parameter)) for parameter in own]
-    known = [parameter.value for parameter, verdict in verdicts if verdict == "identified" and parameter.value]
-    # Of a robot whose other joints are known, a joint gives at least as much as the stiffest of them.
+    # Of a robot whose other joints of its kind are known, a joint gives at least as much as the stiffest of them.
+    known: dict[str, list[float]] = {}
+    for parameter, verdict in verdicts:
+        if verdict == "identified" and parameter.value:
+            known.setdefault(parameter.spec.unit, []).append(parameter.value)
     joints = [
         JointElasticity(
             joint=parameter.place.joints[0],
@@ -130,7 +133,11 @@ def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:
             why=_REASONS[verdict],
             payload_kg=None
             if verdict == "identified"
-            else payload_that_shows(fit, parameter.place.joints[0], min(known) if known else parameter.spec.typical),
+            else payload_that_shows(
+                fit,
+                parameter.place.joints[0],
+                min(known.get(parameter.spec.unit, [parameter.spec.typical])),
+            ),
         )
         for parameter, verdict in verdicts
     ]
@@ -234,6 +241,8 @@ def payload_that_shows(fit: Fit, joint: int, compliance: float) -> float | None:
     levers, torques = [], []
     for k in range(1, chain.n_joints + 1):
         lever = np.cross(bodies[k].rotation[:, 2].T, (bodies[-1].position - bodies[k].position).T)
+        if k in chain.prismatic_joints:
+            lever = bodies[k].rotation[:, 2].T  # it moves the flange along its axis
         levers.append(np.linalg.norm(lever, axis=1))
         torques.append(lever @ chain.gravity)
     turned = float(np.sqrt(np.mean(torques[joint - 1] ** 2)))
@@ -259,7 +268,7 @@ def _without(robot: CompliantRobot, parameter: Parameter) -> CompliantRobot:
 def _with_waves(robot: CompliantRobot, joints: Sequence[int]) -> CompliantRobot:
     """Return the robot with an eccentricity of order 1 at each of these joints, in place of any of another order."""
     effect = built_in_effects()["joint-eccentricity"]
-    places = {Place("joints", (joint,)) for joint in joints}
+    places = {Place("joints", (joint,)) for joint in joints if joint not in robot.chain.prismatic_joints}
     own = [p for p in robot.placed if p.effect.name == effect.name and p.place in places]
     others = [p for p in own if p.values.get("order", 1.0) != 1.0]
     missing = places - {p.place for p in own} | {p.place for p in others}

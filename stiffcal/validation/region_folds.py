@@ -19,9 +19,12 @@ _STARTS, _ROUNDS = 10, 100
 
 
 def region_folds(data: Observations) -> Integers:
-    """Return (n,) the region of each row: k-means of (cos q, sin q) of the joints, rows within 1° in one region."""
+    """Return (n,) the region of each row: k-means of (cos q, sin q) of the joints, rows within 1° in one region.
+
+    Of a prismatic joint q is half a turn over the range that was measured, and 17.5 mm count as 1°.
+    """
     pose, first = _poses(data)
-    angles = data.angles[:, first]
+    angles = data.phases[:, first]
     features = np.concatenate([np.cos(angles), np.sin(angles)]).T
     return _compact(_nearest_means(features, min(REGIONS, len(first)))[pose])
 

@@ -16,6 +16,7 @@ from stiffcal.identification.rows import MEASURES, MOTOR, ROTATION, TRANSLATION
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
+from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, load_unit, load_vector
@@ -131,7 +132,7 @@ def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None 
         "direction": _by_direction(states, residuals, fit.robot),
         "load": _by_load(states, residuals),
         "branch": _by_branch(states, residuals),
-        "joint_angle": _by_joint_angle(states, residuals),
+        "joint_angle": _by_joint_angle(states, fit.robot.chain, residuals),
     }
     if len(data.setup.targets) > 1:
         by["body"] = _by_body(residuals)
@@ -251,7 +252,7 @@ def _by_branch(states: LoadStates, heldout: HeldoutResiduals) -> list[ErrorSlice
     ]
 
 
-def _by_joint_angle(states: LoadStates, heldout: HeldoutResiduals) -> list[ErrorSlice]:
+def _by_joint_angle(states: LoadStates, chain: Chain, heldout: HeldoutResiduals) -> list[ErrorSlice]:
     slices: list[ErrorSlice] = []
     for joint in range(states.joints.shape[1]):
         angle = states.joints[heldout.data.index, joint]
@@ -259,6 +260,7 @@ def _by_joint_angle(states: LoadStates, heldout: HeldoutResiduals) -> list[Error
         if high - low < np.radians(1.0):
             continue
         edges = np.linspace(low, high, ANGLE_BINS + 1)
-        angle_slices = _binned(angle, edges, "°", f"joint {joint + 1}: ", 180.0 / np.pi, heldout)
+        unit, factor = ("mm", 1e3) if chain.prismatic[joint] else ("°", 180.0 / np.pi)
+        angle_slices = _binned(angle, edges, unit, f"joint {joint + 1}: ", factor, heldout)
         slices.extend(replace(slice_of_angle, joint=joint + 1) for slice_of_angle in angle_slices)
     return slices

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from stiffcal.compensation.targets import Corrected, PoseGoal
     from stiffcal.measurements.columns import Values
     from stiffcal.measurements.rms import Rms
+    from stiffcal.mechanics.chain import Chain
 
 
 @dataclass(frozen=True)
@@ -126,11 +127,12 @@ def compensate_campaign(
         picture=None if picture is None else str(picture),
         found=corrected,
         joint_names=campaign.chain.joint_names,
+        joint_units=campaign.chain.position_units,
     )
     if output is not None:
         from stiffcal.workflow.export import write_table
 
-        write_table(_table(result, path), output)
+        write_table(_table(campaign.chain, result, path), output)
     if picture is not None:
         from stiffcal.report.figures.canvas import save_figure
         from stiffcal.report.figures.path_error import draw_path_error
@@ -299,7 +301,7 @@ def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateR
 _DECIMALS_OF_DEGREES = 9
 
 
-def _table(result: CompensateResult, path: CompensationPath) -> dict[str, Values]:
+def _table(chain: Chain, result: CompensateResult, path: CompensationPath) -> dict[str, Values]:
     """Return the result as columns: degrees, N, N·m, mm, mrad, each with its unit."""
     corrected, judged = result.found, result.judged
     columns: dict[str, Values] = {}
@@ -308,8 +310,11 @@ def _table(result: CompensateResult, path: CompensationPath) -> dict[str, Values
     if "segment" in path.table.words:
         columns["segment"] = list(path.table.words["segment"])
     # a billionth of a degree is no motion of a robot: below it stands the solver's rounding
-    degrees = np.round(np.degrees(corrected.joints), _DECIMALS_OF_DEGREES) + 0.0
-    columns |= {f"{name} [deg]": degrees[:, k] for k, name in enumerate(result.joint_names)}
+    positions = np.round(chain.printed_positions(corrected.joints), _DECIMALS_OF_DEGREES) + 0.0
+    columns |= {
+        f"{name} [{unit}]": positions[:, k]
+        for k, (name, unit) in enumerate(zip(result.joint_names, chain.position_units, strict=True))
+    }
     columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": path.wrench[:, k] for k, axis in enumerate(AXES)}
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
         unit = "mm" if k < 3 else "mrad"

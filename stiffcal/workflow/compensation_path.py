@@ -5,7 +5,6 @@ Forces stand in the path's own table, are one for all, come per segment, or were
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,13 +13,22 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.toml_reading import LARGEST
-from stiffcal.compensation.load_table import ANGLES, AXES, POSITION, QUATERNION, WrittenTable, read_table
+from stiffcal.compensation.load_table import (
+    ANGLES,
+    AXES,
+    POSITION,
+    QUATERNION,
+    WrittenTable,
+    joints_in_words,
+    read_table,
+)
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
     from stiffcal.compensation.targets import PoseGoal
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+    from stiffcal.mechanics.chain import Chain
     from stiffcal.workflow.fitted_robot import FittedRobot
 
 
@@ -94,13 +102,16 @@ def read_path(
     ------
     InputError : the input is wrong, a pose is out of reach, or a joint beyond its limit.
     """
-    names = fitted.campaign.chain.joint_names
-    table = read_table(file, names, (*names, *POSITION, *QUATERNION, *ANGLES, *AXES, "t"), ("segment",))
+    chain = fitted.campaign.chain
+    names = chain.joint_names
+    asked = (*names, *POSITION, *QUATERNION, *ANGLES, *AXES, "t")
+    table = read_table(file, names, asked, ("segment",), chain.prismatic_names)
     goal, doubts = None, []
     if table.has(names):
         joints = table.block(names)
         # An arm in all its joints within three degrees of zero is rare, and radians are never more.
-        if joints.any() and np.degrees(np.abs(joints).max()) <= _MOST_RADIANS:
+        turns = joints[:, ~chain.prismatic]
+        if turns.any() and np.degrees(np.abs(turns).max()) <= _MOST_RADIANS:
             doubts.append(_OTHER_UNIT.format("all joint angles", "degrees", "radians", f"{names[0]} [rad]"))
         _check_limits(fitted, table, joints)
     elif table.has(POSITION):
@@ -109,7 +120,8 @@ def read_path(
             doubts.append(_OTHER_UNIT.format("all positions", "mm", "metres", "X [m]"))
     else:
         lacking = next(name for name in names if name not in table.numbers)
-        mend = f"give a column for each of {', '.join(names)} (degrees), or {', '.join(POSITION)} (mm)"
+        of_joints = joints_in_words(names, chain.prismatic_names)
+        mend = f"give a column for each of {of_joints}, or {', '.join(POSITION)} (mm)"
         raise InputError.at(FaultCode.COLUMN_MISSING, table.file, "line 1", f"no column {lacking}", mend)
     time = table.numbers.get("t")
     if time is not None and np.any(np.diff(time) < 0.0):
@@ -133,15 +145,17 @@ def _check_limits(fitted: FittedRobot, table: WrittenTable, joints: Floats) -> N
     beyond = (joints < chain.limits[:, 0]) | (joints > chain.limits[:, 1])
     faults = []
     for row, joint in zip(*np.nonzero(beyond), strict=True):
-        low, high = np.degrees(chain.limits[joint])
-        reason = f"{chain.joint_names[joint]} = {np.degrees(joints[row, joint]):.4g}° lies beyond its limits"
+        mark = " mm" if chain.prismatic[joint] else "°"
+        low, high = chain.printed_positions(chain.limits.T)[:, joint]
+        at = chain.printed_positions(joints[row])[joint]
+        reason = f"{chain.joint_names[joint]} = {at:.4g}{mark} lies beyond its limits"
         faults.append(
             Fault(
                 FaultCode.POSE_UNREACHABLE,
                 table.file,
                 f"line {table.lines[row]}",
                 reason,
-                f"keep it within {low:g}° … {high:g}°",
+                f"keep it within {low:g}{mark} … {high:g}{mark}",
             )
         )
     raise_faults(shortened(faults))
@@ -166,7 +180,7 @@ def _from_poses(
     from stiffcal.quaternions import rotation_from_quaternion
 
     chain, target = fitted.campaign.chain, setup.targets[0]
-    start_angles = None if start is None else pose_of_words(start, chain.joint_names, "--start")
+    start_angles = None if start is None else pose_of_words(start, chain, "--start")
     if table.has(QUATERNION):
         quaternion = table.block(QUATERNION)
         wrong = np.abs(np.linalg.norm(quaternion, axis=1) - 1.0) > 0.01
@@ -204,15 +218,16 @@ def _from_poses(
     return joints, goal
 
 
-def pose_of_words(text: str, names: Sequence[str], option: str) -> Floats:
-    """Return (L,) rad from "A1,A2,…" in degrees; raises `InputError`."""
+def pose_of_words(text: str, chain: Chain, option: str) -> Floats:
+    """Return (L,) rad (prismatic joints: m) from "A1,A2,…" in degrees (mm); raises `InputError`."""
+    names = chain.joint_names
     angles = numbers_of_words(text, option)
     if len(angles) != len(names):
         reason = f"{len(angles)} angles, the robot has {len(names)} joints"
         raise InputError.at(
             FaultCode.JOINT_COUNT, "command line", option, reason, f"give {', '.join(names)} in degrees"
         )
-    return np.radians(angles)
+    return np.asarray(chain.from_printed(np.array(angles)))
 
 
 def numbers_of_words(text: str, option: str) -> list[float]:

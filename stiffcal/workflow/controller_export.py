@@ -11,6 +11,7 @@ import numpy as np
 
 from stiffcal import __version__
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
@@ -76,7 +77,11 @@ def write_controller_code(
     from stiffcal.compensation.st_code import st_source
 
     options = options or ControllerOptions()
-    fitted = fitted_robot(load_campaign(folder, check_files=False), context)
+    campaign = load_campaign(folder, check_files=False)
+    if output.suffix.lower() == ".st":
+        reason = "the Structured Text turns all joints"
+        refuse_prismatic(campaign.chain.prismatic_names, reason, "export C (*.c), or use stiffcal compensate --path")
+    fitted = fitted_robot(campaign, context)
     setup, target = reading_setup(fitted, options)
     model = _model(fitted, setup, _settings(fitted, options), options)
     verdict = model_verdict(folder, context, fitted)
@@ -189,8 +194,7 @@ def _settings(fitted: FittedRobot, options: ControllerOptions) -> StepSettings:
         mass, com = tool_of_words(options.tool)
         settings = replace(settings, tool_mass=mass, tool_com=(float(com[0]), float(com[1]), float(com[2])))
     if options.zeroed_at is not None:
-        names = fitted.campaign.chain.joint_names
-        settings = replace(settings, zeroed_at=pose_of_words(options.zeroed_at, names, "--zeroed-at"))
+        settings = replace(settings, zeroed_at=pose_of_words(options.zeroed_at, fitted.campaign.chain, "--zeroed-at"))
     return settings
 
 

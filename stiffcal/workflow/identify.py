@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
 
+from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
@@ -109,6 +110,11 @@ def _add_dual_quaternion_form(data: Ingested, fit: Fit | None, result: IdentifyR
     """
     from stiffcal.identification.dual_form import identify_in_two_forms, two_forms_result
 
+    refuse_prismatic(
+        data.campaign.chain.prismatic_names,
+        "the form in dual quaternions turns all joints",
+        "leave --dual-quaternions out",
+    )
     if fit is None:
         reason = "the campaign contains no load states to identify springs from"
         raise InputError.at(FaultCode.DATA_MISSING, "command line", "--dual-quaternions", reason, "leave it out")

@@ -72,7 +72,11 @@ def _rung(robot: CompliantRobot, effects: tuple[str, ...]) -> CompliantRobot:
 
     catalogue = built_in_effects()
     frames = [replace(placed, values={}) for placed in robot.placed if placed.effect.moves_frames]
-    added = [PlacedEffect(catalogue[name], place) for name in effects for place in catalogue[name].places(robot.chain)]
+    added = [
+        PlacedEffect(catalogue[name].at(place, robot.chain), place)
+        for name in effects
+        for place in catalogue[name].places(robot.chain)
+    ]
     return replace(robot, placed=(*frames, *added))
 
 

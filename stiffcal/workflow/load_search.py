@@ -123,7 +123,7 @@ def _next_measurement(data: Ingested, search: Search) -> SeparatingMeasurement |
         )
         if separation is not None and separation.difference >= noise:
             return SeparatingMeasurement(
-                pose_deg=np.degrees(separation.joints).tolist(),
+                pose_deg=data.campaign.chain.printed_positions(separation.joints).tolist(),
                 load=separation.wrench.tolist(),
                 separates=[effect_at(trial.candidate) for trial in pair],
                 gain=finite(separation.gain),

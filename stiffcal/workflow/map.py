@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.campaign.sizes import HEAVIEST_KG, LONGEST_M
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -89,6 +90,11 @@ def map_campaign(
     context = context or RunContext()
     _check_outputs(picture, table)
     campaign = load_campaign(Path(folder), check_files=False)
+    refuse_prismatic(
+        campaign.chain.prismatic_names,
+        "map reaches its points by revolute joints alone",
+        "use stiffcal predict --poses with the poses of your choice",
+    )
     fitted = fitted_robot(campaign, context)
     setup, target = fitted.aimed_at(request.target)
     wrench = _wrench(fitted, request)
@@ -260,7 +266,7 @@ def _grid(
     columns, rows = (np.linspace(low, high, int(count)) for (low, high), count in zip(ends, counts, strict=True))
     home, rotation = middle_of_ranges(chain), None
     if request.pose is not None:
-        home = pose_of_words(request.pose, chain.joint_names, "--pose")
+        home = pose_of_words(request.pose, chain, "--pose")
         _, turned = attached_poses(chain, chain.model_angles(home[None]), setup.targets[0])
         rotation = turned[0]
     arm, _ = body_poses(chain, chain.model_angles(home[None]))

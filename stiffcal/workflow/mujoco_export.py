@@ -10,6 +10,7 @@ import numpy as np
 
 from stiffcal import __version__
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.files import write_whole
 from stiffcal.workflow.controller_export import ModelVerdict, model_verdict
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
@@ -40,7 +41,9 @@ def write_mujoco(folder: Path, context: RunContext, output: Path) -> WrittenRobo
     """
     from stiffcal.compensation.mujoco_model import mujoco_model
 
-    fitted = fitted_robot(load_campaign(folder, check_files=False), context)
+    campaign = load_campaign(folder, check_files=False)
+    refuse_prismatic(campaign.chain.prismatic_names, "the MuJoCo model turns all joints", "export the URDF")
+    fitted = fitted_robot(campaign, context)
     verdict = model_verdict(folder, context, fitted)
     name = fitted.campaign.chain.name or fitted.campaign.name
     model = mujoco_model(fitted.robot, fitted.setup, list(_head(fitted, verdict)), name)

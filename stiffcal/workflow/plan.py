@@ -10,6 +10,7 @@ import numpy as np
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile, load_plan
+from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.plan_answer import answer_of, separations_of
@@ -76,6 +77,11 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     folder = Path(folder)
     plan = load_plan(folder)
     campaign = as_planned(with_trial_model(load_campaign(folder, check_files=False), context), plan)
+    refuse_prismatic(
+        campaign.chain.prismatic_names,
+        "plan chooses angles of revolute joints alone",
+        "choose the poses yourself, and let stiffcal check judge them",
+    )
     if request.force is not None:
         plan = plan.model_copy(update={"load": plan.load.model_copy(update={"force_N": request.force})})
     if request.program is not None:

@@ -206,8 +206,11 @@ def _covariate(
                 f"direction of the last motion of joint {joint + 1}", "1", _approach(states, joint)
             )
         if quantity == "angle":
+            if data.campaign.chain.prismatic[joint]:
+                return ResidualCovariate(f"position of joint {joint + 1}", "mm", 1e3 * states.joints[:, joint])
             return ResidualCovariate(f"angle of joint {joint + 1}", "°", np.degrees(states.joints[:, joint]))
-        return ResidualCovariate(f"torque on joint {joint + 1}", "N·m", joint_torques(data, identified)[:, joint])
+        what, unit = ("force", "N") if data.campaign.chain.prismatic[joint] else ("torque", "N·m")
+        return ResidualCovariate(f"{what} on joint {joint + 1}", unit, joint_torques(data, identified)[:, joint])
     raise InputError.at(
         FaultCode.OPTION_INVALID, "command line", "--against", f"unknown quantity {against}", f"choose {AGAINST}"
     )

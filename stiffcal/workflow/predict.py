@@ -106,6 +106,7 @@ def predict_campaign(
         load_path=path,
         file=None if output is None else str(output),
         joint_names=campaign.chain.joint_names,
+        joint_units=campaign.chain.position_units,
     )
     if path is not None and context.trial is None:
         _keep(campaign, context, path)
@@ -122,14 +123,14 @@ def _requested_loads(
     """Return the states asked for, and where on a path its corners are."""
     from stiffcal.compensation.prediction import load_path
 
-    names = campaign.chain.joint_names
+    names, prismatic = campaign.chain.joint_names, campaign.chain.prismatic_names
     if isinstance(poses, LoadTable):
         return poses, ()
     if poses is not None:
-        return read_load_table(Path(poses), names, joints_needed=True), ()
+        return read_load_table(Path(poses), names, joints_needed=True, prismatic=prismatic), ()
     assert request is not None
     if is_given(Path(request.corners)):
-        table = read_load_table(Path(request.corners), names, joints_needed=request.pose is None)
+        table = read_load_table(Path(request.corners), names, request.pose is None, prismatic)
         corner_loads, pose = table.wrench, table.joints[0]
         if request.pose is None and np.ptp(table.joints, axis=0).max() > 0.0:
             raise InputError.at(
@@ -142,7 +143,7 @@ def _requested_loads(
     else:
         corner_loads, pose = _corners(request.corners), np.zeros(len(names))
     if request.pose is not None:
-        pose = pose_of_words(request.pose, names, "--at")
+        pose = pose_of_words(request.pose, campaign.chain, "--at")
     elif not is_given(Path(request.corners)):
         raise InputError.at(
             FaultCode.OPTION_MISSING,
@@ -215,7 +216,7 @@ def _load_path(
 ) -> LoadPath:
     from stiffcal.compensation.predict_result import LoadPath
 
-    angles = ", ".join(f"{angle:.4g}°" for angle in np.degrees(loads.joints[0]))
+    angles = campaign.chain.position_words(loads.joints[0])
     names = campaign.chain.joint_names
     pose = f"{names[0]} … {names[-1]} = {angles}" + (f"; {request.note}" if request.note else "")
     return LoadPath(campaign.name, pose, loads.wrench[:, :3], prediction.deflection[:, :3], corners)
@@ -237,8 +238,11 @@ def _keep(campaign: Campaign, context: RunContext, path: LoadPath) -> None:
 def _table(result: PredictResult) -> dict[str, Floats]:
     """Return the prediction as columns: degrees, N, N·m, mm, mrad, each with its unit."""
     states = result.states
-    angles, wrench = np.degrees([state.joints for state in states]), np.array([state.wrench for state in states])
-    columns = {f"{name} [deg]": angles[:, k] for k, name in enumerate(result.joint_names)}
+    joints, wrench = np.array([state.joints for state in states]), np.array([state.wrench for state in states])
+    columns = {
+        f"{name} [{unit}]": 1e3 * joints[:, k] if unit == "mm" else np.degrees(joints[:, k])
+        for k, (name, unit) in enumerate(zip(result.joint_names, result.joint_units, strict=True))
+    }
     columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": wrench[:, k] for k, axis in enumerate(AXES)}
     deflection = 1e3 * np.array([state.deflection for state in states])
     std = 1e3 * np.sqrt([np.diagonal(state.covariance) for state in states])

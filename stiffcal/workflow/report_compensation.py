@@ -109,7 +109,7 @@ def _compared(data: Ingested, states: LoadStates, off: int, on: int) -> Compared
         ]
         sizes.append(((rms[0], rms[1]), (float(lengths[0].max()), float(lengths[1].max()))))
     joints = states.joints[np.flatnonzero(states.run == off)[0]]
-    angles = ", ".join(f"{angle:.4g}°" for angle in np.degrees(joints))
+    angles = data.campaign.chain.position_words(joints)
     names = data.joint_names
     return ComparedPose(
         f"{names[0]} … {names[-1]} = {angles}", *halves, sizes[0][0], sizes[1][0], sizes[0][1], sizes[1][1]

@@ -122,6 +122,7 @@ def report_content(
         provenance=_provenance(data, identified, history),
         runs=_runs(states, chain) + other_runs,
         joint_names=data.joint_names,
+        prismatic_joints=chain.prismatic_joints,
         states=report_states,
         identify=identified,
         validate=validation,

@@ -71,7 +71,7 @@ def stiffness_in_poses(
             place = f"report.stiffness_at_deg[{number}]"
             reason = f"{len(pose)} angles for a robot with {count} joints"
             raise InputError.at(FaultCode.VALUE_INVALID, MANIFEST_FILE, place, reason, f"write {count} angles")
-    joints = np.repeat(np.radians(np.array(poses_deg)), 6, axis=0)
+    joints = np.repeat(data.campaign.chain.from_printed(np.array(poses_deg)), 6, axis=0)
     size = np.array([_FORCE_N] * 3 + [_MOMENT_NM] * 3)
     loads = LoadTable(joints, np.tile(np.diag(size), (len(poses_deg), 1)))
     result = predict_campaign(data.campaign.folder, context, poses=loads)

@@ -32,7 +32,10 @@ def residual_columns(data: Ingested, identified: IdentifyResult, table: str) -> 
     if LOAD not in stored:  # the table of the fit, and those that version 0.1 has written
         robot = placed_robot(data.campaign).with_values(identified.robot_values())
         carried = {name: values[index] for name, values in load_columns(states, robot).items()}
-    angles = {f"{name}_rad": states.joints[index, k] for k, name in enumerate(data.joint_names)}
+    slides = data.campaign.chain.prismatic
+    angles = {
+        f"{name}_{'m' if slides[k] else 'rad'}": states.joints[index, k] for k, name in enumerate(data.joint_names)
+    }
     noise = None if identified.noise is None else identified.noise.translation
     return {
         "state": index,

@@ -152,7 +152,9 @@ def _joint(
     further = {key: value for key in _KEPT & entry.model_fields_set if (value := getattr(entry, key)) is not None}
     if rows.beta[k]:
         further["beta_deg"] = _number(np.degrees(rows.beta[k]), digits)
-    if np.isfinite(chain.limits[k]).all():
+    if chain.prismatic[k]:
+        further["type"], further["limits_m"] = "prismatic", tuple(chain.limits[k].tolist())
+    elif np.isfinite(chain.limits[k]).all():
         low, high = np.degrees(chain.limits[k])
         further["limits_deg"] = _number(low, _DIGITS), _number(high, _DIGITS)
     bearing = float(chain.bearing[k] + moved[k][2, 3])

@@ -25,6 +25,9 @@ from stiffcal.model.measured_frames import with_found_frames
 from stiffcal.model.summary import Where
 from stiffcal.results.identify_result import IdentifyResult
 
+_STIFFNESS = {"rad/(N·m)": "N*m/rad", "m/N": "N/m"}
+"""Unit of a compliance to that of its inverse, as the elements of the URDF name it."""
+
 
 def urdf_text(campaign: Campaign, identified: IdentifyResult, setup: MeasurementSetup | None = None) -> str:
     """Return the robot as URDF.
@@ -52,7 +55,9 @@ def urdf_text(campaign: Campaign, identified: IdentifyResult, setup: Measurement
         # The model's zero (theta) goes into the origin, so that a joint angle of zero is a logged zero.
         origin = chain.fixed[k] @ _about_z(float(chain.offset[k]))
         link_name = chain.link_names[k] if len(set(chain.link_names)) == chain.n_joints else f"link{k + 1}"
-        joint = ElementTree.SubElement(root, "joint", name=joint_name, type="revolute")
+        joint = ElementTree.SubElement(
+            root, "joint", name=joint_name, type="prismatic" if chain.prismatic[k] else "revolute"
+        )
         _origin(joint, origin)
         ElementTree.SubElement(joint, "parent", link=parent)
         ElementTree.SubElement(joint, "child", link=link_name)
@@ -60,7 +65,7 @@ def urdf_text(campaign: Campaign, identified: IdentifyResult, setup: Measurement
         ElementTree.SubElement(joint, "axis", xyz=f"0 0 {sign:g}")
         low, high = chain.limits[k] if np.isfinite(chain.limits[k]).all() else (-2.0 * np.pi, 2.0 * np.pi)
         ElementTree.SubElement(joint, "limit", lower=_word(low), upper=_word(high), effort="0", velocity="0")
-        _stiffness(joint, identified, k + 1)
+        _stiffness(joint, identified, k + 1, ("rad/(N·m)", "m/N") if chain.prismatic[k] else ("rad/(N·m)",))
         link = ElementTree.SubElement(root, "link", name=link_name)
         if chain.link_mass[k] > 0.0:
             _inertial(link, float(chain.link_mass[k]), chain.link_com[k])
@@ -107,10 +112,10 @@ def _fixed_frame(root: ElementTree.Element, name: str, body: str, transform: Flo
     ElementTree.SubElement(root, "link", name=name)
 
 
-def _stiffness(joint: ElementTree.Element, identified: IdentifyResult, number: int) -> None:
+def _stiffness(joint: ElementTree.Element, identified: IdentifyResult, number: int, units: tuple[str, ...]) -> None:
     for parameter in identified.parameters:
-        if parameter.where == Where(joints=[number]) and parameter.unit == "rad/(N·m)":
-            attributes: dict[str, Any] = {"effect": parameter.effect, "unit": "N*m/rad"}
+        if parameter.where == Where(joints=[number]) and parameter.unit in units:
+            attributes: dict[str, Any] = {"effect": parameter.effect, "unit": _STIFFNESS[parameter.unit]}
             if parameter.known_stiffness is not None:
                 attributes["value"] = _word(parameter.known_stiffness)
             if parameter.known_stiffness_std is not None:

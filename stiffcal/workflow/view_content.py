@@ -204,11 +204,21 @@ def _with_states(
 def _variables(data: Ingested, drawn: ReportStates, torque: Floats, clamped: bool) -> list[ViewVariable]:
     """Return what a residual may follow, over all states; a clamped robot's load has no direction of its own."""
     states, names = data.states, data.joint_names
-    nowhere = np.zeros(len(states))
+    nowhere, slides = np.zeros(len(states)), data.campaign.chain.prismatic
     moment = np.asarray(states.wrench[:, 3:])
     found = [
-        *(("torque", k + 1, f"torque on joint {k + 1}", "N·m", column) for k, column in enumerate(torque.T)),
-        *(("angle", k + 1, f"angle of {names[k]}", "°", DEGREES * column) for k, column in enumerate(states.joints.T)),
+        *(
+            ("torque", k + 1, f"force on joint {k + 1}", "N", column)
+            if slides[k]
+            else ("torque", k + 1, f"torque on joint {k + 1}", "N·m", column)
+            for k, column in enumerate(torque.T)
+        ),
+        *(
+            ("angle", k + 1, f"position of {names[k]}", "mm", 1e3 * column)
+            if slides[k]
+            else ("angle", k + 1, f"angle of {names[k]}", "°", DEGREES * column)
+            for k, column in enumerate(states.joints.T)
+        ),
         ("load", 0, "load", "N", drawn.load),
         *(("force", k + 1, f"force along {'xyz'[k]}", "N", column) for k, column in enumerate(drawn.force.T)),
         *(

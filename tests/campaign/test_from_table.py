@@ -273,7 +273,8 @@ def test_a_rail_and_fingers_without_columns_are_left_out_and_named(tmp_path: Pat
 @pytest.mark.parametrize(
     ("kinds", "without", "words"),
     [
-        ({"elbow_joint": "prismatic"}, (), 'joint elbow_joint: the stiffness of a prismatic .* type "fixed"'),
+        ({"elbow_joint": "planar"}, (), 'joint elbow_joint: the stiffness of a planar .* type "fixed"'),
+        ({"elbow_joint": "prismatic"}, (), "elbow_joint.*two ends, and none are given; add <limit"),
         ({}, ("elbow_joint",), "joint elbow_joint: no column .* add the column elbow_joint"),
     ],
 )

@@ -120,7 +120,7 @@ def test_format_from_ending(file: str, expected: str | None) -> None:
     [
         (JointSignals, {"units": {"position": "deg"}}, "no columns are given"),
         (JointSignals, {"position": "A1..A6", "velocity": "v1..v5"}, "unequal numbers"),
-        (JointSignals, {"position": "A1..A6", "units": {"position": "mm"}}, "unit of length"),
+        (JointSignals, {"position": "A1..A6", "units": {"position": "N"}}, "unit of force"),
         (Wrench, {"columns": ["Fx", "Fy"]}, "2 columns"),
         (Wrench, {"columns": "F1..F3", "units": {"force": "Newton"}}, "not a known unit of force"),
         (Pose, {"frame": "tracker"}, "either position or markers"),

@@ -288,7 +288,7 @@ def test_urdf_axis_along_minus_z() -> None:
     [
         (("</robot>", ""), "not valid XML"),
         (('xyz="0 0 0.1"', 'xyz="0 0,1"'), "is not three numbers"),
-        (('<joint name="J3" type="revolute">', '<joint name="J3" type="prismatic">'), "a prismatic joint"),
+        (('<joint name="J3" type="revolute">', '<joint name="J3" type="planar">'), "a planar joint"),
         (('<axis xyz="0 0 -1"/>', '<axis xyz="0 0 0"/>'), "axis is zero"),
     ],
 )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.geometry import chain_of
 from stiffcal.compensation.c_code import c_source
 from stiffcal.compensation.controller_model import controller_model
 from stiffcal.compensation.step import CompensationStep, StepSettings
@@ -22,6 +23,7 @@ from tests.laboratory.compilers import SANITIZED, STRICT, build, compiler
 from tests.laboratory.hostile_names import NAMES
 from tests.laboratory.replay import by_program, by_python, c_program
 from tests.laboratory.robots import SEVEN_STIFFNESS, force_sensor_setup, seven_axes, six_axis_joints
+from tests.laboratory.track_and_arm import SCARA, TRACK, draw_joints, robot_of
 
 ACCURACY = 1e-10
 """rad, m: the same sums in another order. Rounding of 1e-16 of some metres, times the solver's condition of 1e5."""
@@ -160,3 +162,23 @@ def test_the_hash_follows_every_number(tmp_path: Path) -> None:
     mass[0] = np.nextafter(mass[0], np.inf)
     assert replace(model, mass=mass).hash != model.hash
     assert replace(model, sweeps=2).hash != model.hash
+
+
+@pytest.mark.parametrize("name", ["track", "scara"])
+def test_prismatic_joints(name: str, tmp_path: Path) -> None:
+    """A track with its arm and a quill: the code by `CompensationStep`, and both by the exact balance."""
+    chain = chain_of(robot_of({"track": TRACK, "scara": SCARA}[name]), tmp_path)
+    springs = np.where(chain.prismatic, 2e7, 4e5)
+    robot = drives(chain, springs)
+    setup = setup_of(robot)
+    program = c_program(controller_model(robot, setup), tmp_path / "code", *SANITIZED)
+    joints = draw_joints(chain, 300, seed=3)
+    reading = path(300)[1]
+    ours = by_program(program, joints, reading, alone=True)
+    theirs = by_python(CompensationStep(robot, setup), joints, reading, alone=True)
+    assert ours.solved.all()
+    assert np.abs(ours.offsets - theirs.offsets).max() < ACCURACY
+    assert np.abs(ours.deflection - theirs.deflection).max() < ACCURACY
+    assert np.abs(ours.offsets[:, chain.prismatic]).max() > 1e-6
+    exact = solve_balance(robot, chain.model_angles(joints), reading, setup).displacement[:, 0]
+    assert np.abs(ours.deflection - exact).max() < 2e-3 * np.abs(exact).max()

@@ -20,7 +20,8 @@ def pinocchio_model(chain: Chain, tool_mass: float = 0.0, tool_com: Floats | Non
     model.gravity.linear = chain.gravity
     joint = 0
     for k in range(chain.n_joints):
-        joint = model.addJoint(joint, pin.JointModelRZ(), pin.SE3(chain.fixed[k]), f"joint{k + 1}")
+        kind = pin.JointModelPZ() if chain.prismatic[k] else pin.JointModelRZ()
+        joint = model.addJoint(joint, kind, pin.SE3(chain.fixed[k]), f"joint{k + 1}")
         inertia = pin.Inertia(float(chain.link_mass[k]), chain.link_com[k], np.zeros((3, 3)))
         model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
     if tool_mass > 0.0 and tool_com is not None:

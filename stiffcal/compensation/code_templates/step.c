@@ -50,7 +50,7 @@ static const double GRAVITY[3] = @GRAVITY@; /* m/s^2, base axes */
 /* Model angle = COUPLING x logged angle + OFFSET, rad. */
 static const double COUPLING[JOINTS][LOGGED] = @COUPLING@;
 static const double OFFSET[JOINTS] = @OFFSET@;
-static const double LIMITS[LOGGED][2] = @LIMITS@; /* rad, logged angles; 1e300: none */
+@SLIDES@static const double LIMITS[LOGGED][2] = @LIMITS@; /* rad, logged angles; 1e300: none */
 static const double LARGEST = @LARGEST@;           /* rad, what an offset is cut off at, all joints in proportion */
 static const double DAMPING = @DAMPING@;           /* m/rad: directions that move the target less are corrected less */
 static const double AXES[3][3] = @AXES@;           /* the reading's axes as columns, axes of AXES_NODE */
@@ -209,7 +209,7 @@ static void place(const @PREFIX@_state *state, work *w, int shape)
         const double *d = state->small[shape][k];
         frame *before = &w->before[shape][k], *after = &w->after[shape][k];
         double local[3][3];
-        for (i = 0; i < 3; ++i) {
+@SLIDES_ORIGIN@        for (i = 0; i < 3; ++i) {
             if (JOINT[k] >= 0) {
                 double c = w->cosine[JOINT[k]], s = w->sine[JOINT[k]];
                 local[i][0] = fixed[i][0] * c + fixed[i][1] * s;
@@ -225,15 +225,15 @@ static void place(const @PREFIX@_state *state, work *w, int shape)
                 for (j = 0; j < 3; ++j) {
                     before->r[i][j] = local[i][j];
                 }
-                before->p[i] = fixed[i][3];
+                before->p[i] = @AT_I@;
             } else {
                 const frame *last = &w->after[shape][k - 1];
                 for (j = 0; j < 3; ++j) {
                     before->r[i][j] =
                         last->r[i][0] * local[0][j] + last->r[i][1] * local[1][j] + last->r[i][2] * local[2][j];
                 }
-                before->p[i] = last->p[i] + last->r[i][0] * fixed[0][3] + last->r[i][1] * fixed[1][3] +
-                               last->r[i][2] * fixed[2][3];
+                before->p[i] = last->p[i] + last->r[i][0] * @AT_0@ + last->r[i][1] * @AT_1@ +
+                               last->r[i][2] * @AT_2@;
             }
         }
         if (DEFORMED) {
@@ -428,7 +428,7 @@ static void deflect(@PREFIX@_state *state, const work *w, double motion[6][LOGGE
             column[3] = r[0][2];
             column[4] = r[1][2];
             column[5] = r[2][2];
-            for (j = 0; j < LOGGED; ++j) {
+@SLIDES_COLUMN@            for (j = 0; j < LOGGED; ++j) {
                 double share = COUPLING[JOINT[k]][j];
                 if (share != 0.0) {
                     for (i = 0; i < 6; ++i) {
@@ -523,7 +523,7 @@ int @PREFIX@_step(@PREFIX@_state *state, const double joints[@CAPS@_JOINTS], con
         }
         w.cosine[k] = cos(w.angle[k]);
         w.sine[k] = sin(w.angle[k]);
-    }
+@SLIDES_ANGLE@    }
     for (k = 0; k < sweeps; ++k) {
         place(state, &w, 0);
         place(state, &w, 1);

@@ -40,9 +40,11 @@ class AbsoluteSimulation(RunSimulation[AbsolutePoses]):
 
     def plan(self, motion: AbsolutePoses, setup: RunSetup) -> PlannedRun:
         """Draw joint angles and payloads."""
-        middle, spread = np.deg2rad(np.array(setup.run.joints_deg)), np.deg2rad(motion.spread_deg)
-        low = np.maximum(middle - spread, setup.limits[:, 0])
-        high = np.minimum(middle + spread, setup.limits[:, 1])
+        chain = setup.chain
+        middle = chain.from_printed(np.array(setup.run.joints_deg))
+        spread = chain.from_printed(np.where(chain.prismatic, motion.spread_mm, motion.spread_deg))
+        low = np.maximum(middle - spread, chain.limits[:, 0])
+        high = np.minimum(middle + spread, chain.limits[:, 1])
         joints = setup.rng.uniform(low, high, (motion.poses, middle.size))
         payload = setup.rng.choice(np.array(motion.payloads_kg), motion.poses)
         loads = setup.loads.model_copy(update={"point": motion.point})

@@ -16,6 +16,9 @@ class AbsolutePoses(TomlTable):
     spread_deg: Positive = Field(
         60.0, description="joint angles are drawn evenly this far to either side of joints_deg, within limits_deg"
     )
+    spread_mm: Positive = Field(
+        500.0, description="positions of prismatic joints likewise, to either side of joints_deg (there mm)"
+    )
     payloads_kg: Annotated[list[NotNegative], Field(min_length=1)] = Field(
         [0.0], description="payloads; each pose has one of them, drawn with equal probability"
     )

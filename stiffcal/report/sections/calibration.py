@@ -29,7 +29,7 @@ def section(content: ReportContent) -> ReportSection | None:
     if distance is not None:
         blocks += [*_over_the_workspace(content), _distances(distance)]
         if distance.by_region:
-            blocks.append(regions_table(distance))
+            blocks.append(regions_table(distance, content.prismatic_joints))
     if ladder:
         blocks.append(_ladder(ladder))
     if isinstance(found, GeometryFound):
@@ -71,18 +71,27 @@ def _distances(distance: Distances) -> TableBlock:
     return TableBlock(_columns("data", "places"), tuple(rows), caption)
 
 
-def regions_table(distance: Distances) -> TableBlock:
-    """Return the table of the regions that were left out, each with the mean direction of its joints."""
+def regions_table(distance: Distances, prismatic: frozenset[int] = frozenset()) -> TableBlock:
+    """Return the table of the regions that were left out, each with the mean direction of its joints.
+
+    Parameters
+    ----------
+    prismatic : joints, from 1, whose mean is a position.
+    """
     columns = (*_columns("region", "places"), TableColumn("mean joint angles", "°", align="left"))
+    if prismatic:
+        columns = (*columns[:-1], TableColumn("mean joint positions", "° and mm", align="left"))
     rows = tuple(
-        (str(region.region), *_cells(region), str(region.n), _centre(region.centre)) for region in distance.by_region
+        (str(region.region), *_cells(region), str(region.n), _centre(region.centre, prismatic))
+        for region in distance.by_region
     )
     return TableBlock(columns, rows, "Distances in each region, by a fit without that region.")
 
 
-def _centre(angles: list[float]) -> str:
-    """Return joint angles in whole degrees; nothing where an older store does not have them."""
-    return ", ".join(f"{round(math.degrees(angle))}" for angle in angles).replace("-", "−")
+def _centre(angles: list[float], prismatic: frozenset[int]) -> str:
+    """Return joint angles in whole degrees, positions in mm; nothing where an older store does not have them."""
+    whole = [round(1e3 * a if k in prismatic else math.degrees(a)) for k, a in enumerate(angles, start=1)]
+    return ", ".join(map(str, whole)).replace("-", "−")
 
 
 def _columns(first: str, last: str) -> tuple[TableColumn, ...]:

@@ -110,7 +110,9 @@ def runs_table(content: ReportContent) -> TableBlock:
     few = len(content.joint_names) <= _MOST_ANGLE_COLUMNS
     finite = any(np.isfinite(run.joints).any() for run in content.runs)
     angles = content.joint_names if few and finite else ()
-    columns = [TableColumn("run", align="left"), *(TableColumn(name, "°") for name in angles)]
+    slides = content.prismatic_joints
+    of_joints = [TableColumn(name, "mm" if k in slides else "°") for k, name in enumerate(angles, start=1)]
+    columns = [TableColumn("run", align="left"), *of_joints]
     states = content.states
     loads = states is not None and _lists_loads(content, states)
     if states is not None:
@@ -122,11 +124,12 @@ def runs_table(content: ReportContent) -> TableBlock:
     rows = []
     for number, run in enumerate(content.runs):
         cells = [run.name.replace(" ", "\u00a0") + (" (holdout)" if run.holdout else "")]
-        degrees = [float(np.rad2deg(angle)) for angle in run.joints] if angles else []
+        joints = enumerate(run.joints, start=1) if angles else ()
+        positions = [float(1e3 * joint if k in slides else np.rad2deg(joint)) for k, joint in joints]
         # adding zero makes no difference but to a rounded −0.0
         cells += [
             f"{round(angle, 1) + 0.0:.1f}".replace("-", "−") if math.isfinite(angle) else wording.DASH
-            for angle in degrees
+            for angle in positions
         ]
         if states is not None:
             n_states, load, length, *further = _run_cells(states, number)

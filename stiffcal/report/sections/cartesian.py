@@ -26,11 +26,11 @@ def section(content: ReportContent) -> ReportSection | None:
         "all other directions are free, as a gauge along the load measures it. Others fixed: diagonal of the "
         "stiffness matrix, all other directions fixed."
     )
-    tables = [_table(number, pose, content.joint_names) for number, pose in enumerate(content.stiffness_poses, 1)]
+    tables = [_table(number, pose, content) for number, pose in enumerate(content.stiffness_poses, 1)]
     return ReportSection(_TITLE, (Paragraph(text), *tables))
 
 
-def _table(number: int, pose: PoseStiffness, names: tuple[str, ...]) -> TableBlock:
+def _table(number: int, pose: PoseStiffness, content: ReportContent) -> TableBlock:
     columns = (
         TableColumn("direction", align="left"), TableColumn("load alone, ± 95 %"), TableColumn("others fixed"),
         TableColumn("unit", align="left"),
@@ -41,8 +41,9 @@ def _table(number: int, pose: PoseStiffness, names: tuple[str, ...]) -> TableBlo
         held = wording.DASH if pose.held is None else wording.digits(float(pose.held[k]) * scale)
         rows.append((axis, _stiffness(float(pose.compliance[k]), float(pose.std[k]), scale), held, unit))
     angles = ", ".join(
-        f"{name} {angle:.1f}°".replace("-", "−") for name, angle in zip(names, np.degrees(pose.joints), strict=False)
-    )
+        f"{name} {1e3 * at:.1f} mm" if k in content.prismatic_joints else f"{name} {np.degrees(at):.1f}°"
+        for k, (name, at) in enumerate(zip(content.joint_names, pose.joints, strict=False), start=1)
+    ).replace("-", "−")
     return TableBlock(columns, tuple(rows), f"Stiffness at {pose.target}, pose {number}: {angles}.")
 
 

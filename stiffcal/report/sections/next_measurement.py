@@ -18,11 +18,11 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         return LeftOut(_TITLE, content.not_diagnosed)
     blocks: list[Block] = []
     if diagnosis.next_measurement is not None:
-        blocks.extend(_separating(diagnosis.next_measurement, content.joint_names, "The diagnosis"))
+        blocks.extend(_separating(diagnosis.next_measurement, content, "The diagnosis"))
     for earlier in content.earlier_diagnoses:
         if earlier.next_measurement is not None:
             origin = f"The diagnosis of fit {earlier.fit_id}"
-            blocks.extend(_separating(earlier.next_measurement, content.joint_names, origin))
+            blocks.extend(_separating(earlier.next_measurement, content, origin))
     if not blocks:
         return LeftOut(_TITLE, _no_measurement_reason(diagnosis))
     return ReportSection(_TITLE, tuple(blocks))
@@ -39,10 +39,11 @@ def _no_measurement_reason(diagnosis: DiagnoseResult) -> str:
     return "no effect has a look-alike that another pose would have to exclude"
 
 
-def _separating(measurement: SeparatingMeasurement, joints: tuple[str, ...], origin: str) -> list[Block]:
+def _separating(measurement: SeparatingMeasurement, content: ReportContent, origin: str) -> list[Block]:
     first, second = map(wording.effect_at, measurement.separates[:2])
     pose = ", ".join(
-        f"{name} {wording.digits(angle)}°" for name, angle in zip(joints, measurement.pose_deg, strict=False)
+        f"{name} {wording.digits(at)}{' mm' if k in content.prismatic_joints else '°'}"
+        for k, (name, at) in enumerate(zip(content.joint_names, measurement.pose_deg, strict=False), start=1)
     )
     force = ", ".join(wording.digits(value) for value in measurement.load[:3])
     facts = [("pose", pose), ("force", f"({force}) N, in the sensor’s axes")]

@@ -27,6 +27,7 @@ from stiffcal.validation.results import ErrorSlice
 
 ORDER = 70
 _TITLE = "Residuals"
+_FACTORS = {"°": math.degrees(1.0), "mm": 1e3}
 _GROUPS: tuple[tuple[Callable[[ValidateResult], list[ErrorSlice]], str, str], ...] = (
     (lambda validation: validation.by_direction, "direction of force", ""),
     (lambda validation: validation.by_load, "load", " [N]"),
@@ -50,7 +51,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if validation is not None:
         blocks.append(Paragraph(_lead(validation)))
         blocks.extend(_by_run(validation, content))
-        blocks.extend(_by_groups(validation, content.absolute_alone))
+        blocks.extend(_by_groups(validation, content))
     if content.states is not None and content.states.used.any() and content.covariates and content.identify is not None:
         blocks.extend(_covariate_blocks(content, content.states))
     if validation is not None:
@@ -112,9 +113,10 @@ def _by_run(validation: ValidateResult, content: ReportContent) -> list[Block]:
     return blocks
 
 
-def _by_groups(validation: ValidateResult, of_places: bool) -> list[Block]:
+def _by_groups(validation: ValidateResult, content: ReportContent) -> list[Block]:
     # a place that is measured once is on no branch
-    known = [group for group in _GROUPS if not (of_places and group[1] == "branch")]
+    known = [group for group in _GROUPS if not (content.absolute_alone and group[1] == "branch")]
+    prismatic = content.prismatic_joints
     several = [(title, unit, parts) for select, title, unit in known if len(parts := select(validation)) > 1]
     blocks: list[Block] = []
     if several:
@@ -130,15 +132,18 @@ def _by_groups(validation: ValidateResult, of_places: bool) -> list[Block]:
     if len(angles) > 1:
         named = [
             replace(part, label=f"joint {part.joint}, {label}")
-            for part, label in zip(angles, ranges_in_degrees(angles), strict=True)
+            for part, label in zip(angles, ranges_of_joints(angles, prismatic), strict=True)
         ]
         caption = f"Residual by joint angle: {_extremes(named)}{_noise_words(validation)}"
         joints = list(dict.fromkeys(part.joint for part in angles))
         for sheet in wording.in_sheets(range(len(joints)), _JOINTS_PER_PICTURE):
             groups = [
                 (
-                    f"joint {joints[number]} [°]",
-                    short_ranges([part for part in angles if part.joint == joints[number]], "°"),
+                    f"joint {joints[number]} [{_unit_of(joints[number], prismatic)}]",
+                    short_ranges(
+                        [part for part in angles if part.joint == joints[number]],
+                        _unit_of(joints[number], prismatic),
+                    ),
                 )
                 for number in sheet
             ]
@@ -146,19 +151,26 @@ def _by_groups(validation: ValidateResult, of_places: bool) -> list[Block]:
     return blocks
 
 
-def ranges_in_degrees(parts: Sequence[ErrorSlice]) -> list[str]:
-    """Return ranges of angles in words; the label of a part that is no range."""
-    return [
-        part.label
-        if part.low is None or part.high is None
-        else f"{round(math.degrees(part.low))}° to {round(math.degrees(part.high))}°".replace("-", "−")
-        for part in parts
-    ]
+def _unit_of(joint: int | None, prismatic: frozenset[int]) -> str:
+    return "mm" if joint in prismatic else "°"
+
+
+def ranges_of_joints(parts: Sequence[ErrorSlice], prismatic: frozenset[int] = frozenset()) -> list[str]:
+    """Return ranges of angles, or of the positions of prismatic joints, in words; the label of a part that is none."""
+    words = []
+    for part in parts:
+        if part.low is None or part.high is None:
+            words.append(part.label)
+            continue
+        unit = _unit_of(part.joint, prismatic)
+        mark, factor = ("°", _FACTORS["°"]) if unit == "°" else (" mm", _FACTORS["mm"])
+        words.append(f"{round(part.low * factor)}{mark} to {round(part.high * factor)}{mark}".replace("-", "−"))
+    return words
 
 
 def short_ranges(parts: Sequence[ErrorSlice], unit: str) -> list[ErrorSlice]:
-    """Write ranges as labels of whole numbers, degrees where `unit` is degrees; other labels stay."""
-    factor = 180.0 / math.pi if unit == "°" else 1.0
+    """Write ranges as labels of whole numbers, in degrees or mm where `unit` is one of them; other labels stay."""
+    factor = _FACTORS.get(unit, 1.0)
     return [
         part
         if part.low is None or part.high is None

@@ -1,0 +1,87 @@
+"""Laws of drives at prismatic joints: force along the axis in place of torque, and length in place of angle.
+
+The law itself stays; units, bounds and usual sizes follow from those of the rotary drive, as if it moved the joint by a
+rack and a pinion of 0.1 m radius: x = r φ and F = τ/r, so that 2e-6 rad/(N·m) become 2e-8 m/N (50 N/µm, a usual rack
+or ball screw).
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING
+
+from stiffcal.model.parameters import ParameterSpec
+
+if TYPE_CHECKING:
+    from stiffcal.model.effect import Effect
+
+PINION_RADIUS = 0.1
+"""m."""
+# unit of a rotary drive's parameter: unit along an axis, and the power of the pinion's radius between them
+_ALONG_AXIS = {
+    "rad": ("m", 1),
+    "N·m": ("N", -1),
+    "rad/(N·m)": ("m/N", 2),
+    "rad/(N·m)²": ("m/N²", 3),
+    "rad/(N·m)³": ("m/N³", 4),
+    "N·m/rad": ("N/m", -2),
+    "N·m/rad²": ("N/m²", -3),
+    "N·m/rad³": ("N/m³", -4),
+}
+_WORDS = {"torque": "force", "angle": "position", "about the joint's axis": "along the joint's axis"}
+_TURN_ABOUT_Z, _SHIFT_ALONG_Z = 5, 2
+
+
+def spec_along_axis(spec: ParameterSpec) -> ParameterSpec:
+    """Return a parameter of a rotary drive's law as it is at a prismatic joint.
+
+    Examples
+    --------
+    >>> compliance = ParameterSpec("c", "rad/(N·m)", "compliance per torque", 0.0, 1e-1, 2e-6, "measured")
+    >>> along = spec_along_axis(compliance)
+    >>> along.unit, along.meaning, f"{along.typical:.0e}"
+    ('m/N', 'compliance per force', '2e-08')
+    """
+    if spec.unit not in _ALONG_AXIS:
+        return spec
+    unit, power = _ALONG_AXIS[spec.unit]
+    factor, meaning = PINION_RADIUS**power, spec.meaning
+    for word, other in _WORDS.items():
+        meaning = meaning.replace(word, other)
+    return replace(
+        spec,
+        unit=unit,
+        meaning=meaning,
+        lower=factor * spec.lower,
+        upper=factor * spec.upper,
+        typical=factor * spec.typical,
+        tolerance=None if spec.tolerance is None else factor * spec.tolerance,
+        source=f"as a rotary drive on a pinion of {PINION_RADIUS:g} m radius: {spec.source}",
+        along=_SHIFT_ALONG_Z if spec.along == _TURN_ABOUT_Z else spec.along,
+    )
+
+
+@cache
+def at_prismatic_joint(effect: Effect) -> Effect:
+    """Return an effect with its parameters at a prismatic joint; ValueError where it cannot act there."""
+    parameters = effect.prismatic_parameters()
+    if parameters is None:
+        raise ValueError(f"{effect.name} cannot act at a prismatic joint")
+    if parameters == effect.parameters:
+        return effect
+    form = copy.copy(effect)
+    form.at_prismatic, form.parameters = True, parameters  # type: ignore[misc]  # of this instance alone
+    return form
+
+
+def form_of(effect: Effect, symbols: Iterable[str]) -> Effect:
+    """Return the form of the law that these parameters are of (`Effect.form`), at the same kind of joint."""
+    return same_joint(effect, effect.form(symbols))
+
+
+def same_joint(effect: Effect, form: Effect) -> Effect:
+    """Return another form of an effect's law with the parameters of the kind of joint that the effect is at."""
+    return at_prismatic_joint(form) if effect.at_prismatic and not form.at_prismatic else form

@@ -1,0 +1,118 @@
+"""An arm on a track, simulated in plain numpy: places and loads, from the folder to the diagnosis and the export."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.loading import load_campaign, load_robot
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.export import export_campaign, row_options
+from stiffcal.workflow.fitted_robot import fitted_robot
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.steps import RunContext
+from tests.laboratory.gauge_free import aligned_difference
+from tests.laboratory.track_simulator import COMPLIANCE, HIGH, LOW, SIGMA, Track, write_absolute, write_loads
+
+pytestmark = pytest.mark.long  # fits and searches of whole campaigns: 5 to 15 s each
+N_POSES, N_NUMBERS = 120, 41
+"""Numbers: 4 · 6 + 2 of the joints, 3 · 3 of the targets, 6 springs."""
+
+
+def stiffness_errors(result: IdentifyResult) -> np.ndarray:
+    """Return how many standard uncertainties the compliances are off."""
+    found = {p.name: p for p in result.parameters if p.effect == "joint-compliance" and p.value is not None}
+    errors = []
+    for joint, true in enumerate(COMPLIANCE, start=1):
+        if (own := found.get(f"joint-compliance.j{joint}.c")) is not None:
+            assert own.std is not None
+            assert own.value is not None
+            assert own.unit == ("m/N" if joint == 1 else "rad/(N·m)")
+            errors.append((own.value - true) / own.std)
+    return np.array(errors)
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Track, IdentifyResult]:
+    robot = Track.drawn(1)
+    folder = write_absolute(tmp_path_factory.mktemp("track") / "places", robot, 1, N_POSES)
+    return folder, robot, identify_campaign(folder)
+
+
+def test_places_give_the_truth_within_their_noise(places: tuple[Path, Track, IdentifyResult]) -> None:
+    folder, true, result = places
+    rows = 9 * N_POSES
+    assert result.reduced_chi2 == pytest.approx(1.0, abs=3.0 * np.sqrt(2.0 / (rows - N_NUMBERS)))
+    errors = stiffness_errors(result)
+    assert len(errors) == 6
+    assert float(errors @ errors) < 22.5  # χ² of six, p = 0.001
+    # without gauge: predicted by the numbers over the rows, 1.5 times of that as for six axes
+    fitted = fitted_robot(load_campaign(folder), RunContext())
+    chain, joints = fitted.robot.adjusted_chain, np.random.default_rng(7).uniform(LOW, HIGH, (300, 7))
+    found = np.stack([attached_poses(chain, chain.model_angles(joints), t)[0] for t in fitted.setup.targets], axis=1)
+    rigid = Track(true.geometry, np.zeros(7))
+    expected = np.array([rigid.places(q, np.zeros(3), 0.0) for q in joints])
+    left = aligned_difference(found.reshape(-1, 3), expected.reshape(-1, 3))
+    assert np.sqrt(np.mean(np.sum(left**2, axis=1))) < 1.5 * SIGMA * np.sqrt(3.0 * N_NUMBERS / rows)
+
+
+def test_nothing_is_named_where_nothing_is_hidden(places: tuple[Path, Track, IdentifyResult]) -> None:
+    folder, _, _ = places
+    result = diagnose_campaign(folder)
+    assert result.adequate
+    assert not result.missing
+    reasons = {entry.effect: entry.needs for entry in result.not_tried}
+    assert "X1 is prismatic: it has no angle" in reasons["joint-eccentricity"]
+
+
+def test_a_soft_drive_of_the_track_is_named(tmp_path: Path) -> None:
+    """Three times what 0.02 mm of noise hides: 150 kg along an axis of 20° give 30 µm."""
+    robot = Track.drawn(2)
+    robot.compliance[0] = 6e-8
+    folder = write_absolute(tmp_path / "places", robot, 2, N_POSES, springs="2, 3, 4, 5, 6")
+    (found,) = diagnose_campaign(folder).missing
+    # weight pulls the carriage one way, by two forces: other springs of that joint are the same law in these poses
+    names = {(found.effect, *(found.where.joints or ()))}
+    names |= {(one.effect, *(one.where.joints or ())) for one in found.alternatives}
+    assert ("joint-compliance", 1) in names
+    assert {joint for _, joint in names} == {1}
+
+
+def test_loads_give_the_springs(tmp_path: Path) -> None:
+    folder = write_loads(tmp_path / "loads", Track(np.zeros((7, 4))), 3)
+    (folder / "robot.toml").write_text(
+        (folder / "robot.toml").read_text() + "[geometry]\nlength_sigma_m = 0.0\nangle_sigma_deg = 0.0\n"
+    )
+    result = identify_campaign(folder)
+    errors = stiffness_errors(result)
+    assert len(errors) == 6  # forces at the flange turn no last axis
+    assert float(errors @ errors) < 22.5
+    diagnosis = diagnose_campaign(folder)
+    assert not diagnosis.missing
+    assert not diagnosis.unexplained
+
+
+@pytest.mark.parametrize("name", ["calibrated.urdf", "dh.toml", "modified-dh.toml"])
+def test_the_calibrated_file_is_the_fitted_robot(places: tuple[Path, Track, IdentifyResult], name: str) -> None:
+    folder, _, _ = places
+    fitted = fitted_robot(load_campaign(folder), RunContext()).robot.adjusted_chain
+    convention = name.removesuffix(".toml") if name.endswith(".toml") else None
+    export_campaign(folder, output=folder / name, rows=row_options(convention, strict=False))
+    if convention is None:
+        (folder / "urdf.toml").write_text(f'schema = "stiffcal/robot/1"\nurdf = "{name}"\nbase_link = "base"\n')
+        with (folder / "urdf.toml").open("a") as file:
+            file.write('tip_link = "flange"\n')
+    again = chain_of(load_robot(folder / (name if convention else "urdf.toml")), folder)
+    assert again.prismatic_names == {"X1"}
+    joints, flange = np.random.default_rng(8).uniform(LOW, HIGH, (1000, 7)), Attachment(8, np.eye(4))
+    (one, turn), (other, other_turn) = (
+        attached_poses(chain, chain.model_angles(joints), flange) for chain in (fitted, again)
+    )
+    assert np.linalg.norm(one - other, axis=1).max() < 1e-6
+    assert np.abs(turn - other_turn).max() < 1e-6
