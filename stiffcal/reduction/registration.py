@@ -117,6 +117,8 @@ def register_frames(
     least = 3 if full_pose or len(names) == 1 else 4
     if n_poses < least:
         found = f"{n_poses} different unloaded pose{' is' if n_poses == 1 else 's are'} too few"
+        rare = _seldom_measured(readings.select(mask & readings.used), least)
+        found += f": {' and '.join(rare)} {'was' if len(rare) == 1 else 'were'} measured in no others" if rare else ""
         raise InputError.at(
             FaultCode.POSES_TOO_FEW,
             "campaign.toml", f"frames.{names[0]}.estimate",
@@ -142,6 +144,13 @@ def _tracker_frame(manifest: Manifest) -> str | None:
         for pose in source.body_poses().values():
             return pose.frame
     return None
+
+
+def _seldom_measured(states: LoadStates, least: int) -> list[str]:
+    """Return the targets that are measured in fewer than ``least`` states, where others are in more."""
+    times = np.isfinite(states.position).all(axis=2).sum(axis=0)
+    names = states.setup.target_names
+    return [name for name, n in zip(names, times, strict=True) if n < least <= times.max()]
 
 
 def _file_of_positions(manifest: Manifest) -> str:

@@ -138,6 +138,12 @@ def test_a_target_that_no_pose_shows_is_named(reduced: Reduce) -> None:
     assert fault.reason == "target2 was measured in no unloaded pose"
 
 
+def test_a_target_that_few_poses_show_is_named(reduced: Reduce) -> None:
+    fault = fault_of(reduced, "03", all_of(*(scaled(f"{axis}2", np.nan, slice(3, None)) for axis in "XYZ")))
+    assert fault.code is FaultCode.POSES_TOO_FEW
+    assert fault.reason == "3 different unloaded poses are too few: target2 was measured in no others"
+
+
 def test_angles_of_a_row_in_radians_are_named(reduced: Reduce) -> None:
     change = all_of(*(scaled(f"A{k}", np.pi / 180.0, slice(ROW, ROW + 1)) for k in range(1, 7)))
     fault = fault_of(reduced, "01", change)
