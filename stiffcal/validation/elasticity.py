@@ -121,11 +121,6 @@ def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:
         return None
     judge = _Judge(states, fit)
     verdicts = [(parameter, judge.verdict(parameter)) for parameter in own]
-    # Of a robot whose other joints of its kind are known, a joint gives at least as much as the stiffest of them.
-    known: dict[str, list[float]] = {}
-    for parameter, verdict in verdicts:
-        if verdict == "identified" and parameter.value:
-            known.setdefault(parameter.spec.unit, []).append(parameter.value)
     joints = [
         JointElasticity(
             joint=parameter.place.joints[0],
@@ -133,11 +128,7 @@ def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:
             why=_REASONS[verdict],
             payload_kg=None
             if verdict == "identified"
-            else payload_that_shows(
-                fit,
-                parameter.place.joints[0],
-                min(known.get(parameter.spec.unit, [parameter.spec.typical])),
-            ),
+            else payload_that_shows(fit, parameter.place.joints[0], expected_compliance(parameter, fit)),
         )
         for parameter, verdict in verdicts
     ]
@@ -231,10 +222,35 @@ class _Judge:
         return squared_distances(left_out_residuals(fit, self.folds).residual, fit.data)
 
 
+def expected_compliance(parameter: Parameter, fit: Fit) -> float:
+    """Return the compliance, rad/(N·m) or m/N, from which follows what a payload shows of a joint.
+
+    The joint's own where it is above zero; else that of the stiffest joint whose compliance is known to 20 %, as the
+    others of the robot give at least as much. Where none is known, the typical one.
+    """
+    if parameter.value and _above_zero(parameter, fit):
+        return parameter.value
+    known = [
+        other.value
+        for other in fit.parameters
+        if other.spec.compliance
+        and other.spec.along == parameter.spec.along
+        and other.spec.unit == parameter.spec.unit
+        and other.value
+        and other.std
+        and other.value > KNOWN * other.std
+    ]
+    return min(known, default=parameter.spec.typical)
+
+
 def payload_that_shows(fit: Fit, joint: int, compliance: float) -> float | None:
-    """Return the mass at the flange, in half of the poses, that shows a compliance to 20 %; None where none does.
+    """Return the mass in kg at the flange, in half of the poses, that shows a compliance to 20 %; None where none does.
 
     A kilogram turns the joint by c τ, which moves the flange by its lever about the axis.
+
+    Parameters
+    ----------
+    fit : of absolute places. joint : from 1. compliance : rad/(N·m), or m/N.
     """
     chain, angles = fit.robot.chain, fit.data.angles
     bodies = stacked_bodies(chain, angles)

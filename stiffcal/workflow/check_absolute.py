@@ -159,25 +159,13 @@ def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
 def _what_would_show(fit: Fit, number: int, own: Parameter, relative: float | None) -> str:
     """Return how many such poses, or which payload, give a joint's compliance to 20 %, as the end of a line.
 
-    What a payload shows follows from the joint's own compliance; where none is known, from that of the stiffest joint.
-
     Parameters
     ----------
     own : the joint's compliance about its axis. relative : its standard uncertainty, of its value; None: not known.
     """
-    from stiffcal.validation.elasticity import KNOWN, payload_that_shows
+    from stiffcal.validation.elasticity import KNOWN, expected_compliance, payload_that_shows
 
-    compliances = [
-        parameter.value
-        for parameter in fit.parameters
-        if parameter.spec.compliance
-        and parameter.spec.along == 5
-        and parameter.value
-        and parameter.std
-        and parameter.value > KNOWN * parameter.std
-    ]
-    compliance = (relative and own.value) or min(compliances, default=own.spec.typical)
-    mass = payload_that_shows(fit, number, compliance)
+    mass = payload_that_shows(fit, number, expected_compliance(own, fit))
     ways = []
     if relative is not None:
         poses = fit.data.n_measured * (KNOWN * relative) ** 2

@@ -14,8 +14,11 @@ import pytest
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.wording import significant
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.check_absolute import _joint
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.hidden_campaigns import copied, edit, edit_table, first_run_alone
 from tests.reduction.test_states import MANIFEST, folder_of
 
@@ -135,6 +138,12 @@ def test_check_states_what_more_poses_or_a_payload_would_bring(tmp_path: Path) -
     assert relative is not None
     assert int(found[1]) == pytest.approx(80 * (relative / 0.2) ** 2, rel=0.05)
     assert 5 < int(found[2]) < 50
+    identify_campaign(folder)
+    elasticity = validate_campaign(folder).elasticity
+    assert elasticity is not None
+    payload = {joint.joint: joint.payload_kg for joint in elasticity.joints}[4]
+    assert payload is not None
+    assert significant(payload, 2) == found[2]  # one advice, whichever command gives it
     assert " kg" not in joints["A1"].says
     assert " kg" not in joints["A2"].says
 
