@@ -148,24 +148,40 @@ def model_change(before: ModelSummary, after: ModelSummary) -> str:
     >>> two = ModelSummary("deformed", [springs, EffectInModel("backlash", joints=[4])])
     >>> model_change(one, two), model_change(two, one), model_change(one, one)
     ('+ backlash, joint 4', '− backlash, joint 4', '')
+    >>> model_change(ModelSummary("deformed", []), one)
+    '+ joint-compliance, joints 1, 2'
     """
     old, new = _single_places(before), _single_places(after)
-    gained = [f"+ {name}" for name in new if name not in old]
-    lost = [f"− {name}" for name in old if name not in new]
+    gained = [f"+ {text}" for text in _of_all_places([effect for effect in new if effect not in old])]
+    lost = [f"− {text}" for text in _of_all_places([effect for effect in old if effect not in new])]
     return "; ".join([*gained, *lost])
 
 
-def _single_places(model: ModelSummary) -> list[str]:
+def _of_all_places(singles: Sequence[EffectInModel]) -> list[str]:
+    """Write effects of single places, each effect once with all of its places."""
+    entries: dict[str, EffectInModel] = {}
+    for one in singles:
+        entry = entries.get(one.type, EffectInModel(one.type))
+        entries[one.type] = EffectInModel(
+            one.type,
+            joints=[*(entry.joints or []), *(one.joints or [])] or None,
+            links=[*(entry.links or []), *(one.links or [])] or None,
+            pairs=[*(entry.pairs or []), *(one.pairs or [])] or None,
+        )
+    return [effect_text(entry) for entry in entries.values()]
+
+
+def _single_places(model: ModelSummary) -> list[EffectInModel]:
     """List a model's effects place by place."""
-    texts: list[str] = []
+    effects: list[EffectInModel] = []
     for entry in model.effects:
         single = [
             *(EffectInModel(entry.type, joints=[joint]) for joint in entry.joints or []),
             *(EffectInModel(entry.type, links=[link]) for link in entry.links or []),
             *(EffectInModel(entry.type, pairs=[pair]) for pair in entry.pairs or []),
         ]
-        texts += [effect_text(effect) for effect in single or [entry]]
-    return texts
+        effects += single or [entry]
+    return effects
 
 
 def model_words(model: ModelSummary) -> str:

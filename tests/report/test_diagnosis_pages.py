@@ -143,7 +143,14 @@ def test_none_of_these_says_what_the_remainder_follows() -> None:
     made = diagnosis.section(content(missing=[], unexplained=True, structure=follows))
     text = words(made)
     assert "No effect is named" in text
+    assert "listed below" in text
     assert "joint angle 97.0 % another factor from pose to pose" in text
+
+
+def test_a_remainder_that_follows_nothing_has_no_list() -> None:
+    text = words(diagnosis.section(content(missing=[], unexplained=True, adequate=False, structure=[])))
+    assert "follows none of the variables" in text
+    assert "listed below" not in text
 
 
 def test_ranking_holds_every_number_with_its_unit() -> None:

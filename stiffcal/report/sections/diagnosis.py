@@ -83,9 +83,15 @@ def _meaning(diagnosis: DiagnoseResult) -> str:
         words = "apart from the effects named here " if diagnosis.missing else ""
         return text + (
             f"The error is larger than the noise, and {words}no effect of the catalogue, alone or combined, reduces "
-            f"it to the noise. No effect is named; the variables on which the remaining error depends are listed below."
+            f"it to the noise. {_on_what_it_depends(diagnosis)}"
         )
     return text + "With the effects named here the error decreases to the noise:"
+
+
+def _on_what_it_depends(diagnosis: DiagnoseResult) -> str:
+    if diagnosis.structure:
+        return "No effect is named; the variables on which the remaining error depends are listed below."
+    return "No effect is named, and the remaining error follows none of the variables that were tried."
 
 
 def _missing_words(effect: ProposedEffect) -> str:

@@ -109,6 +109,8 @@ def _next_step(content: ReportContent) -> str:
         return "repeat the poses on which the result depends, then stiffcal diagnose DIR"
     if diagnosis.pattern is not None:
         return "test the pattern under “Missing effects”: stiffcal effects new NAME --from DIR"
+    if diagnosis.unexplained and not diagnosis.structure:
+        return "see “Missing effects”: the remaining error follows none of the variables that were tried"
     if diagnosis.unexplained:
         return "see “Missing effects”: variables on which the remaining error depends"
     removes = "; stiffcal improve DIR removes what is not needed" if diagnosis.superfluous else ""
