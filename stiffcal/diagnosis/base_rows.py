@@ -169,9 +169,4 @@ class BaseRows:
         """Score a candidate, the choice among its foremost shapes repeated in every fold; and the best of them."""
         rows = (self.rows_of(regressor) for regressor in regressors)
         score = score_variants(map(self.of_folds, rows), *self.bounds(regressors[0]), self.groups, self.base)
-        best = regressors[score.variant]
-        if best.fixed.any():
-            # what it adds without a parameter moves a pose left out too
-            moved = (self.base.left.residual - score.left.residual) ** 2
-            score = replace(score, prediction_change=np.array([moved[cut].sum() for cut in self.cuts]))
-        return in_order(score, self.order), best
+        return in_order(score, self.order), regressors[score.variant]

@@ -80,13 +80,8 @@ class FoldProducts:
 
     def moved(self, left: LeftOutFolds, base: LeftOutFolds) -> Floats:
         """Return (F,) squares by which the prediction of each fold left out differs from that of the base model."""
-        if left.without is None or base.without is None:
-            squares = (base.residual - left.residual) ** 2
-            return np.array([squares[fold].sum() for fold in self.folds])
-        change = left.without.copy()
-        change[:, : base.without.shape[1]] -= base.without
-        moved = (self.each[:, :-1, :-1] @ change[..., None])[..., 0]
-        return np.asarray(np.einsum("fk,fk->f", change, moved))
+        squares = (base.residual - left.residual) ** 2
+        return np.array([squares[fold].sum() for fold in self.folds])
 
     def grouped(self, groups: Integers) -> Floats:
         """Return (G, k + 1, k + 1) of groups of folds."""

@@ -64,6 +64,30 @@ def test_the_shape_is_chosen_without_the_fold_it_is_judged_on() -> None:
     assert score.heldout[0] == pytest.approx(float(noise[:30] @ noise[:30]), rel=0.2)
 
 
+def test_the_change_of_a_prediction_is_of_the_variant_that_is_judged() -> None:
+    """Also of what a variant adds without a parameter, and without what a prior adds to the inner products."""
+    rng, open_to = np.random.default_rng(5), np.full(2, np.inf)
+    folds, groups, prior = [np.arange(k, 60, 3) for k in range(3)], np.arange(3), np.array([2.0])
+    column, residual = rng.normal(size=(2, 60))
+    base = score_variants(
+        [FoldProducts.of(np.stack([column, residual]), folds, prior)], -open_to[:1], open_to[:1], groups
+    )
+    variants = [
+        FoldProducts.of(np.stack([column, rng.normal(size=60), residual - fixed]), folds, prior)
+        for fixed in 0.3 * rng.normal(size=(4, 60))
+    ]
+    alone = [score_variants([variant], -open_to, open_to, groups, base) for variant in variants]
+    for one in alone:
+        moved = (base.left.residual - one.left.residual) ** 2
+        np.testing.assert_allclose(one.prediction_change, [moved[fold].sum() for fold in folds], rtol=1e-12)
+    together = score_variants(variants, -open_to, open_to, groups, base)
+    judged = [int(np.argmin([abs(one.heldout[f] - together.heldout[f]) for one in alone])) for f in range(3)]
+    assert len(set(judged)) > 1
+    np.testing.assert_allclose(
+        together.prediction_change, [alone[k].prediction_change[f] for f, k in enumerate(judged)], rtol=1e-12
+    )
+
+
 def test_quadratic_is_the_sum_of_squares() -> None:
     """|r − x·c|² from inner products."""
     rng = np.random.default_rng(3)
