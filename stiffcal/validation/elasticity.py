@@ -45,7 +45,6 @@ KNOWN = 5.0
 """Standard deviations from zero at which a payload is to show a compliance: 20 %."""
 LEAST_LEVER = 0.01
 """Share of the arm's longest lever below which weight at the flange does not turn a joint."""
-ABOUT_THE_AXIS = 5
 
 JointVerdict: TypeAlias = Literal[
     "identified",

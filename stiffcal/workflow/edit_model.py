@@ -159,7 +159,7 @@ def _edit(
         raise InputError.at(
             FaultCode.PLACE_INVALID, "command line", option, f"{effect} acts at {kind}, and none is given", mend
         )
-    _check_possible(effect, given, possible)
+    _check_possible(catalogue[effect], given, possible, campaign.chain.prismatic_joints)
     n_joints = campaign.chain.n_joints
     changes = []
     if action == "add":
@@ -278,7 +278,9 @@ def _every_place(places: Sequence[Any], kind: str) -> dict[str, Sequence[Any]]:
     return by_kind
 
 
-def _check_possible(effect: str, given: Mapping[str, Sequence[Any]], possible: Sequence[str]) -> None:
+def _check_possible(
+    effect: Effect, given: Mapping[str, Sequence[Any]], possible: Sequence[str], prismatic: frozenset[int]
+) -> None:
     from stiffcal.campaign.model_file import place_names
 
     if not any(given.values()):
@@ -286,9 +288,12 @@ def _check_possible(effect: str, given: Mapping[str, Sequence[Any]], possible: S
     for label in place_names(given["joints"], given["links"], given["pairs"]):
         if label not in possible:
             mend = f"possible: {', '.join(possible) or 'none on this robot'}"
-            raise InputError.at(
-                FaultCode.PLACE_INVALID, "command line", "EFFECT", f"{effect} cannot act at {label}", mend
-            )
+            reason = f"{effect.name} cannot act at {label}"
+            if prismatic.intersection(
+                int(part[1:]) for part in label.split("-") if part[:1] == "j" and part[1:].isdigit()
+            ):
+                reason += f", a prismatic joint: {effect.not_prismatic}"
+            raise InputError.at(FaultCode.PLACE_INVALID, "command line", "EFFECT", reason, mend)
 
 
 def _check_not_included(
