@@ -243,15 +243,22 @@ def match_kinematics(states: LoadStates, chain: Chain) -> KinematicsMatch:
 
 def miss_words(states: LoadStates, chain: Chain, estimated: bool, miss_m: float) -> str:
     """Return how far kinematics misses the target in the reference states, with what would make it meet."""
-    words, _ = correcting_words(_references(states), chain, estimated, MUCH_BETTER * miss_m)
-    return f"computed and measured target positions differ by {1e3 * miss_m:.0f} mm in the references{words}"
+    chosen = _references(states)
+    words, _ = correcting_words(chosen, chain, estimated, MUCH_BETTER * miss_m)
+    return f"{_missed_by(chosen, miss_m)}{words}"
+
+
+def _missed_by(references: LoadStates, miss_m: float) -> str:
+    where = "poses" if references.absolute.all() else "reference states"
+    return f"computed and measured target positions differ by {1e3 * miss_m:.0f} mm in the {where}"
 
 
 def _references(states: LoadStates) -> LoadStates:
+    """Return the states that frames are found from: used, unloaded, and with the first target measured."""
     measured = (
         np.isfinite(states.position[:, :1]).all(axis=(1, 2)) if states.setup.targets else np.zeros(len(states), bool)
     )
-    return states.select(states.reference & measured)
+    return states.select(states.reference & states.used & measured)
 
 
 def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: str = "campaign.toml") -> list[Fault]:
@@ -274,22 +281,13 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
     best = min(misses, key=lambda entry: entry[0])
     if best[0] > MUCH_BETTER * match.median_m or best[0] > MEETS_M:
         best = (np.inf, "", "")
-    reason = f"computed and measured target positions differ by {1e3 * match.median_m:.0f} mm in the reference states"
+    reason = _missed_by(chosen, match.median_m)
     least = MUCH_BETTER * min(match.median_m, best[0])
     text, mend = correcting_words(chosen, chain, estimated, min(MEETS_M, least))
     if not text and best[1]:
         text, mend = f"; with {best[1]} they agree within {1e3 * best[0]:.1f} mm", best[2]
-    if text:
-        return [Fault(FaultCode.KINEMATICS_MISMATCH, file, "kinematics", f"{reason}{text}", mend)]
-    return [
-        Fault(
-            FaultCode.KINEMATICS_MISMATCH,
-            file,
-            "kinematics",
-            reason,
-            "check the robot file, the frames of tracker and target, and the joint columns",
-        )
-    ]
+    mend = mend if text else "check the robot file, the frames of tracker and target, and the joint columns"
+    return [Fault(FaultCode.KINEMATICS_MISMATCH, file, "kinematics", f"{reason}{text}", mend)]
 
 
 def _miss(predicted: Floats, measured: Floats, estimated: bool) -> float:

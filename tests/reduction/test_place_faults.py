@@ -16,6 +16,8 @@ from stiffcal.errors import Fault, InputError, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.reducing import ReducedCampaign, reduce_campaign
 from stiffcal.measurements.set_aside import SetAsideCode
+from stiffcal.reduction.consistency import match_kinematics
+from stiffcal.reduction.met_places import WORST_M
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns" / "absolute"
 Table = dict[str, list[float]]
@@ -313,6 +315,29 @@ def test_radians_in_half_of_the_rows_are_one_line(reduced: Reduce, rows: slice, 
     fault = fault_of(reduced, "01", all_of(*(scaled(f"A{k}", np.pi / 180.0, rows) for k in range(1, 7))))
     assert fault.code is FaultCode.UNIT_IMPLAUSIBLE
     assert fault.reason == f"joint angles are in radians where the others are in degrees in 40 of 80 rows {where}"
+
+
+def test_excluded_rows_do_not_count_in_the_check_of_the_kinematics(tmp_path: Path) -> None:
+    """Frames are found from the rows in use; half of the rows, wrong and excluded, are not compared with them."""
+    folder = Path(shutil.copytree(CAMPAIGNS / "01", tmp_path / "01", ignore=shutil.ignore_patterns("store")))
+    file = folder / "raw" / "poses.csv"
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 80
+    angles = [k for k, column in enumerate(head.split(",")) if column in {f"A{joint}" for joint in range(1, 7)}]
+    for n in range(40, 80):
+        cells = rows[n].split(",")
+        for k in angles:
+            cells[k] = f"{np.radians(float(cells[k])):.9g}"
+        rows[n] = ",".join(cells)
+    file.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    source = next(iter(load_campaign(folder).manifest.sources))
+    with (folder / "campaign.toml").open("a", encoding="utf-8") as manifest:
+        manifest.write(f'\n[[exclude]]\nsource = "{source}"\nrows = ["41-80"]\nwhy = "radians"\n')
+    campaign = load_campaign(folder)
+    states = reduce_campaign(campaign, no_progress).states
+    assert states.used.sum() == 40
+    # an uncalibrated robot misses by millimetres in all rows that are used
+    assert match_kinematics(states, campaign.chain).worst_m < WORST_M
 
 
 def columns(first: str, second: str, rows: slice = slice(None)) -> Callable[[Table], None]:
