@@ -139,19 +139,18 @@ def _summary(joints: list[JointElasticity]) -> Elasticity:
     verdict: ElasticityVerdict = (
         "identified" if len(identified) == len(joints) else "partly-identified" if identified else "not-identified"
     )
-    payloads = [joint.payload_kg for joint in joints if joint.payload_kg is not None]
-    payload = min(payloads, default=None)
+    payloads = sorted((joint.payload_kg, joint.joint) for joint in joints if joint.payload_kg is not None)
+    payload = payloads[0][0] if payloads else None
     if verdict == "identified":
         return Elasticity(
             verdict=verdict, why="the compliance of every joint is identified", payload_kg=None, joints=joints
         )
     others = [joint.joint for joint in joints if joint.verdict != "identified"]
     known = f"elasticity of {_joints(identified)} is identified; " if identified else ""
-    mend = (
-        "no payload at the flange would make it identifiable in such poses"
-        if payload is None
-        else f"repeat with {significant(payload, 2)} kg at the flange in half of the poses"
-    )
+    mend = "no payload at the flange would make it identifiable in such poses"
+    if payloads:
+        ways = [f"{significant(mass, 2)} kg for joint {joint}" for mass, joint in payloads]
+        mend = f"measure again with a payload at the flange in half of the poses: {', '.join(ways)}"
     why = f"{known}elasticity of {_joints(others)} cannot be identified from these poses: {mend}"
     return Elasticity(verdict=verdict, why=why, payload_kg=payload, joints=joints)
 

@@ -67,6 +67,8 @@ if TYPE_CHECKING:
 
 
 MOST_COVARIATES = 3
+# A share of the largest torque: what double precision leaves of none.
+ROUNDING = 1e-9
 JOINT_MEASURES = {
     "position": "joint angles",
     "command": "commanded angles",
@@ -372,17 +374,24 @@ def most_correlated_covariates(
     if np.count_nonzero(keep) < 3:
         return []
     strength = []
+    # what is left of a torque on an axis that no weight turns is rounding
+    least = ROUNDING * float(np.max(np.abs(torque[keep])))
     for joint in range(torque.shape[1]):
         values = torque[keep, joint]
         spread = np.std(values)
-        if spread <= 0.0:
+        if spread <= least:
             strength.append(0.0)
             continue
         slope = (values - values.mean()) @ (residual[keep] - residual[keep].mean(axis=0)) / (len(values) * spread)
         strength.append(float(np.linalg.norm(slope)))
     ranked = np.argsort(-np.array(strength), kind="stable")[:MOST_COVARIATES]
+    slides = data.campaign.chain.prismatic
     return [
-        ResidualCovariate(f"torque on joint {joint + 1}", "N·m", torque[:, joint])
+        ResidualCovariate(
+            f"{'force' if slides[joint] else 'torque'} on joint {joint + 1}",
+            "N" if slides[joint] else "N·m",
+            torque[:, joint],
+        )
         for joint in ranked
         if strength[joint] > 0.0
     ]

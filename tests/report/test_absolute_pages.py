@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from pypdf import PdfReader
 
 from stiffcal.measurements.rms import Rms
@@ -16,6 +18,7 @@ from stiffcal.report.sections import agreement, calibration, load_deformation, r
 from stiffcal.report.sections.campaign import runs_table
 from stiffcal.validation.distances import Distances, DistanceSummary, RegionDistance
 from stiffcal.validation.results import ErrorSlice
+from stiffcal.workflow import report_content
 from tests.laboratory.fits import with_validation
 from tests.laboratory.report_content import made_up_content
 
@@ -116,3 +119,17 @@ def test_places_are_on_no_branch() -> None:
     assert "branch" not in [column.title for column in worst_table(with_validation(poses(3), worst=worst)).columns]
     loads = made_up_content(n_runs=3, per_run=1)
     assert "branch" in [column.title for column in worst_table(with_validation(loads, worst=worst)).columns]
+
+
+def test_a_torque_that_is_rounding_is_no_possible_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Residuals follow the torque of joint 6, which is 1e-15 N·m in every pose, by chance the most."""
+    rng = np.random.default_rng(3)
+    torque = rng.normal(size=(40, 6)) * [0.0, 900.0, 500.0, 40.0, 20.0, 1e-14]
+    residual = np.zeros((40, 6))
+    residual[:, 0] = 1e13 * 1e-5 * torque[:, 5] + 1e-6 * rng.normal(size=40)
+    monkeypatch.setattr(report_content, "joint_torques", lambda *_: torque)
+    states = SimpleNamespace(residual=residual, used=np.ones(40, dtype=np.bool_))
+    data = SimpleNamespace(campaign=SimpleNamespace(chain=SimpleNamespace(prismatic=np.zeros(6, dtype=np.bool_))))
+    found = report_content.most_correlated_covariates(data, None, states)  # type: ignore[arg-type]
+    assert {covariate.name for covariate in found} <= {f"torque on joint {joint}" for joint in (2, 3, 4, 5)}
+    assert len(found) == 3

@@ -15,7 +15,14 @@ from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.validation.elasticity import Elasticity, _with_waves, elasticity_of, payload_that_shows
+from stiffcal.validation.elasticity import (
+    Elasticity,
+    JointElasticity,
+    _summary,
+    _with_waves,
+    elasticity_of,
+    payload_that_shows,
+)
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 
@@ -149,3 +156,15 @@ def test_the_payload_gives_what_is_promised_and_not_ten_times_more() -> None:
         std = identify_parameters(loaded, robot).parameter(f"joint-compliance.j{joint}.c").std
         assert std is not None
         assert 0.02 < std / compliance < 0.2
+
+
+def test_each_payload_is_stated_with_its_joint() -> None:
+    open_joints = {1: ("no-torque", None), 4: ("not-above-zero", 210.2), 5: ("like-eccentricity", 27.3)}
+    summary = _summary(
+        [
+            JointElasticity(joint=joint, verdict=verdict, why="", payload_kg=mass)  # type: ignore[arg-type]
+            for joint, (verdict, mass) in open_joints.items()
+        ]
+    )
+    assert summary.payload_kg == 27.3
+    assert summary.why.endswith("at the flange in half of the poses: 27 kg for joint 5, 210 kg for joint 4")
