@@ -2,7 +2,7 @@
 
 Errors of the links and of the zeros are in the rows. A row's frame sits elsewhere on its link than the one that the
 robot file had, so that centres of mass, bearings, ends of beams and the balancing spring's points move along. Springs
-and eccentricities are no part of a rigid robot: they stay in model.toml.
+and eccentricities are no part of a rigid robot: the export as JSON has their values.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def robot_rows_text(
     frames = frames | dict(_frames_on_links(campaign, moved))
     head = [
         f"# {campaign.chain.name} as calibrated in {campaign.name}, fit {identified.fit_id}: rigid, without springs",
-        "# and eccentricities, which are in model.toml.",
+        "# and eccentricities; `stiffcal export DIR -o model.json` writes their values.",
         *_frame_comments(frames),
     ]
     far = float(np.abs(found.rows.d).max())

@@ -1,8 +1,8 @@
 """The robot as URDF, calibrated where its geometry was identified, each joint with the stiffness of its drive.
 
 Errors of the links and of the zeros are in the joints' origins, masses stay in the frames of their joints; the tracker
-and the targets that were found together with them are links of their own. Springs and eccentricities are no part of a
-rigid robot: they stay in model.toml.
+and the targets that were found together with them are links of their own. Other springs and eccentricities are no part
+of a rigid robot: the export as JSON has their values.
 
 URDF has no stiffness: it stands in an element of its own, which readers that do not know it pass over. Joint angles
 in the file are the chain's own; where logged angles are coupled, a comment states how they become these.
