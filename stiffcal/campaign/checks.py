@@ -10,6 +10,7 @@ from itertools import chain, islice
 from pathlib import Path, PurePosixPath
 
 from stiffcal.campaign.absolute_checks import absolute_faults
+from stiffcal.campaign.column_checks import column_faults
 from stiffcal.campaign.explain import key_path
 from stiffcal.campaign.frame_checks import frame_fault, frame_faults
 from stiffcal.campaign.manifest import Manifest
@@ -44,6 +45,7 @@ def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[F
         run_faults(manifest),
         _source_faults(manifest),
         _signal_faults(manifest, links),
+        column_faults(manifest),
         exclusion_faults(manifest),
         absolute_faults(manifest),
     )

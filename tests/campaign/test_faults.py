@@ -114,6 +114,16 @@ MANIFEST_FAULTS = {
         'did you mean "table"',
     ),
     "plugin missing": ([("[sources", 'plugins = ["my_effect.py"]\n[sources')], "plugins[1]", "no such file"),
+    "one column of two signals": (
+        [('"dx", "dy", "dz"', '"A2", "dy", "A3"')],
+        "sources.table.deflection.translation",
+        'column "A2" is named in sources.table.joints.position as well',
+    ),
+    "one column of two quantities of a signal": (
+        [('"dz"]', '"dz"], rotation = ["rx", "dy", "rz"]')],
+        "sources.table.deflection.rotation",
+        'column "dy" is named in sources.table.deflection.translation as well',
+    ),
     "infinite number": ([("[0.0, 0.0, 0.2]", "[0.0, 0.0, inf]")], "frames.tool.xyz_m[3]", "finite"),
 }
 
@@ -125,6 +135,12 @@ def test_manifest_fault_is_named(tmp_path: Path, name: str) -> None:
     assert fault.file == "campaign.toml"
     assert fault.place == place
     assert words in str(fault)
+
+
+def test_keys_of_joints_may_share_columns(tmp_path: Path) -> None:
+    """Where only the commanded angles are logged they are the position too."""
+    keys = 'position = "A1..A6", command = "A1..A6"'
+    load_campaign(write_campaign(tmp_path / "c", changed(MANIFEST, ('position = "A1..A6"', keys))))
 
 
 def test_two_runs_with_one_name(tmp_path: Path) -> None:
