@@ -57,6 +57,11 @@ class DataQuality:
                 columns_of_signals(settings, source),
                 elsewhere=elsewhere,
                 slides=frozenset() if settings.joints is None else settings.joints.length_columns(),
+                declared={
+                    column: unit.name
+                    for signal in settings.signals().values()
+                    for column, unit in signal.columns_with_units().items()
+                },
                 by_the_wall=settings.time is not None and settings.time.unit == "iso8601",
             )
         self.logs[key].update(rows.number, rows.time, rows.signals)

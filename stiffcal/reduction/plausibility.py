@@ -51,6 +51,8 @@ class LogQuality:
     """Signal to its own file and row to ``line n``, where a source lies in several files."""
     slides: frozenset[str] = frozenset()
     """Columns that hold positions of prismatic joints."""
+    declared: Mapping[str, str] = field(default_factory=dict)
+    """Column to its unit, as the manifest states it."""
     by_the_wall: bool = False
     """True where times are dates, which may be local ones."""
     n_rows: int = 0
@@ -189,7 +191,7 @@ class LogQuality:
         ------
         InputError : with the line of the first such reading.
         """
-        impossible = first_impossible(name, values, low, high, self.columns.get(name, ()), self.slides)
+        impossible = first_impossible(name, values, low, high, self.columns.get(name, ()), self.slides, self.declared)
         if impossible is not None:
             self._fail(name, row_numbers[impossible.row], impossible.reason, impossible.mend)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +28,7 @@ LARGEST_DEFLECTION_RAD = 0.2
 # Trackers measure to 100 m.
 LARGEST_POSITION_M = 200.0
 QUATERNION_SLACK = 1e-3
+_ANOTHER_QUANTITY = "is this the column of another quantity?"
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ def first_impossible(
     high: Floats,
     columns: Sequence[str],
     slides: Collection[str] = (),
+    declared: Mapping[str, str] | None = None,
 ) -> ImpossibleReading | None:
     """Return the first reading of a signal that no robot or instrument can give, None where all are possible.
 
@@ -59,7 +61,9 @@ def first_impossible(
     low, high : (c,) least and largest value of each channel.
     columns : (c) names of the channels in the log; empty where they have none.
     slides : those of the columns of joints that hold positions of prismatic joints.
+    declared : the unit of each column, as the manifest states it.
     """
+    declared = declared or {}
     kind = name.split(".")[0]
     if kind == "quaternion":
         length = np.sqrt(np.einsum("cn,cn->n", values, values))
@@ -74,7 +78,7 @@ def first_impossible(
     largest, reason, mend = _BOUNDS.get(kind, (np.inf, "", ""))
     if name in ("joints.velocity", "joints.torque", "joints.current", "joints.approach") or not np.isfinite(largest):
         return None
-    if kind == "joints" and slides and (position := _impossible_position(values, columns, slides)):
+    if kind == "joints" and slides and (position := _impossible_position(values, columns, slides, declared)):
         return position
     if kind == "joints" and slides:
         values = np.where(np.isin(columns, list(slides))[:, None], 0.0, values)
@@ -86,16 +90,28 @@ def first_impossible(
     row = int(np.flatnonzero(out_of_bounds.any(axis=0))[0])
     channel = int(np.argmax(out_of_bounds[:, row]))
     column = columns[channel] if channel < len(columns) else str(channel + 1)
-    return ImpossibleReading(row, reason.format(value=float(values[channel, row]), channel=column), mend)
+    reason = reason.format(value=float(values[channel, row]), channel=column)
+    return ImpossibleReading(row, reason, _fitting_mend(mend, declared.get(column)))
 
 
-def _impossible_position(values: Floats, columns: Sequence[str], slides: Collection[str]) -> ImpossibleReading | None:
+def _fitting_mend(mend: str, declared: str | None) -> str:
+    """Return the mend, without a unit that the column has already."""
+    if f'"{declared}"' not in mend:
+        return mend
+    _, *others = mend.split("; ")
+    return " ".join([_ANOTHER_QUANTITY, *others])
+
+
+def _impossible_position(
+    values: Floats, columns: Sequence[str], slides: Collection[str], declared: Mapping[str, str]
+) -> ImpossibleReading | None:
     """Return the first position of a prismatic joint that no robot has."""
     for channel, column in enumerate(columns):
         beyond = np.flatnonzero(np.abs(values[channel]) > LONGEST_TRAVEL_M)
         if column in slides and beyond.size:
             reason = f"a position of {values[channel, beyond[0]]:.4g} m in column {column}"
-            return ImpossibleReading(int(beyond[0]), reason, f'millimetres read as metres? write "mm" for {column}')
+            mend = f'millimetres read as metres? write "mm" for {column}'
+            return ImpossibleReading(int(beyond[0]), reason, _fitting_mend(mend, declared.get(column)))
     return None
 
 

@@ -133,3 +133,24 @@ def test_a_long_track_is_no_mistake_of_a_unit() -> None:
     turned = first_impossible("joints", rows[::-1], *bounds, ("X1", "A1"), {"X1"})
     assert turned is not None
     assert "rad in column A1" in turned.reason
+
+
+@pytest.mark.parametrize(
+    ("angles", "mend"),
+    [
+        ("rad", 'degrees declared as radians? write units = { position = "deg" }; motor side? motor = true'),
+        ("deg", "is this the column of another quantity? motor side? motor = true"),
+    ],
+)
+def test_no_unit_is_proposed_that_the_column_has(angles: str, mend: str) -> None:
+    """A position in the column of an angle is too large for one in whatever unit."""
+    rows = np.array([[0.1, 0.2], [46.0, 47.0]])
+    declared = {"X1": "mm", "A1": angles}
+    bounds = rows.min(axis=1), rows.max(axis=1)
+    wrong = first_impossible("joints", rows, *bounds, ("X1", "A1"), {"X1"}, declared)
+    assert wrong is not None
+    assert wrong.mend == mend
+    rows = np.array([[1e3, 2e3], [0.1, 0.2]])
+    far = first_impossible("joints", rows, *(rows[:, 0], rows[:, 1]), ("X1", "A1"), {"X1"}, declared)
+    assert far is not None
+    assert far.mend == "is this the column of another quantity?"

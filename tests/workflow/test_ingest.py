@@ -195,6 +195,10 @@ FAULTS: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
         _manifest('units = { position = "deg" }', 'units = { position = "rad" }'),
         ("raw/states.csv", "line 2", "rad in column A1", "deg"),
     ),
+    "millimetres of a position in the column of an angle": (
+        _column("A6", lambda _: "-2638.3", slice(6, 7)),
+        ("raw/states.csv", "line 8", "column A6", "another quantity"),
+    ),
     "sensor upside down": (_upside_down, ("negative work", "upside down", "about x")),
     "acts_on the wrong way round": (
         _manifest('acts_on = "robot"', 'acts_on = "environment"'),
