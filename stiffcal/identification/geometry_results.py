@@ -92,5 +92,7 @@ class GeometryFound:
     """One for each joint."""
     beta: list[StatedBeta]
     """Of nearly parallel axes."""
-    offsets_alone: OffsetsAlone
-    """For controllers that take only offsets."""
+    offsets_alone: OffsetsAlone | None
+    """For controllers that take only offsets; None where what is found is none: beyond half a turn or a joint's range,
+    or with no smaller error.
+    """

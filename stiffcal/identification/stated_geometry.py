@@ -34,6 +34,8 @@ DEPENDS = 1e-6
 _COLUMNS = ("theta", "d", "a", "alpha", "beta")
 _SYMBOLS = {"theta": "θ", "d": "d", "a": "a", "alpha": "α", "beta": "β"}
 _ROUNDS = 4
+_OF_FRAMES = 1e-3
+"""Part of a zero's motion that frames do not make, below which the zero is theirs: axes are parallel to a mrad."""
 
 
 @dataclass(frozen=True)
@@ -202,8 +204,11 @@ def _of_end(k: int, last: int, held: HeldEnds) -> tuple[str, ...]:
     return (held.first if k == 0 else ()) + (held.last if k == last else ())
 
 
-def offsets_alone(fit: Fit, held: HeldEnds) -> OffsetsAlone:
+def offsets_alone(fit: Fit, held: HeldEnds) -> OffsetsAlone | None:
     """Return the zeros that bring the robot file's robot nearest to the calibrated one, over the measured poses.
+
+    A zero whose motion in these poses is one of the frames stays 0, such as that of an axis parallel to a track before
+    it. None where what is found is no offset: beyond half a turn or a joint's range, or with no smaller error.
 
     Parameters
     ----------
@@ -221,6 +226,10 @@ def offsets_alone(fit: Fit, held: HeldEnds) -> OffsetsAlone:
     ]
     zeros, left = np.zeros(coupling.shape[1]), np.zeros_like(wanted)
     frames = list(_frame_columns(robot.chain, angles, fit, held))
+    nominal = _places(robot.chain, angles, fit)
+    own = {k: (_places(robot.chain, angles + STEP * coupling[:, k], fit) - nominal) / STEP for k in free}
+    without = {k: _beyond(frames, column) for k, column in own.items()}
+    free = [k for k in free if np.linalg.norm(without[k]) > _OF_FRAMES * np.linalg.norm(own[k])]
     for _ in range(_ROUNDS):
         at = angles + coupling @ zeros
         away = wanted - _places(robot.chain, at, fit)
@@ -231,6 +240,12 @@ def offsets_alone(fit: Fit, held: HeldEnds) -> OffsetsAlone:
         zeros[free] += step[: len(free)]
         left = (away.ravel() - matrix @ step).reshape(wanted.shape)
     length = np.linalg.norm(left, axis=-1).ravel()
+    low, high = robot.chain.limits.T
+    largest = np.where(robot.chain.prismatic, np.inf, np.pi)
+    largest = np.minimum(largest, np.where(np.isfinite(high - low), high - low, np.inf))
+    lowers = np.linalg.norm(length) <= np.linalg.norm(_beyond(frames, wanted - nominal)) + STEP  # both may be 0
+    if not lowers or (abs(coupling @ zeros) > largest).any():
+        return None
     return OffsetsAlone(
         zeros=zeros.tolist(),
         mean=float(length.mean()),
@@ -239,6 +254,16 @@ def offsets_alone(fit: Fit, held: HeldEnds) -> OffsetsAlone:
         max=float(length.max()),
         rms=float(np.sqrt(np.mean(length**2))),
     )
+
+
+def _beyond(frames: list[Floats], motion: Floats) -> Floats:
+    """Return what frames do not make of a motion, m, flat; the frames at their best."""
+    if not frames:
+        return motion.ravel()
+    matrix = np.array(frames).reshape(len(frames), -1).T
+    scaled = matrix / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    rest: Floats = motion.ravel() - scaled @ np.linalg.lstsq(scaled, motion.ravel(), rcond=1e-9)[0]
+    return rest
 
 
 def _places(chain: Chain, angles: Floats, fit: Fit) -> Floats:

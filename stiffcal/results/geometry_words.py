@@ -58,8 +58,19 @@ def sentences(found: GeometryFound) -> Iterator[str]:
     """Yield what is a choice and why, and what offsets alone would leave."""
     yield from _choices(found)
     left = found.offsets_alone
-    if any(zero.prismatic for zero in found.zeros):
-        yield "of a prismatic joint's axis only the direction counts: where it lies is a convention"
+    prismatic = [str(zero.joint) for zero in found.zeros if zero.prismatic]
+    if prismatic:
+        yield (
+            f"a shift of the axis of prismatic joint {listing(prismatic)} across itself changes no motion: only its "
+            "direction is found, and the numbers that place it are conventions"
+        )
+    if left is None:
+        yield (
+            "no offsets for a controller that takes only offsets: the best ones would exceed half a turn or the "
+            "range of a joint, or leave no smaller error"
+        )
+        return
+    if prismatic:
         in_words = [
             f"{_MILLIMETRES * value:.4f} mm" if zero.prismatic else f"{_DEGREES * value:.4f}°"
             for value, zero in zip(left.zeros, found.zeros, strict=True)
