@@ -68,6 +68,7 @@ def deviations(tmp_path_factory: pytest.TempPathFactory) -> list[float]:
         changes = np.array([zero.theta.change for zero in found.zeros])
         assert campaign.chain.coupling @ logged == pytest.approx(changes, abs=1e-12)
         alone = found.offsets_alone
+        assert alone is not None
         assert alone.zeros[0] == alone.zeros[5] == 0.0
         assert 5e-5 < alone.mean <= alone.rms <= alone.max < 5e-3
     return away

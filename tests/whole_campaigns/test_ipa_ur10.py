@@ -80,6 +80,7 @@ def test_the_rows_are_nearly_the_makers_and_the_report_shows_them(folder: Path, 
     assert found.links[4].alpha is not None
     assert found.links[4].alpha.std is None
     assert found.links[4].alpha.cannot_be_separated_from == ["d of joint 5"]
+    assert found.offsets_alone is not None
     assert 0.4e-3 < found.offsets_alone.mean < 1.0e-3
     content = report_content(data, identified, validated, read_history(folder, RunContext()))
     page = calibration.section(content)
