@@ -116,7 +116,11 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
         and not _links(folder, robot_file)
         and (manifest is not None or (folder / robot_file).exists())
     ):
-        robot = _collect(faults, lambda: load_robot(folder / robot_file, robot_file))
+        if (folder / robot_file).exists():
+            robot = _collect(faults, lambda: load_robot(folder / robot_file, robot_file))
+        else:
+            mend = "write it, or correct the key (stiffcal init DIR --from TABLE.csv --robot NAME writes one)"
+            faults.append(Fault(FaultCode.FILE_MISSING, MANIFEST_FILE, "robot", f"no such file: {robot_file}", mend))
     if robot is not None and robot.urdf is not None:
         inside = os.path.relpath(folder / Path(robot_file).parent / robot.urdf, folder)
         leading = leads_outside(folder, inside)

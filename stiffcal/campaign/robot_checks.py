@@ -91,6 +91,20 @@ def robot_faults(robot: RobotFile, file: str) -> list[Fault]:
     return list(_faults(robot, file))
 
 
+def unfilled_faults(robot: RobotFile, file: str) -> list[Fault]:
+    """Return a fault where no joint's row holds a length or an angle: all axes would coincide.
+
+    A bench may leave them out where it measures torques of joints alone; who compares places or displacements may not.
+    """
+    revolute = [entry for entry in robot.joints if entry.type != PRISMATIC]
+    rows = [(entry.a_m, entry.alpha_deg, entry.beta_deg, entry.d_m) for entry in robot.joints]
+    if robot.urdf is not None or len(revolute) < 2 or any(value != 0.0 for row in rows for value in row):
+        return []
+    reason = "a_m, alpha_deg and d_m are zero at every joint: the file holds no geometry"
+    mend = "write each joint's row, or repeat stiffcal init with --robot NAME or --urdf FILE"
+    return [Fault(FaultCode.VALUE_INVALID, file, "joints", reason, mend)]
+
+
 def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
     if (robot.urdf is None) == (robot.convention is None):
         reason = "neither convention nor urdf is given" if robot.urdf is None else "both convention and urdf are given"

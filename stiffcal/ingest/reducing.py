@@ -12,6 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import frames_to_estimate, holding, measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.robot_checks import unfilled_faults
 from stiffcal.campaign.source import Source
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
 from stiffcal.experiments import all_kinds
@@ -222,6 +223,8 @@ def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, 
     any_held = any(run.experiment in holding_kinds for run in manifest.runs if run.id in set(gathered.run))
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
     states = load_states(gathered, manifest, chain, holding(setup) if any_held else setup)
+    if not states.clamped.all():
+        raise_faults(unfilled_faults(campaign.robot, manifest.robot))
     if states.absolute.any():
         # before the frames are found, which wrong rows would draw away
         raise_faults(place_faults(states, campaign))

@@ -277,7 +277,10 @@ def test_missing_pieces(tmp_path: Path) -> None:
     assert "stiffcal init" in str(one_fault(tmp_path / "empty"))
     folder = write_campaign(tmp_path / "c")
     (folder / "robot.toml").unlink()
-    assert one_fault(folder).file == "robot.toml"
+    fault = one_fault(folder)
+    assert (fault.code, fault.file, fault.place) == (FaultCode.FILE_MISSING, "campaign.toml", "robot")
+    assert fault.reason == "no such file: robot.toml"
+    assert "stiffcal init DIR --from TABLE.csv --robot NAME" in fault.mend
 
 
 def test_logs_may_be_missing_where_they_are_not_needed(tmp_path: Path) -> None:

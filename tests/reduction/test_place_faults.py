@@ -385,6 +385,20 @@ def test_a_wrong_sign_in_the_robot_file_is_named(tmp_path: Path, entry: str, pla
     assert (fault.file, fault.place) == ("robot.toml", place)
 
 
+def test_a_robot_file_without_geometry_is_named(tmp_path: Path) -> None:
+    """As `init` writes it without a robot: rows of zeros to fill in."""
+    folder = Path(shutil.copytree(CAMPAIGNS / "01", tmp_path / "01", ignore=shutil.ignore_patterns("store")))
+    campaign = load_campaign(folder)
+    zeros = {"a_m": 0.0, "alpha_deg": 0.0, "d_m": 0.0}
+    joints = tuple(joint.model_copy(update=zeros) for joint in campaign.robot.joints)
+    with pytest.raises(InputError) as refused:
+        reduce_campaign(replace(campaign, robot=campaign.robot.model_copy(update={"joints": joints})), no_progress)
+    (fault,) = refused.value.faults
+    assert (fault.code, fault.file, fault.place) == (FaultCode.VALUE_INVALID, "robot.toml", "joints")
+    assert "holds no geometry" in fault.reason
+    assert "--robot NAME" in fault.mend
+
+
 def test_places_next_to_the_angles_of_other_rows_are_named(reduced: Reduce) -> None:
     def shifted(table: Table) -> None:
         for axis in PLACE:
