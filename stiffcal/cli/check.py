@@ -175,5 +175,6 @@ def _show_joints(console: AnswerConsole, joints: list[CheckedJoint]) -> None:
         return
     table = plain_table("joint", "largest torque [N·m]>", "its stiffness")
     for joint in joints:
-        table.add_row(joint.joint, significant(joint.largest_torque_Nm), joint.says)
+        unit = " N" if joint.prismatic else ""
+        table.add_row(joint.joint, f"{significant(joint.largest_torque_Nm)}{unit}", joint.says)
     console.print(table)

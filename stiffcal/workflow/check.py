@@ -314,6 +314,7 @@ def _joints(campaign: Campaign, states: LoadStates) -> tuple[list[CheckedJoint],
             largest_torque_Nm=_number(entry.torque),
             expected_relative_std=_number(entry.relative_std),
             says=entry.verdict,
+            prismatic=True if entry.name in campaign.chain.prismatic_names else None,
         )
         for entry in entries
     ]

@@ -29,7 +29,9 @@ FEW_POSES = 4
 MOST_POSES = 10000
 """More poses are no advice: a robot takes one in ten seconds, so that these fill a day."""
 NO_TORQUE_NM = 1e-3
-"""A torque below this is what rounding and the tilt of an axis leave of none: no joint turns measurably under it."""
+"""A torque (prismatic: force, N) below this is what rounding and the tilt of an axis leave of none: no joint gives
+measurably under it.
+"""
 ON_THE_AXIS = 5e-3
 """m, distance below which a target counts as on an axis: what a direction known no better than assembly moves it by."""
 
@@ -127,22 +129,27 @@ def _too_few(robot: CompliantRobot, used: LoadStates) -> str | None:
 
 
 def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
-    """Return what is known of a joint's compliance about its axis."""
+    """Return what is known of a joint's compliance about its axis, of a prismatic joint along it."""
+    chain = fit.robot.chain
+    prismatic = bool(chain.prismatic[number - 1])
+    load, axis = ("force", "along its axis") if prismatic else ("torque", "about its axis")
     own = [
         parameter
         for parameter in fit.parameters
-        if parameter.spec.compliance and parameter.place.joints == (number,) and parameter.spec.along == 5
+        if parameter.spec.compliance
+        and parameter.place.joints == (number,)
+        and parameter.spec.along == chain.drive_components[number - 1]
     ]
     if not own:
-        relative, text = None, "the model contains no compliance about its axis"
+        relative, text = None, f"the model contains no compliance {axis}"
     elif own[0].value is None:
         what = (
-            "weight produces no torque on it"
+            f"weight produces no {load} on it"
             if fit.data.absolute.all()
-            else ("neither weight nor load produces torque on it")
+            else f"neither weight nor load produces {load} on it"
         )
         if torque > NO_TORQUE_NM:
-            what = "what its torque does cannot be distinguished from errors of geometry and frames"
+            what = f"what its {load} does cannot be distinguished from errors of geometry and frames"
         relative, text = None, f"{what} in these poses: its stiffness cannot be identified from them"
     elif not own[0].value or own[0].std is None:
         relative, text = None, "no compliance shows in these poses"
@@ -153,7 +160,13 @@ def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
         text = f"poorly determined, ± {half_width:.0f} % (95 %)" if is_poorly_known(1.0, relative) else known
     if own and fit.data.absolute.all() and (relative is None or is_poorly_known(1.0, relative)):
         text += _what_would_show(fit, number, own[0], relative)
-    return CheckedJoint(joint=name, largest_torque_Nm=torque, expected_relative_std=relative, says=text)
+    return CheckedJoint(
+        joint=name,
+        largest_torque_Nm=torque,
+        expected_relative_std=relative,
+        says=text,
+        prismatic=True if prismatic else None,
+    )
 
 
 def _what_would_show(fit: Fit, number: int, own: Parameter, relative: float | None) -> str:

@@ -95,11 +95,13 @@ class CheckedJoint:
     joint: str
     """Its name."""
     largest_torque_Nm: Number
-    """That loads put on it."""
+    """That loads put on it; of a prismatic joint the force along its axis, N."""
     expected_relative_std: Number
     """Expected standard uncertainty of its stiffness, of the stiffness."""
     says: str
     """The same in words."""
+    prismatic: OrAbsent[bool] = None
+    """True of a prismatic joint; absent of others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -149,17 +149,22 @@ def test_check_states_what_more_poses_or_a_payload_would_bring(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    ("torque", "words"),
+    ("torque", "along", "words"),
     [
-        (55.5, "cannot be distinguished from errors of geometry"),
-        (5e-15, "neither weight nor load produces torque on it"),
+        (55.5, 5, "what its torque does cannot be distinguished from errors of geometry"),
+        (5e-15, 5, "neither weight nor load produces torque on it"),
+        (55.5, 2, "what its force does cannot be distinguished from errors of geometry"),
+        (5e-15, 2, "neither weight nor load produces force on it"),
     ],
 )
-def test_check_states_why_a_stiffness_stays_open(torque: float, words: str) -> None:
-    """A joint that carries 55 N·m and whose spring the geometry takes up is not one that carries nothing."""
+def test_check_states_why_a_stiffness_stays_open(torque: float, along: int, words: str) -> None:
+    """A joint that carries 55 N·m (prismatic: 55 N) and whose spring the geometry takes up carries something."""
     place = SimpleNamespace(joints=(2,))
-    open_one = SimpleNamespace(spec=SimpleNamespace(compliance=True, along=5), place=place, value=None)
+    open_one = SimpleNamespace(spec=SimpleNamespace(compliance=True, along=along), place=place, value=None)
+    chain = SimpleNamespace(prismatic=[False, along == 2], drive_components=[5, along])
     # one place of a run of loads next to absolute ones: no payload is proposed then
-    fit: Any = SimpleNamespace(parameters=[open_one], data=SimpleNamespace(absolute=np.array([True, False])))
-    says = _joint("A2", torque, fit, 2).says
-    assert words in says
+    data = SimpleNamespace(absolute=np.array([True, False]))
+    fit: Any = SimpleNamespace(parameters=[open_one], data=data, robot=SimpleNamespace(chain=chain))
+    joint = _joint("A2", torque, fit, 2)
+    assert words in joint.says
+    assert joint.prismatic is (True if along == 2 else None)
