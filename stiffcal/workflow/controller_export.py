@@ -98,7 +98,8 @@ def write_controller_code(
         f"the compensation of {fitted.source} as {what} "
         f"({len(model.joint_names)} joints, cycle {options.cycle_ms:g} ms, model hash {model.hash[:16]}…)"
     )
-    return WrittenCode(holds, [*fitted.warnings, *([] if verdict.complete else [verdict.text])])
+    warnings = [*fitted.warnings, *fitted.known_from_below, *([] if verdict.complete else [verdict.text])]
+    return WrittenCode(holds, warnings)
 
 
 def reading_setup(fitted: FittedRobot, options: ControllerOptions) -> tuple[MeasurementSetup, str]:
@@ -152,7 +153,7 @@ def head_lines(
     yield f"Deflection compensation of {chain.name or 'a robot'}, campaign {fitted.campaign.name}, {fitted.source}"
     yield f"written by stiffcal {__version__}; model hash {model.hash}"
     yield verdict.text
-    for warning in fitted.warnings:
+    for warning in (*fitted.warnings, *fitted.known_from_below):
         yield f"caution: {warning}"
     yield ""
     yield "Units: m, rad, N, N m, s. Base axes: frame 0 of the robot file."

@@ -134,10 +134,12 @@ def _write_robot(
     """Write the rigid robot, as URDF or as a robot file; return what is in it, and warnings."""
     setup = data.states.setup if len(data.states) else None
     if output.suffix.lower() == ".urdf":
+        from stiffcal.workflow.fitted_robot import known_from_below
         from stiffcal.workflow.urdf_export import urdf_text
 
         write_whole(output, urdf_text(data.campaign, identified, setup))
-        return f"the robot as URDF with the geometry and the joint stiffness of fit {identified.fit_id}", []
+        holds = f"the robot as URDF with the geometry and the joint stiffness of fit {identified.fit_id}"
+        return holds, list(known_from_below(identified))
     from stiffcal.results.geometry_words import CONVENTIONS
     from stiffcal.workflow.robot_export import robot_rows_text
 

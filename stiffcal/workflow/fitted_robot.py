@@ -49,6 +49,8 @@ class FittedRobot:
     """The targets whose frames were fitted with the robot, at 0: their values are in ``setup``."""
     covariance_with_targets: dict[str, dict[str, float]] = field(default_factory=dict)
     """``covariance`` with the parameters of ``targets``."""
+    known_from_below: tuple[str, ...] = ()
+    """What a file of plain numbers cannot hold of stiffnesses that are not significant, in words; empty of none."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -188,7 +190,22 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
         of_links,
         targets,
         covariance_of(_parameter_names((*rest, *targets))),
+        tuple(known_from_below(identified)),
     )
+
+
+def known_from_below(identified: IdentifyResult) -> Iterator[str]:
+    """Yield which compliances of a fit are not significant, for files that hold plain numbers; nothing without any."""
+    names = [
+        parameter.name
+        for parameter in identified.parameters
+        if parameter.is_compliance and parameter.above_noise is False
+    ]
+    if names:
+        yield (
+            f"not significant (below 3σ), in the file as plain numbers: {', '.join(names)}; of these stiffnesses only "
+            "a lower limit is known"
+        )
 
 
 def _parameter_names(placed: Iterable[PlacedEffect]) -> set[str]:

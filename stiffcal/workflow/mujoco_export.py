@@ -48,7 +48,7 @@ def write_mujoco(folder: Path, context: RunContext, output: Path) -> WrittenRobo
     name = fitted.campaign.chain.name or fitted.campaign.name
     model = mujoco_model(fitted.robot, fitted.setup, list(_head(fitted, verdict)), name)
     write_whole(output, model.text)
-    warnings = [*fitted.warnings, *([] if verdict.complete else [verdict.text])]
+    warnings = [*fitted.warnings, *fitted.known_from_below, *([] if verdict.complete else [verdict.text])]
     warnings += [f"without counterpart in MuJoCo, left out: {entry}" for entry in model.without_counterpart]
     return WrittenRobot(f"the robot of {fitted.source} for MuJoCo, with its springs", warnings)
 
@@ -58,7 +58,7 @@ def _head(fitted: FittedRobot, verdict: ModelVerdict) -> Iterator[str]:
     yield f"{chain.name or 'a robot'} with its springs, campaign {fitted.campaign.name}, {fitted.source}"
     yield f"written by stiffcal {__version__}"
     yield verdict.text
-    for warning in fitted.warnings:
+    for warning in (*fitted.warnings, *fitted.known_from_below):
         yield f"caution: {warning}"
     yield "Units: m, rad, N, N m, kg. World: frame 0 of the robot file."
     yield "Controls: one a drive, rad; the gain of each servo is the stiffness of the drive."

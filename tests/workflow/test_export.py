@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import duckdb
 import numpy as np
@@ -13,6 +16,8 @@ import pandas as pd
 import pytest
 
 from stiffcal.errors import InputError
+from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.workflow import fitted_robot
 from stiffcal.workflow.export import export_campaign
 from stiffcal.workflow.plot import _approach, plot_campaign
 from stiffcal.workflow.report import report_campaign
@@ -64,6 +69,28 @@ def test_urdf_has_the_same_kinematics(campaign: Path) -> None:
     assert np.allclose(pose[:3, :3], rotations[0, -1], atol=1e-9)
     stiffness = [float(value) for value in _stiffnesses(file)]
     assert np.allclose(stiffness, STIFFNESS, rtol=0.1)
+
+
+def test_stiffnesses_that_are_not_significant_are_named(
+    campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file of plain numbers does not hold that only a lower limit is known."""
+
+    def one(name: str, *, is_compliance: bool, above_noise: bool | None) -> SimpleNamespace:
+        return SimpleNamespace(name=name, is_compliance=is_compliance, above_noise=above_noise)
+
+    parameters = [
+        one("joint-compliance.j1.c", is_compliance=True, above_noise=True),
+        one("joint-compliance.j2.c", is_compliance=True, above_noise=False),
+        one("joint-compliance.j3.c", is_compliance=True, above_noise=None),
+        one("link-geometry.j3.x", is_compliance=False, above_noise=False),
+    ]
+    (words,) = fitted_robot.known_from_below(cast(IdentifyResult, SimpleNamespace(parameters=parameters)))
+    assert re.findall(r"[\w-]+\.j\d\.\w", words) == ["joint-compliance.j2.c"]
+    assert not list(fitted_robot.known_from_below(cast(IdentifyResult, SimpleNamespace(parameters=parameters[:1]))))
+    monkeypatch.setattr(fitted_robot, "known_from_below", lambda identified: iter([words]))
+    for name in ("robot.urdf", "code.c", "robot.xml"):
+        assert words in export_campaign(campaign, output=tmp_path / name).warnings
 
 
 def _stiffnesses(file: Path) -> list[str]:
