@@ -31,7 +31,7 @@ class JointExcitation:
     name: str
     """The joint."""
     torque: float
-    """Largest change of torque on its drive within a run, N·m."""
+    """Largest change of torque on its drive within a run, N·m; of a prismatic joint of force along its axis, N."""
     relative_std: float
     """Standard uncertainty over value that a fit of joint compliances can expect; NaN where unknown."""
     identifiable: bool
@@ -50,12 +50,22 @@ def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
     largest = np.abs(torque).max(axis=0)
     is_loaded = largest > NO_TORQUE * largest.max()
     if not is_loaded.any():  # every axis runs along or through every force
-        return [_verdict(name, float(largest[k]), np.nan, False) for k, name in enumerate(names)]
+        return [
+            _verdict(name, float(largest[k]), np.nan, is_loaded=False, prismatic=bool(chain.prismatic[k]))
+            for k, name in enumerate(names)
+        ]
     relative = _relative_std(design[:, is_loaded], measured)
     uncertainty = np.full(largest.size, np.nan)
     uncertainty[is_loaded] = relative
     return [
-        _verdict(name, float(largest[k]), float(uncertainty[k]), bool(is_loaded[k])) for k, name in enumerate(names)
+        _verdict(
+            name,
+            float(largest[k]),
+            float(uncertainty[k]),
+            is_loaded=bool(is_loaded[k]),
+            prismatic=bool(chain.prismatic[k]),
+        )
+        for k, name in enumerate(names)
     ]
 
 
@@ -111,18 +121,20 @@ def _relative_std(design: Floats, measured: Floats) -> Floats:
         return np.asarray(np.where(value > 0.0, spread / np.maximum(value, 1e-300), np.inf))
 
 
-def _verdict(name: str, torque: float, relative: float, is_loaded: bool) -> JointExcitation:
+def _verdict(name: str, torque: float, relative: float, *, is_loaded: bool, prismatic: bool) -> JointExcitation:
+    load, axis = ("force", "along its axis") if prismatic else ("torque", "about its axis")
     if not is_loaded:
-        text = "carries no torque in these poses: load it with a lever arm about its axis"
+        lever = "" if prismatic else "with a lever arm "
+        text = f"carries no {load} in these poses: load it {lever}{axis}"
         return JointExcitation(name, torque, np.nan, False, text)
     if relative > NOT_KNOWN:
         text = (
             "its stiffness cannot be distinguished from that of the other joints: add poses or load directions "
-            "with more torque on it"
+            f"with more {load} on it"
         )
         return JointExcitation(name, torque, relative, False, text)
     half_width = 100.0 * NORMAL_95 * relative
     if is_poorly_known(1.0, relative):
-        text = f"poorly determined, ± {half_width:.0f} % (95 %): more torque about its axis would help"
+        text = f"poorly determined, ± {half_width:.0f} % (95 %): more {load} {axis} would help"
         return JointExcitation(name, torque, relative, True, text)
     return JointExcitation(name, torque, relative, True, f"expected uncertainty about ± {half_width:.2g} % (95 %)")

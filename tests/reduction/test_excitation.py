@@ -7,11 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.reduction.excitation import joint_excitation
+from tests.laboratory.absolute_places import place_setup
+from tests.laboratory.effect_bench import bare_states
+from tests.laboratory.track_and_arm import TRACK, draw_joints, robot_of
 
 IRB = Path(__file__).resolve().parents[2] / "campaigns" / "irb4400"
 STIFFNESS = (7.3e5, 4.9e5, 4.3e5, 6.0e4, 5.7e4, 1.7e4)  # N·m/rad
@@ -54,3 +58,16 @@ def test_a_robot_with_a_parallel_rod_is_known_to_its_noise() -> None:
     )
     # what is left by a first-order look is noise and little else; with springs on the joints it is 13 %
     assert max(entry.relative_std for entry in joint_excitation(states, chain)) < 0.02
+
+
+def test_a_track_that_no_force_pushes_carries_no_force() -> None:
+    """Forces across its axis: it is a force that is missing, along the axis, and no lever arm makes one."""
+    chain = chain_of(robot_of(TRACK), Path())
+    along = chain.fixed[0][:3, 2]
+    force = 300.0 * np.random.default_rng(1).normal(size=(20, 3))
+    wrench = np.hstack([force - np.outer(force @ along, along), np.zeros((20, 3))])
+    wrench[::10] = 0.0
+    states = bare_states([0] * 10 + [1] * 10, draw_joints(chain, 20, 1), place_setup(chain), wrench=wrench)
+    words = [entry.verdict for entry in joint_excitation(states, chain)]
+    assert words[0] == "carries no force in these poses: load it along its axis"
+    assert not any("force" in verdict for verdict in words[1:])
