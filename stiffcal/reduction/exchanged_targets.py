@@ -70,7 +70,7 @@ def exchanged_rows(table: TableRows, places: MeasuredPlaces, far: Integers) -> F
     names = listed([table.states.setup.target_names[k] for k in moved])
     where = table.listed(wrong)
     reason = f"the positions of {names} are interchanged in {len(wrong)} of {len(on_body)} rows ({where})"
-    mend = "interchange their columns there, or exclude these rows with [[exclude]]"
+    mend = f"interchange their columns there, or exclude these rows with {table.exclusion(wrong)}"
     return Fault(FaultCode.KINEMATICS_MISMATCH, table.file(int(wrong[0])), table.place(wrong), reason, mend)
 
 

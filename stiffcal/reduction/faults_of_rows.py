@@ -7,20 +7,22 @@ tracker, the base or a target was moved.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
-from stiffcal.reduction.met_places import FAR_M, LEAST_ROWS, MEETS, MEETS_M, MeasuredPlaces, Met, meet
+from stiffcal.reduction.met_places import FAR_M, LEAST_ROWS, MEETS, MEETS_M, MeasuredPlaces, Met, far_from, meet
 from stiffcal.reduction.place_changes import changes_of_rows
 from stiffcal.reduction.table_rows import TableRows
 
 MOST_NAMED = 4
 # Where many rows are wrong, so many of them have to be explained, or no more than so many of all may be wrong.
 EXPLAINED, MOST_WRONG = 0.9, 0.6
+# Other rows with the mistake are looked for where the table has no more than so many times the wrong rows (time).
+MOST_TIMES = 20
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class SomeRows:
     """Whether they are too many for mistakes of single rows."""
 
     def distance(self, places: MeasuredPlaces) -> Floats:
-        """Return (w,) m, by how much changed places of these rows miss, the worst target."""
+        """Return (n,) m, by how much changed places of rows miss, the worst target."""
         return self.met.worst(places)
 
     @property
@@ -59,6 +61,8 @@ class _Group:
     reason: str
     mend: str = ""
     of_angles: bool = False
+    undecided: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(u,) other rows, which meet with its correction too, and without it are not far enough off to be named."""
 
 
 def faults_of_rows(some: SomeRows) -> list[Fault]:
@@ -77,7 +81,7 @@ def faults_of_rows(some: SomeRows) -> list[Fault]:
         return []
     groups += _without_change(some, left)
     groups.sort(key=lambda group: int(group.rows[0]))
-    faults = [_fault(some.table, group) for group in groups]
+    faults = [_fault(some, group) for group in groups]
     more = sum(len(group.rows) for group in groups[MOST_NAMED:])
     if more:
         code, file = FaultCode.MORE_FAULTS, faults[0].file
@@ -85,12 +89,15 @@ def faults_of_rows(some: SomeRows) -> list[Fault]:
     return faults
 
 
-def _fault(table: TableRows, group: _Group) -> Fault:
-    one = len(group.rows) == 1
-    mend = (
-        group.mend or f"correct the {'row' if one else 'rows'}, or exclude {'it' if one else 'them'} with [[exclude]]"
-    )
+def _fault(some: SomeRows, group: _Group) -> Fault:
+    table, one = some.table, len(group.rows) == 1
+    correct, exclude = ("correct the row", "exclude it") if one else ("correct the rows", "exclude them")
+    mend = group.mend or f"{correct}, or {exclude} with {table.exclusion(group.rows)}"
     count = f" in {len(group.rows)} of {len(table.states)} rows ({table.listed(group.rows)})"
+    if len(group.undecided):
+        row = "row" if len(group.undecided) == 1 else "rows"
+        limit = f"{1e3 * far_from(some.usual):.2g} mm"
+        count += f", and perhaps in {row} {table.listed(group.undecided)}, off by less than {limit}"
     return Fault(
         group.code,
         table.file(int(group.rows[0]), of_angles=group.of_angles),
@@ -103,11 +110,16 @@ def _fault(table: TableRows, group: _Group) -> Fault:
 def _by_changes(some: SomeRows) -> list[_Group]:
     """Return the rows that a change explains, the change of the most rows first."""
     table, rows = some.table, some.wrong
+    n = len(table.states)
+    looked_at = np.arange(n) if len(rows) > 1 and n <= MOST_TIMES * len(rows) else rows
+    own = np.isin(looked_at, rows)
     groups, explained = [], []
     # one change at a time: all of them are a hundred times the rows
-    for change in changes_of_rows(table.states.select(rows), table.campaign.chain, some.places.at(rows)):
-        groups.append(_Group(rows, change.code, change.in_rows, change.mend_rows, change.of_angles))
-        explained.append(some.distance(change.places) <= some.near)
+    for change in changes_of_rows(table.states.select(looked_at), table.campaign.chain, some.places.at(looked_at)):
+        met = some.distance(change.places) <= some.near
+        either = looked_at[met & ~own]
+        groups.append(_Group(rows, change.code, change.in_rows, change.mend_rows, change.of_angles, either))
+        explained.append(met[own])
     left, found = np.array(explained), []
     while left.any():
         k = int(left.sum(axis=1).argmax())
@@ -189,5 +201,5 @@ def _moved(some: SomeRows, left: Integers) -> _Group | None:
         f"the positions meet the joint angles with the tracker, the base or a target moved (tracker or base by "
         f"{1e3 * shift:.3g} mm and {angle:.2g}°, targets by {1e3 * offset:.2g} mm)"
     )
-    mend = "exclude them with [[exclude]], or make a campaign of their own of them"
+    mend = f"exclude them with {some.table.exclusion(left)}, or make a campaign of their own of them"
     return _Group(left, FaultCode.KINEMATICS_MISMATCH, reason, mend)

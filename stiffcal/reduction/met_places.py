@@ -129,7 +129,12 @@ def rigid_motion(measured: Floats, expected: Floats, weight: Floats) -> tuple[Fl
 
 def misses(met: Met, places: MeasuredPlaces, usual: float) -> Booleans:
     """Return (n,) True for rows that are far from where the others put them."""
-    return np.asarray(met.worst(places) > max(FAR * usual, FAR_M))
+    return np.asarray(met.worst(places) > far_from(usual))
+
+
+def far_from(usual: float) -> float:
+    """Return the distance in m from which on a row is far from the others, whose usual one is given."""
+    return max(FAR * usual, FAR_M)
 
 
 def orders(n_targets: int) -> Iterator[list[int]]:

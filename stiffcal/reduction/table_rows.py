@@ -13,6 +13,8 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.reduction.logs import place_of_row
 
 MOST_LISTED = 6
+# More places than these are no line to copy.
+MOST_EXCLUDED = 40
 
 
 @dataclass(frozen=True)
@@ -46,13 +48,22 @@ class TableRows:
 
     def listed(self, chosen: Integers) -> str:
         """Return the rows of some states as they are counted in the table, those one after the other as from … to."""
-        numbers = self.states.row[chosen]
-        breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
-        pieces = [
-            str(piece[0]) if len(piece) == 1 else f"{piece[0]} to {piece[-1]}" for piece in np.split(numbers, breaks)
-        ]
+        pieces = [str(first) if first == last else f"{first} to {last}" for first, last in self._stretches(chosen)]
         more = len(pieces) - MOST_LISTED
         return ", ".join(pieces[:MOST_LISTED]) + (f" and {more} more places" if more > 0 else "")
+
+    def exclusion(self, chosen: Integers) -> str:
+        """Return ``[[exclude]]`` with some states' rows as the manifest writes them, where they are of one run."""
+        pieces = [str(first) if first == last else f'"{first}-{last}"' for first, last in self._stretches(chosen)]
+        if len({self._run(int(state)) for state in chosen}) > 1 or len(pieces) > MOST_EXCLUDED:
+            return "[[exclude]]"
+        return f"[[exclude]] rows = [{', '.join(pieces)}]"
+
+    def _stretches(self, chosen: Integers) -> list[tuple[int, int]]:
+        """Return the first and the last row of each stretch of rows one after the other."""
+        numbers = self.states.row[chosen]
+        breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
+        return [(int(piece[0]), int(piece[-1])) for piece in np.split(numbers, breaks)]
 
     def _run(self, state: int) -> str:
         info = self.states.runs[int(self.states.run[state])]
