@@ -44,7 +44,7 @@ MOST_ROWS_MOVED = 3
 
 
 @dataclass(frozen=True)
-class Change:
+class PlaceChange:
     """A change of the rows."""
 
     code: FaultCode
@@ -66,7 +66,7 @@ class Change:
     """In which file the place is, where all rows have the mistake."""
 
 
-def changes_of_rows(states: LoadStates, chain: Chain, places: MeasuredPlaces) -> Iterator[Change]:
+def changes_of_rows(states: LoadStates, chain: Chain, places: MeasuredPlaces) -> Iterator[PlaceChange]:
     """Yield the changes that some rows or all may need.
 
     Parameters
@@ -76,7 +76,7 @@ def changes_of_rows(states: LoadStates, chain: Chain, places: MeasuredPlaces) ->
     yield from _lengths(states, places)
     for order in orders(places.measured.shape[1]):
         moved = [states.setup.target_names[b] for b in range(len(order)) if order[b] != b]
-        yield Change(
+        yield PlaceChange(
             FaultCode.KINEMATICS_MISMATCH, replace(places, measured=places.measured[:, order]),
             in_rows=f"the positions of {listed(moved)} are interchanged",
             mend_rows="interchange their columns there, or exclude these rows with [[exclude]]",
@@ -87,7 +87,7 @@ def changes_of_rows(states: LoadStates, chain: Chain, places: MeasuredPlaces) ->
 
 def changes_of_the_table(
     states: LoadStates, chain: Chain, places: MeasuredPlaces, robot: RobotFile, folder: Path
-) -> Iterator[Change]:
+) -> Iterator[PlaceChange]:
     """Yield the changes that all rows may need.
 
     Parameters
@@ -97,26 +97,26 @@ def changes_of_the_table(
     rows = [change for change in changes_of_rows(states, chain, places) if change.words]
     yield from sorted(rows, key=lambda change: not change.of_angles)
     mirrored = places.measured * np.array([1.0, 1.0, -1.0])
-    yield Change(
+    yield PlaceChange(
         FaultCode.KINEMATICS_MISMATCH, replace(places, measured=mirrored), "columns of the positions",
         "the positions mirrored",
         "two of the columns X, Y and Z are interchanged, or one has the wrong sign: correct them",
     )  # fmt: skip
     joints = states.joints * -1.0
-    yield Change(
+    yield PlaceChange(
         FaultCode.KINEMATICS_MISMATCH, places_of(replace(states, joints=joints), chain), "joints",
         "the signs of all joints changed",
         "change the sign of direction of all joints in robot.toml, or of the columns of their angles",
         of_angles=True,
     )  # fmt: skip
     for other, where, words, mend in _other_robots(robot):
-        yield Change(
+        yield PlaceChange(
             FaultCode.KINEMATICS_MISMATCH, places_of(states, chain_of(other, folder)), where, words, mend,
             file="robot",
         )  # fmt: skip
 
 
-def moved_positions(places: MeasuredPlaces) -> Iterator[Change]:
+def moved_positions(places: MeasuredPlaces) -> Iterator[PlaceChange]:
     """Yield the table with all positions moved some rows too high or too low against the joint angles, or reversed."""
     code, place = FaultCode.KINEMATICS_MISMATCH, "the order of the rows"
     for n in range(1, min(MOST_ROWS_MOVED, len(places.measured) - 1) + 1):
@@ -127,11 +127,11 @@ def moved_positions(places: MeasuredPlaces) -> Iterator[Change]:
                 moved[n:] = places.measured[:-n]
             else:
                 moved[:-n] = places.measured[n:]
-            yield Change(
+            yield PlaceChange(
                 code, replace(places, measured=moved), place, f"all places moved {direction} by {rows}",
                 f"move the columns of the places {direction} by {rows} against those of the joint angles",
             )  # fmt: skip
-    yield Change(
+    yield PlaceChange(
         code, replace(places, measured=places.measured[::-1]), place, "the order of the positions reversed",
         "reverse the rows of the places against those of the joint angles",
     )  # fmt: skip
@@ -143,12 +143,12 @@ def listed(names: list[str]) -> str:
     return f"{', '.join(others)} and {last}" if others else last
 
 
-def _lengths(states: LoadStates, places: MeasuredPlaces) -> Iterator[Change]:
+def _lengths(states: LoadStates, places: MeasuredPlaces) -> Iterator[PlaceChange]:
     """Yield positions in another unit: of all targets, of one, of one axis."""
     names = states.setup.target_names
     code, measured = FaultCode.UNIT_IMPLAUSIBLE, places.measured
     for factor, words in LENGTH_FACTORS.items():
-        yield Change(
+        yield PlaceChange(
             code, replace(places, measured=factor * measured), "units.position", f"places multiplied by {factor:.4g}",
             f"all positions are {words}: correct units of the position",
             f"the positions are {words}{OTHER_UNIT.get(factor, '')}", file="manifest",
@@ -156,7 +156,7 @@ def _lengths(states: LoadStates, places: MeasuredPlaces) -> Iterator[Change]:
         for b, name in enumerate(names if len(names) > 1 else ()):
             one = measured.copy()
             one[:, b] *= factor
-            yield Change(
+            yield PlaceChange(
                 code, replace(places, measured=one), f"poses.{name}.units.position",
                 f"the positions of {name} multiplied by {factor:.4g}",
                 f"the positions of {name} are {words}: correct the unit of that target",
@@ -166,7 +166,7 @@ def _lengths(states: LoadStates, places: MeasuredPlaces) -> Iterator[Change]:
         for factor in (1e3, 1e-3):
             one = measured.copy()
             one[..., k] *= factor
-            yield Change(
+            yield PlaceChange(
                 code, replace(places, measured=one), f"columns {axis} of the positions",
                 f"{axis} of the positions multiplied by {factor:.4g}",
                 f"{axis} of all positions is {LENGTH_FACTORS[factor]}: correct its column",
@@ -174,7 +174,7 @@ def _lengths(states: LoadStates, places: MeasuredPlaces) -> Iterator[Change]:
             )  # fmt: skip
 
 
-def _angles(states: LoadStates, chain: Chain) -> Iterator[Change]:
+def _angles(states: LoadStates, chain: Chain) -> Iterator[PlaceChange]:
     """Yield other signs, zeros, units and columns of joint angles."""
 
     def with_angles(joints: Floats) -> MeasuredPlaces:
@@ -189,13 +189,13 @@ def _angles(states: LoadStates, chain: Chain) -> Iterator[Change]:
     turning = [(joint, name) for joint, name in enumerate(names) if not slides[joint]]
     for joint, name in enumerate(names):
         what = "position" if slides[joint] else "angle"
-        yield Change(
+        yield PlaceChange(
             code, with_joint(joint, -1.0, 0.0), f"joint {name}", f"the sign of joint {name} changed",
             f"change the sign of direction of joint {name} in robot.toml, or of the column of its {what}",
             f"the {what} of joint {name} has the wrong sign", of_angles=True,
         )  # fmt: skip
         for factor in (1e3, 1e-3) if slides[joint] else ():
-            yield Change(
+            yield PlaceChange(
                 FaultCode.UNIT_IMPLAUSIBLE, with_joint(joint, factor, 0.0), f"joint {name}",
                 f"the position of joint {name} multiplied by {factor:g}",
                 f"the positions of joint {name} are {LENGTH_FACTORS[factor]}: correct the unit of its column",
@@ -203,20 +203,20 @@ def _angles(states: LoadStates, chain: Chain) -> Iterator[Change]:
             )  # fmt: skip
     for turn, (words, off) in TURNS.items():
         for joint, name in turning:
-            yield Change(
+            yield PlaceChange(
                 code, with_joint(joint, 1.0, turn), f"joint {name}", f"the zero of joint {name} moved by {words}",
                 f"correct theta_deg of joint {name} in robot.toml by {words}, or the column of its angle",
                 f"the angle of joint {name} is {off}", of_angles=True,
             )  # fmt: skip
     for factor, words, others in ANGLE_FACTORS:
         turned = np.where(slides, 1.0, factor) * states.joints
-        yield Change(
+        yield PlaceChange(
             FaultCode.UNIT_IMPLAUSIBLE, with_angles(turned), "joints.units.position",
             f"joint angles read as {words}", f"all joint angles are in {words}: correct units of the joints",
             f"joint angles are in {words} where the others are in {others}", of_angles=True, file="manifest",
         )  # fmt: skip
         for joint, name in turning:
-            yield Change(
+            yield PlaceChange(
                 FaultCode.UNIT_IMPLAUSIBLE, with_joint(joint, factor, 0.0), f"joint {name}",
                 f"the angle of joint {name} read as {words}",
                 f"the angles of joint {name} are in {words}: correct their column",
@@ -226,19 +226,19 @@ def _angles(states: LoadStates, chain: Chain) -> Iterator[Change]:
         joints = states.joints.copy()
         joints[:, [first, second]] = joints[:, [second, first]]
         pair = f"{names[first]} and {names[second]}"
-        yield Change(
+        yield PlaceChange(
             code, with_angles(joints), f"joints {pair}", f"the angles of joints {pair} interchanged",
             f"interchange the columns of joints {pair}", f"the angles of joints {pair} are interchanged",
             of_angles=True,
         )  # fmt: skip
-    yield Change(
+    yield PlaceChange(
         code, with_angles(states.joints[:, ::-1]), "joints", "the order of the joints reversed",
         "reverse the order of the columns of the joint angles", "the order of the joint angles is reversed",
         of_angles=True,
     )  # fmt: skip
 
 
-def _axes(states: LoadStates, places: MeasuredPlaces) -> Iterator[Change]:
+def _axes(states: LoadStates, places: MeasuredPlaces) -> Iterator[PlaceChange]:
     """Yield positions with interchanged axes or another sign of one, of all targets or of one.
 
     Of all rows and targets, all of these are one mirror but for a turn, which the estimated frame takes.
@@ -259,7 +259,7 @@ def _axes(states: LoadStates, places: MeasuredPlaces) -> Iterator[Change]:
             changed = measured.copy()
             chosen = slice(None) if target is None else slice(target, target + 1)
             changed[:, chosen] = changed[:, chosen] @ matrix
-            yield Change(
+            yield PlaceChange(
                 FaultCode.KINEMATICS_MISMATCH, replace(places, measured=changed), f"columns {axes} {of}",
                 "" if target is None else f"{axes} {of} {undone}", f"correct the columns {axes} {of}",
                 f"{axes} {of} {wrong}",

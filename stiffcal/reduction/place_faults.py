@@ -34,7 +34,7 @@ from stiffcal.reduction.met_places import (
     orders,
     places_of,
 )
-from stiffcal.reduction.place_changes import Change, changes_of_the_table, listed, moved_positions
+from stiffcal.reduction.place_changes import PlaceChange, changes_of_the_table, listed, moved_positions
 from stiffcal.reduction.table_rows import TableRows
 
 # A change that explains the distance leaves less than this share of it.
@@ -108,7 +108,7 @@ def _of_the_table(table: TableRows, places: MeasuredPlaces, usual: float) -> Fau
     states, campaign = table.states, table.campaign
     some = np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_ROWS)).astype(np.int64))
     robot = campaign.robot, campaign.robot_path.parent
-    left: list[tuple[float, Change]] = []
+    left: list[tuple[float, PlaceChange]] = []
     for changes, at in (
         (changes_of_the_table(states.select(some), campaign.chain, places.at(some), *robot), slice(None)),
         (moved_positions(places), some),

@@ -285,13 +285,14 @@ def _check_possible(
 
     if not any(given.values()):
         return
+    joints = [joint for joint in given["joints"] or () if joint in prismatic]
+    pairs = [pair for pair in given["pairs"] or () if prismatic.intersection(pair)]
+    at_prismatic = place_names(joints, (), pairs)
     for label in place_names(given["joints"], given["links"], given["pairs"]):
         if label not in possible:
             mend = f"possible: {', '.join(possible) or 'none on this robot'}"
             reason = f"{effect.name} cannot act at {label}"
-            if prismatic.intersection(
-                int(part[1:]) for part in label.split("-") if part[:1] == "j" and part[1:].isdigit()
-            ):
+            if label in at_prismatic:
                 reason += f", a prismatic joint: {effect.not_prismatic}"
             raise InputError.at(FaultCode.PLACE_INVALID, "command line", "EFFECT", reason, mend)
 
