@@ -43,6 +43,28 @@ class ImpossibleReading:
     """What to write instead."""
 
 
+@dataclass(frozen=True)
+class _Bound:
+    """The largest reading of a kind, and what to do about a larger one."""
+
+    largest: float
+    """SI."""
+    reason: str
+    """With places for the value and the channel."""
+    mend: str
+    """Where the unit may be another one, or where no unit is proposed."""
+    proposed: str = ""
+    """The unit that ``mend`` proposes."""
+    otherwise: str = ""
+    """What else to try."""
+
+    def advice(self, declared: str | None) -> str:
+        """Return what to do where the manifest declares a unit; the proposed one is none where it is that."""
+        if self.proposed and declared == self.proposed:
+            return " ".join(filter(None, [_ANOTHER_QUANTITY, self.otherwise]))
+        return "; ".join(filter(None, [self.mend, self.otherwise]))
+
+
 def first_impossible(
     name: str,
     values: Floats,
@@ -75,9 +97,10 @@ def first_impossible(
     if kind == "mass" and (negative := np.flatnonzero(values[0] < 0.0)).size:
         reason = f"a mass of {values[0, negative[0]]:.4g} kg"
         return ImpossibleReading(int(negative[0]), reason, "write the mass at the tool, positive")
-    largest, reason, mend = _BOUNDS.get(kind, (np.inf, "", ""))
-    if name in ("joints.velocity", "joints.torque", "joints.current", "joints.approach") or not np.isfinite(largest):
+    bound = _BOUNDS.get(kind)
+    if bound is None or name in ("joints.velocity", "joints.torque", "joints.current", "joints.approach"):
         return None
+    largest = bound.largest
     if kind == "joints" and slides and (position := _impossible_position(values, columns, slides, declared)):
         return position
     if kind == "joints" and slides:
@@ -90,16 +113,8 @@ def first_impossible(
     row = int(np.flatnonzero(out_of_bounds.any(axis=0))[0])
     channel = int(np.argmax(out_of_bounds[:, row]))
     column = columns[channel] if channel < len(columns) else str(channel + 1)
-    reason = reason.format(value=float(values[channel, row]), channel=column)
-    return ImpossibleReading(row, reason, _fitting_mend(mend, declared.get(column)))
-
-
-def _fitting_mend(mend: str, declared: str | None) -> str:
-    """Return the mend, without a unit that the column has already."""
-    if f'"{declared}"' not in mend:
-        return mend
-    _, *others = mend.split("; ")
-    return " ".join([_ANOTHER_QUANTITY, *others])
+    reason = bound.reason.format(value=float(values[channel, row]), channel=column)
+    return ImpossibleReading(row, reason, bound.advice(declared.get(column)))
 
 
 def _impossible_position(
@@ -110,8 +125,9 @@ def _impossible_position(
         beyond = np.flatnonzero(np.abs(values[channel]) > LONGEST_TRAVEL_M)
         if column in slides and beyond.size:
             reason = f"a position of {values[channel, beyond[0]]:.4g} m in column {column}"
-            mend = f'millimetres read as metres? write "mm" for {column}'
-            return ImpossibleReading(int(beyond[0]), reason, _fitting_mend(mend, declared.get(column)))
+            other_unit = f'millimetres read as metres? write "mm" for {column}'
+            mend = _ANOTHER_QUANTITY if declared.get(column) == "mm" else other_unit
+            return ImpossibleReading(int(beyond[0]), reason, mend)
     return None
 
 
@@ -142,50 +158,58 @@ def _bounds_of_wrench() -> Floats:
     return np.array([LARGEST_FORCE_N] * 3 + [LARGEST_MOMENT_NM] * 3)
 
 
-_BOUNDS: dict[str, tuple[float, str, str]] = {
-    "joints": (
+_BOUNDS: dict[str, _Bound] = {
+    "joints": _Bound(
         LARGEST_ANGLE_RAD,
         "an angle of {value:.4g} rad in column {channel}",
-        'degrees declared as radians? write units = { position = "deg" }; motor side? motor = true',
+        'degrees declared as radians? write units = { position = "deg" }',
+        "deg",
+        "motor side? motor = true",
     ),
-    "wrench": (
+    "wrench": _Bound(
         LARGEST_MOMENT_NM,
         "a load of {value:.4g} N (or N*m) in column {channel}",
         "correct units.force or units.moment, or the columns",
     ),
-    "mass": (
+    "mass": _Bound(
         LARGEST_MASS_KG,
         "a mass of {value:.4g} kg in column {channel}",
         'grams read as kilograms? write units = { mass = "g" }',
+        "g",
     ),
-    "position": (
+    "position": _Bound(
         LARGEST_POSITION_M,
         "a position of {value:.4g} m in column {channel}",
         'millimetres read as metres? write units = { position = "mm" }',
+        "mm",
     ),
-    "marker": (
+    "marker": _Bound(
         LARGEST_POSITION_M,
         "a position of {value:.4g} m in column {channel}",
         'millimetres read as metres? write units = { position = "mm" }',
+        "mm",
     ),
-    "translation": (
+    "translation": _Bound(
         LARGEST_DEFLECTION_M,
         "a displacement of {value:.4g} m in column {channel}",
         'millimetres read as metres? write units = { translation = "mm" }',
+        "mm",
     ),
-    "rotation": (
+    "rotation": _Bound(
         LARGEST_DEFLECTION_RAD,
         "a deflection of {value:.4g} rad in column {channel}",
         "correct units.rotation",
     ),
-    "displacement": (
+    "displacement": _Bound(
         LARGEST_DEFLECTION_M,
         "a displacement of {value:.4g} m in column {channel}",
         'millimetres read as metres? write units = { length = "mm" }',
+        "mm",
     ),
-    "lengths": (
+    "lengths": _Bound(
         0.1,
         "a length change of {value:.4g} m in column {channel}",
         'micrometres read as metres? write units = { length = "um" }',
+        "um",
     ),
 }
