@@ -310,7 +310,9 @@ def test_a_table_with_a_cell_without_end_is_one_line(tmp_path: Path) -> None:
 
 
 def test_a_robot_whose_axes_all_meet_the_force_is_checked(tmp_path: Path) -> None:
-    joints = "".join(f'[[joints]]\nname = "A{k}"\na_m = 0.0\nalpha_deg = 0.0\nd_m = 0.0\n' for k in range(1, 7))
+    joints = "".join(
+        f'[[joints]]\nname = "A{k}"\na_m = 0.0\nalpha_deg = {90.0 * (k % 2)}\nd_m = 0.0\n' for k in range(1, 7)
+    )
     folder = write_campaign(tmp_path / "c", DEFLECTIONS, 'schema = "stiffcal/robot/1"\nconvention = "dh"\n' + joints)
     rows = "".join(f"{k},{-k},0,10,{2 * k},5,{100 + k},{-k},{50 * k},{k / 10},{-k / 20},0.1\n" for k in range(1, 9))
     (folder / "raw" / "table.csv").write_text("A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz\n" + rows)
