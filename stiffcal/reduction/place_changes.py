@@ -62,6 +62,8 @@ class PlaceChange:
     """What to do about these, where it is not the usual."""
     of_angles: bool = False
     """Whether joint angles are wrong, not positions."""
+    of_all: bool = True
+    """Whether all rows can have the mistake: what frames and targets take up can be that of some rows alone."""
     file: Literal["table", "manifest", "robot"] = "table"
     """In which file the place is, where all rows have the mistake."""
 
@@ -79,7 +81,7 @@ def changes_of_rows(states: LoadStates, chain: Chain, places: MeasuredPlaces) ->
         yield PlaceChange(
             FaultCode.KINEMATICS_MISMATCH, replace(places, measured=places.measured[:, order]),
             in_rows=f"the positions of {listed(moved)} are interchanged",
-            mend_rows="interchange their columns there, or exclude these rows with [[exclude]]",
+            mend_rows="interchange their columns there, or exclude these rows with [[exclude]]", of_all=False,
         )  # fmt: skip
     yield from _angles(states, chain)
     yield from _axes(states, places)
@@ -94,7 +96,7 @@ def changes_of_the_table(
     ----------
     states : n rows. places : theirs. chain : the robot's kinematics. robot : its file, in ``folder``.
     """
-    rows = [change for change in changes_of_rows(states, chain, places) if change.words]
+    rows = [change for change in changes_of_rows(states, chain, places) if change.of_all]
     yield from sorted(rows, key=lambda change: not change.of_angles)
     mirrored = places.measured * np.array([1.0, 1.0, -1.0])
     yield PlaceChange(
@@ -262,7 +264,7 @@ def _axes(states: LoadStates, places: MeasuredPlaces) -> Iterator[PlaceChange]:
             yield PlaceChange(
                 FaultCode.KINEMATICS_MISMATCH, replace(places, measured=changed), f"columns {axes} {of}",
                 "" if target is None else f"{axes} {of} {undone}", f"correct the columns {axes} {of}",
-                f"{axes} {of} {wrong}",
+                f"{axes} {of} {wrong}", of_all=target is not None,
             )  # fmt: skip
 
 
