@@ -7,6 +7,8 @@ BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
+# byte-code is kept: without it each process would compile all that it imports, the tests half a minute in each worker
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo dist docs schemas linkcheck readme-picture test test-docs test-long test-browser test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp

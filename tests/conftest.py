@@ -45,11 +45,21 @@ LONG = ("benchmarks", "faults", "rates", "whole_campaigns")
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that judge numbers, and those that take long, where they do not do so themselves."""
-    for names, without, mark in ((NUMERICAL, NO_KERNEL, pytest.mark.numerical), (LONG, (), pytest.mark.long)):
-        places, others = ([Path(__file__).parent / name for name in part] for part in (names, without))
-        for item in items:
-            if item.path not in others and any(place in (item.path, *item.path.parents) for place in places):
-                item.add_marker(mark)
+    here = Path(__file__).parent
+    marks: dict[Path, list[pytest.MarkDecorator]] = {}
+    for item in items:
+        if item.path not in marks:
+            marks[item.path] = _marks_of_file(item.path.relative_to(here)) if here in item.path.parents else []
+        for mark in marks[item.path]:
+            item.add_marker(mark)
+
+
+def _marks_of_file(file: Path) -> list[pytest.MarkDecorator]:
+    """Return the marks of all tests of a file, which is relative to this folder."""
+    name = file.as_posix()
+    above = {name, *(parent.as_posix() for parent in file.parents)}
+    numerical = not above.isdisjoint(NUMERICAL) and name not in NO_KERNEL
+    return [pytest.mark.numerical] * numerical + [pytest.mark.long] * (not above.isdisjoint(LONG))
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -21,6 +21,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr(subprocess, "run", run)
     monkeypatch.setattr(kernels, "flags", lambda: {"avx2", "fma"})
+    monkeypatch.setattr(kernels, "computed", lambda kernel: f"digest of {kernel}")
     return asked
 
 
@@ -61,8 +62,30 @@ def test_the_processors_own_kernels_may_be_left_out(
     assert runs == [*left, "Haswell", "SkylakeX"]
 
 
-def test_the_libraries_say_which_kernels_they_take() -> None:
+def test_kernels_with_the_same_results_are_tried_once(
+    runs: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(kernels, "flags", lambda: None)
+    monkeypatch.setattr(kernels, "taken", lambda kernel: {kernel})
+    monkeypatch.setattr(kernels, "computed", lambda kernel: "the same" if kernel != "SkylakeX" else "others")
+    assert kernels.main([]) == 0
+    assert runs == ["Haswell", "SkylakeX"]
+    assert "Zen: left out, its results are those of Haswell to the last bit" in capsys.readouterr().out
+
+
+def test_results_that_cannot_be_computed_are_not_equal(runs: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels, "flags", lambda: None)
+    monkeypatch.setattr(kernels, "taken", lambda kernel: {kernel})
+    monkeypatch.setattr(kernels, "computed", lambda kernel: "")
+    assert kernels.main(["--others", "Haswell", "Zen"]) == 0
+    assert runs == ["Haswell", "Zen"]
+
+
+def test_the_libraries_say_which_kernels_they_take_and_compute_by_them() -> None:
     has = kernels.flags()
     if has is None or not kernels.INSTRUCTIONS["Haswell"] <= has:
         pytest.skip("this processor cannot run Haswell's kernels")
     assert kernels.taken("Haswell") == {"Haswell"}
+    assert kernels.computed("Haswell") == kernels.computed("Haswell") != ""
+    if has >= kernels.INSTRUCTIONS["SkylakeX"]:
+        assert kernels.computed("Haswell") != kernels.computed("SkylakeX")
