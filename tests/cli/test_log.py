@@ -27,12 +27,14 @@ def run(*words: str | Path) -> int:
     return end.value.code
 
 
-def test_a_log_holds_the_command_its_steps_and_its_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_log_holds_the_command_its_steps_and_its_end(
+    campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     log = tmp_path / "stiffcal.log"
-    assert run("demo", tmp_path / "demo", "--log", log) == 0
+    assert run("identify", campaign, "--store", tmp_path / "store", "--log", log) == 0
     lines = log.read_text(encoding="utf-8").splitlines()
     assert all(LINE.fullmatch(line) for line in lines)
-    assert f"demo {tmp_path / 'demo'}" in lines[0]
+    assert f"identify {campaign}" in lines[0]
     assert any(" DEBUG " in line for line in lines[1:-1])
     assert " DEBUG " not in capsys.readouterr().err
     count = len(lines)

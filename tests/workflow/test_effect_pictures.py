@@ -10,17 +10,21 @@ import pytest
 from stiffcal.errors import InputError
 from stiffcal.model.catalogue import find_effects
 from stiffcal.workflow.effect_pictures import draw_effect, effect_picture, sketch_effect
+from stiffcal.workflow.effect_sketch import sketch
 
 
 @pytest.mark.parametrize("name", sorted(find_effects()))
 def test_every_effect_shows(name: str) -> None:
-    """Each effect of the catalogue changes a curve of the example, and visibly."""
+    """Each effect of the catalogue changes a curve of the example, and visibly; its sketch fits into a terminal."""
     picture = effect_picture(find_effects()[name])
     assert picture is not None
     change = np.abs(picture.with_effect - picture.without).max()
     assert change > 0.1 * np.abs(np.concatenate([picture.with_effect, picture.without])).max()
     assert "[" in picture.x_label
     assert picture.y_label.endswith("]")
+    lines = sketch(picture)
+    assert max(map(len, lines)) < 100
+    assert any(mark in "".join(lines[1:-2]) for mark in "ox")
 
 
 def test_shapes_are_those_of_the_laws() -> None:
@@ -48,12 +52,7 @@ def test_drawn_to_a_file(tmp_path: Path) -> None:
         draw_effect("backlash", tmp_path / "nowhere" / "one.svg")
 
 
-def test_every_effect_has_a_sketch() -> None:
-    """In letters, within a terminal's width; where the effect lies apart, the curve without it is seen too."""
-    for name in find_effects():
-        lines = sketch_effect(name)
-        assert not lines or max(map(len, lines)) < 100
-        assert not lines or any(mark in "".join(lines[1:-2]) for mark in "ox")
+def test_a_sketch_shows_the_curve_without_the_effect_too_where_it_lies_apart() -> None:
     assert sum(line.count("·") for line in sketch_effect("backlash")[1:-2]) > 40
     assert sum(line.count("x") for line in sketch_effect("friction-hysteresis")) > 20
     assert all("x" not in line for line in sketch_effect("backlash")[1:-2])
