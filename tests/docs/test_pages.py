@@ -17,7 +17,7 @@ from docs.effect_page import effect_page
 from docs.effects_api_page import effects_api_page
 from docs.formulas import BLANK, FormulaError, mathml
 from docs.notebook_file import PAGE
-from docs.page_blocks import blocks_of, page_text
+from docs.page_blocks import blocks_of, hand_written_pages, page_text
 from stiffcal import effects_api
 from stiffcal.campaign.file_formats import format_names
 from stiffcal.cli import endings
@@ -123,6 +123,11 @@ def test_links_of_the_readme_lead_to_files() -> None:
     assert [link for link in links if not (ROOT / link).is_file()] == []
 
 
+def test_the_readme_lists_every_page() -> None:
+    listed = set(re.findall(r"\]\(docs/([^)#]+\.md)", (ROOT / "README.md").read_text(encoding="utf-8")))
+    assert set(hand_written_pages()) - listed == {"index.md"}
+
+
 def dead_links(folder: Path) -> list[str]:
     """Return the links within built pages that lead to no file, or to no place in it."""
     texts = {file: file.read_text(encoding="utf-8") for file in folder.rglob("*.html")}
@@ -173,22 +178,21 @@ def test_the_notebook_holds_the_page_s_cells_with_their_output(built: Path) -> N
 def test_every_page_in_a_browser_from_a_disk(built: Path) -> None:
     """At phone width in the dark and at desk width in the light: nothing broken, nothing wider than the window."""
     pages = sorted(page for page in built.rglob("*.html") if "_static" not in page.parts)
+    broken = "[...document.images].filter(image => !image.naturalWidth).map(image => image.src)"
     complaints: list[str] = []
     with chromium() as browser:
-        for scheme, width in (("dark", 390), ("light", 1280)):
-            context = browser.new_context(
-                viewport={"width": width, "height": 900}, color_scheme=scheme, offline=True, reduced_motion="reduce"
-            )
-            window = context.new_page()
-            window.on("console", lambda said: complaints.append(said.text) if said.type != "log" else None)
-            window.on("pageerror", lambda error: complaints.append(str(error)))
-            for page in pages:
-                window.goto(page.as_uri())
-                broken = "[...document.images].filter(image => !image.naturalWidth).map(image => image.src)"
+        window = browser.new_context(offline=True, reduced_motion="reduce").new_page()
+        window.on("console", lambda said: complaints.append(said.text) if said.type != "log" else None)
+        window.on("pageerror", lambda error: complaints.append(str(error)))
+        for page in pages:
+            for scheme, width in (("dark", 390), ("light", 1280)):
+                window.emulate_media(color_scheme=scheme)
+                window.set_viewport_size({"width": width, "height": 900})
+                if scheme == "dark":
+                    window.goto(page.as_uri())
                 assert window.evaluate(broken) == [], page.name
                 assert window.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0, page.name
                 assert complaints == [], page.name
-            context.close()
 
 
 @pytest.mark.docs

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
@@ -12,7 +13,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign, load_campaign
-from stiffcal.campaign.plan_file import PlanFile
+from stiffcal.campaign.plan_file import PlanFile, load_plan
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.planning.candidates import Cell
@@ -67,16 +68,40 @@ def targets(text: str, ending: str) -> Floats:
     return np.array([np.radians(listed[number]) for number in order])
 
 
-def written(folder: Path, ending: str, text: str = "") -> tuple[PlanResult, str]:
+@pytest.fixture(scope="module")
+def around(tmp_path_factory: pytest.TempPathFactory) -> Planned:
+    """Return a plan of five runs with a box in the way."""
+    return with_cell(tmp_path_factory.mktemp("around"), BOX)
+
+
+def with_cell(folder: Path, text: str) -> Planned:
+    """Return a plan of five runs in a cell of which plan.toml says this."""
+    for name in ("campaign.toml", "robot.toml", "model.toml"):
+        shutil.copy(CAMPAIGNS / "irb4400" / name, folder / name)
+    plan = plan_campaign(with_plan(folder, "runs = 5\n" + LOAD + text))
+    campaign = load_campaign(folder, check_files=False)
+    return campaign, plan, cell_of(campaign, load_plan(folder))
+
+
+def written(planned: Planned, folder: Path, ending: str) -> tuple[PlanResult, str]:
+    """Return the plan and its program in the language of the ending."""
+    campaign, plan, cell = planned
     file = folder / f"poses{ending}"
-    plan = plan_campaign(with_plan(folder, "runs = 5\n" + LOAD + text), request=PlanRequest(program=file))
-    assert plan.program == str(file)
+    write_program(file, campaign, plan, cell)
     return plan, file.read_text(encoding="ascii")
 
 
+def test_a_plan_writes_its_program(irb4400: Path) -> None:
+    file = irb4400 / "poses.src"
+    plan = plan_campaign(with_plan(irb4400, "runs = 3\n" + LOAD + BOX), request=PlanRequest(program=file))
+    assert plan.program == str(file)
+    poses = np.concatenate([np.vstack([*run.approach, run.joints]) for run in plan.runs])
+    np.testing.assert_allclose(targets(file.read_text(encoding="ascii"), ".src"), poses, atol=np.radians(0.001))
+
+
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_the_program_drives_to_the_planned_poses(irb4400: Path, ending: str) -> None:
-    plan, text = written(irb4400, ending, BOX)
+def test_the_program_drives_to_the_planned_poses(around: Planned, tmp_path: Path, ending: str) -> None:
+    plan, text = written(around, tmp_path, ending)
     assert not plan.blocked_moves
     poses = np.concatenate([np.vstack([*run.approach, run.joints]) for run in plan.runs])
     # there is a pose on the way, otherwise this shows less
@@ -85,8 +110,8 @@ def test_the_program_drives_to_the_planned_poses(irb4400: Path, ending: str) -> 
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_it_waits_before_the_first_move_and_at_every_pose(irb4400: Path, ending: str) -> None:
-    plan, text = written(irb4400, ending, BOX)
+def test_it_waits_before_the_first_move_and_at_every_pose(around: Planned, tmp_path: Path, ending: str) -> None:
+    plan, text = written(around, tmp_path, ending)
     move = r"^ *\d+:J P\[" if ending == ".ls" else r"^ *(?:PTP|MoveAbsJ|movej)\b"
     kinds = [
         "stop" if re.match(STOPS[ending], line) else "move"
@@ -99,17 +124,17 @@ def test_it_waits_before_the_first_move_and_at_every_pose(irb4400: Path, ending:
     assert kinds == expected
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_the_poses_keep_the_limits_with_their_margin(irb4400: Path, ending: str) -> None:
-    _, text = written(irb4400, ending, "[limits_deg]\nA1 = [-40.0, 30.0]\n")
-    first = np.degrees(targets(text, ending)[:, 0])
-    assert first.min() >= -35.001
-    assert first.max() <= 25.001
+def test_the_poses_keep_the_limits_with_their_margin(tmp_path: Path) -> None:
+    planned = with_cell(tmp_path, "[limits_deg]\nA1 = [-40.0, 30.0]\n")
+    for ending in ENDINGS:
+        first = np.degrees(targets(written(planned, tmp_path, ending)[1], ending)[:, 0])
+        assert first.min() >= -35.001
+        assert first.max() <= 25.001
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_the_head_states_what_was_checked(irb4400: Path, ending: str) -> None:
-    _, text = written(irb4400, ending, BOX)
+def test_the_head_states_what_was_checked(around: Planned, tmp_path: Path, ending: str) -> None:
+    _, text = written(around, tmp_path, ending)
     words = " ".join(re.sub(r"^ *(?:\d+:)? *[;!#]|;$", "", line).strip() for line in text.splitlines())
     words = re.sub(" +", " ", words)
     assert "CHECKED AGAINST THESE ONLY" in words
@@ -162,6 +187,8 @@ def test_no_program_is_written_where_a_move_is_not_free(irb4400: Path) -> None:
     wall = "[[keep_out]]\nmin_m = [0.45, -0.01, -9.0]\nmax_m = [9.0, 0.01, 9.0]\n"
     limits = "[limits_deg]\nA1 = [-80.0, 80.0]\nA2 = [0.0, 60.0]\nA3 = [-40.0, 20.0]\n"
     with pytest.raises(InputError) as raised:
-        written(irb4400, ".src", limits + wall)
+        plan_campaign(
+            with_plan(irb4400, "runs = 5\n" + LOAD + limits + wall), request=PlanRequest(program=irb4400 / "poses.src")
+        )
     assert raised.value.code == FaultCode.POSE_UNREACHABLE
     assert not (irb4400 / "poses.src").exists()
