@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.model.summary import EffectAt, Where
+from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.improve import Decision, EffectProposal, improve_campaign
 from stiffcal.workflow.improve_results import ImproveStep
 from tests.laboratory.small_campaign import MODEL, STIFFNESS, write_small_campaign
@@ -22,10 +24,18 @@ pairs = [[5, 6]]
 """
 
 
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign of a robot whose wrist axes are coupled, which its model does not know; not to be changed."""
+    folder = write_small_campaign(tmp_path_factory.mktemp("improve") / "coupled", hidden=COUPLED)
+    diagnose_campaign(folder)
+    return folder
+
+
 @pytest.fixture
-def coupled(tmp_path: Path) -> Path:
-    """A campaign of a robot whose wrist axes are coupled, which its model does not know."""
-    return write_small_campaign(tmp_path / "coupled", hidden=COUPLED)
+def coupled(diagnosed: Path, tmp_path: Path) -> Path:
+    """A copy of it that a test may change; its store holds the first diagnosis."""
+    return Path(shutil.copytree(diagnosed, tmp_path / "coupled", symlinks=True))
 
 
 def effects_of(folder: Path) -> list[str]:
