@@ -5,27 +5,23 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-import re
-import shutil
 import signal
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
 
 import stiffcal
-from docs.page_blocks import page_text
 from stiffcal.cli.app import main
 from stiffcal.trust import record
 from tests.laboratory.fits import fit_of
 from tests.laboratory.plugin_campaigns import stranger
 from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
-from tests.test_project import HEAVY, ROOT
+from tests.test_project import HEAVY
 
 POSES = pd.DataFrame(
     [[0.0, -90.0, 20.0, 0.0, 40.0, 0.0, -300.0], [10.0, -80.0, 20.0, 0.0, 40.0, 0.0, -500.0]],
@@ -400,25 +396,3 @@ def test_code_of_the_folder_runs_only_where_it_is_trusted(tmp_path: Path, monkey
     fit = stiffcal.open(folder, trust=True).identify()
     assert "cross-stiffness" in set(fit.parameters["effect"])
     assert {entry.kind for entry in record.open_record().entries()} == {"generation"}  # its own stores alone
-
-
-def test_the_script_of_the_page_on_notebooks_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Line by line, as a notebook runs it, on a copy of the campaign that it names."""
-    from matplotlib import pyplot
-
-    scripts = re.findall(
-        r"^```python run\n(.*?)^```$", page_text("tutorials/notebook.md"), flags=re.DOTALL | re.MULTILINE
-    )
-    script = "\n".join(scripts)
-    (name,) = set(re.findall(r'"(campaigns/[^"]+)"', script))
-    shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("store"))
-    monkeypatch.chdir(tmp_path)
-    names: dict[str, Any] = {}
-    with pyplot.rc_context(), matplotlib.rc_context({"backend": "agg"}):
-        exec(compile(script, "notebook.md", "exec"), names)
-        pyplot.close("all")
-    assert list(names["fit"].parameters["place"]) == ["j1", "j2", "j3", "j4", "j5", "j6"]
-    assert "backlash.j4.width" in names["trial"].identify().parameters.index
-    assert (
-        not (tmp_path / name / "model.toml").exists() or "backlash" not in (tmp_path / name / "model.toml").read_text()
-    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -41,10 +42,17 @@ def _random_poses(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Nine poses with four states each; in the third one the forces are in lbf."""
-    _random_poses(monkeypatch)
-    folder = small_campaign.write_small_campaign(tmp_path / "lbf", poses=9)
+def folder(diagnosed: Path, tmp_path: Path) -> Path:
+    """A copy that a test may change; its store holds the diagnosis."""
+    return Path(shutil.copytree(diagnosed, tmp_path / "lbf", symlinks=True))
+
+
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Nine poses with four states each; in the third one the forces are in lbf. Diagnosed, and not to be changed."""
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        _random_poses(monkeypatch)
+        folder = small_campaign.write_small_campaign(tmp_path_factory.mktemp("suspects") / "lbf", poses=9)
     table = folder / "raw" / "states.csv"
     header, *lines = table.read_text(encoding="utf-8").splitlines()
     per_run = len(lines) // 9
@@ -59,6 +67,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     text = manifest.read_text(encoding="utf-8")
     sigma = 'units = { position = "mm", rotation = "rad" }\nsigma = { position = 0.01, rotation = 0.00002 }'
     manifest.write_text(text.replace('units = { position = "mm", rotation = "rad" }', sigma), encoding="utf-8")
+    diagnose_campaign(folder)
     return folder
 
 
