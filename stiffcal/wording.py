@@ -281,6 +281,23 @@ def place(where: Where | Mapping[str, Sequence[Any]]) -> str:
     return "; ".join(words) or "set-up"
 
 
+def variable(follows: str) -> str:
+    """Return what a remaining error depends on in words, from the name in ``structure`` of ``diagnose``.
+
+    Examples
+    --------
+    >>> variable("branch"), variable("motor temperature")
+    ('loading or unloading', 'motor temperature')
+    """
+    words = {
+        "joint angle": "the joint angles",
+        "load": "the load",
+        "branch": "loading or unloading",
+        "approach": "the direction of the last motion",
+    }
+    return words.get(follows, follows)
+
+
 def count(number: int, singular: str, many: str = "") -> str:
     """Return how many, with the noun in its right form.
 

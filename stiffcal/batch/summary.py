@@ -202,7 +202,7 @@ def markdown_text(result: BatchResult) -> str:
         lines += [_item(outcome.campaign, line) for line in complaints_of(outcome)]
     lines += [f"- {markdown.escaped(warning)}" for warning in result.warnings]
     lines += [""] if lines[-1] else []
-    headings = ["error in held-out poses, mm rms", "of the deflection", "noise, mm", "states", "suspects", "s"]
+    headings = ["error in held-out data, mm rms", "of the deflection", "noise, mm", "states", "suspects", "s"]
     lines += [f"| campaign | verdict | {' | '.join(headings)} |", "|---|---|" + "---:|" * len(headings)]
     for outcome in result.campaigns:
         lines.append("| " + " | ".join(_row(outcome)) + " |")

@@ -19,6 +19,7 @@ from stiffcal.campaign.proposed_lines import (
     run_lines,
     source_lines,
 )
+from stiffcal.campaign.proposed_noise import with_noise_lines
 from stiffcal.campaign.proposed_robot import robot_lines
 from stiffcal.campaign.robot_checks import outline_of
 from stiffcal.campaign.robot_file import RobotFile
@@ -51,6 +52,8 @@ class Proposal:
     """The text of model.toml; empty: none is written."""
     lacks_tool: bool = False
     """Whether the tool point is left to be written."""
+    roles: Roles | None = None
+    """What the columns of the tables are; None of logs."""
 
 
 def draft_campaign(
@@ -93,7 +96,7 @@ def draft_campaign(
     opening = ('schema = "stiffcal/campaign/1"', 'robot = "robot.toml"', "")
     lines = [
         *map(ProposedLine, opening),
-        *source_lines(sniffed, roles, arm.prismatic),
+        *with_noise_lines(source_lines(sniffed, roles, arm.prismatic), roles),
         *run_lines(roles),
         *frame_lines(roles, tool),
     ]
@@ -104,7 +107,7 @@ def draft_campaign(
     marked += [f"robot.toml: {line}" for line in rows if line.doubt is not None]
     unused = tuple(column.header for column in roles.unused)
     lacks_tool = tool is None and not serves_absolute(roles)
-    proposal = Proposal(manifest, text, copies | extra, tuple(marked), unused, lacks_tool=lacks_tool)
+    proposal = Proposal(manifest, text, copies | extra, tuple(marked), unused, lacks_tool=lacks_tool, roles=roles)
     check_robot_fits(proposal, roles, urdf)
     return proposal
 

@@ -126,7 +126,7 @@ def show_batch(console: AnswerConsole, result: BatchResult) -> None:
         for line in outcome.not_judged:
             console.print(f"  {outcome.campaign}: not judged: {line}", soft_wrap=True)
     console.show_warnings(result.warnings)
-    headings = ("rms in held-out poses>", "of the deflection>", "noise>", "suspects>")
+    headings = ("rms in held-out data>", "of the deflection>", "noise>", "suspects>")
     table = plain_table("campaign", "verdict", *headings, "computed")
     for number, column in enumerate(table.columns):
         column.no_wrap = number not in (2, 4)  # errors of several measures wrap, names do not

@@ -76,6 +76,8 @@ def show_check(console: AnswerConsole, result: CheckResult) -> None:
         text = f"kinematics and tracker agree within {length(kinematics.median_m)} (median)"
         text += f", {length(kinematics.worst_m)} (worst)" if kinematics.worst_m is not None else ""
         console.print(text + (f", {angle(turned)} rotation" if turned is not None else ""))
+    if result.noise is not None:
+        console.print(result.noise.says, soft_wrap=True)
     _show_joints(console, result.joints or [])
     show_suspects(console, result.suspects, result.suspects_not_checked)
     for view in result.rods or []:
@@ -92,7 +94,8 @@ def show_check(console: AnswerConsole, result: CheckResult) -> None:
         indices = result.observability
         values = ((f"O{number}", getattr(indices, f"O{number}")) for number in range(1, 6))
         text = ", ".join(f"{name} {significant(value)}" for name, value in values)
-        console.print(f"observability of {indices.n_parameters} parameters in {indices.n_poses} poses: {text}")
+        where = f"observability indices of the {indices.n_parameters} parameters in these {indices.n_poses} poses"
+        console.print(f"{where}, larger is better: {text}", soft_wrap=True)
 
 
 def _to_do(result: CheckResult) -> str:
@@ -176,5 +179,8 @@ def _show_joints(console: AnswerConsole, joints: list[CheckedJoint]) -> None:
     table = plain_table("joint", "largest torque [N·m]>", "its stiffness")
     for joint in joints:
         unit = " N" if joint.prismatic else ""
-        table.add_row(joint.joint, f"{significant(joint.largest_torque_Nm)}{unit}", joint.says)
+        largest = joint.largest_torque_Nm
+        # below the last digit of any torque sensor it is rounding of a torque that is zero
+        shown = 0.0 if largest is not None and largest < 1e-6 else largest
+        table.add_row(joint.joint, f"{significant(shown)}{unit}", joint.says)
     console.print(table)

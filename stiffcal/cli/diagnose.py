@@ -17,7 +17,8 @@ from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
 from stiffcal.printed_units import printed_unit
-from stiffcal.wording import listing
+from stiffcal.validation.schemes import held_out
+from stiffcal.wording import listing, variable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
     from stiffcal.model.summary import EffectAt, Where
 
 MOST_ROWS = 8
+EXPLAINS = (
+    "explains: share of the error above the noise that goes, by a first estimate of the values; the share in the first "
+    "line is of the refitted model"
+)
 
 
 def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate = False, store: StoreAt = None) -> int:
@@ -114,7 +119,7 @@ def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path,
         console.print("\nthe remaining error depends on:")
         for dependence in result.structure:
             console.print(
-                f"  {dependence.follows} ({share(dependence.share)} of it): {dependence.seen}", soft_wrap=True
+                f"  {variable(dependence.follows)} ({share(dependence.share)} of it): {dependence.seen}", soft_wrap=True
             )
     _show_ranking(console, result)
     _show_next_measurement(console, result, folder, store)
@@ -131,9 +136,11 @@ def _show_with_all_missing(console: AnswerConsole, result: DiagnoseResult) -> No
         return
     names = listing(effect_words(effect) if dict(effect.where.items()) else effect.effect for effect in result.missing)
     noise = deviation(result.noise) if result.noise else "not known"
-    console.print(
-        f"with {names}: {deviation(result.heldout_rms_with_missing)} in held-out poses, noise {noise}", soft_wrap=True
-    )
+    left = f"{deviation(result.heldout_rms_with_missing)} in held-out poses"
+    validated = result.as_validated
+    if validated is not None and validated.with_missing is not None:
+        left += f", {deviation(validated.with_missing)} in {held_out(validated.scheme)}"
+    console.print(f"with {names}: {left}, noise {noise}", soft_wrap=True)
 
 
 def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect) -> None:
@@ -199,7 +206,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Show the ranking for the next single step."""
     if not result.findings:
         return
-    table = plain_table("effect", "place", "verdict", "held-out, rms>", "explains>", "first in>", "at the tool>")
+    table = plain_table("effect", "place", "verdict", "held-out poses, rms>", "explains>", "first in>", "at the tool>")
     table.add_row("present model", "", "", deviation(result.rms), "", "", "")
     for finding in result.findings[:MOST_ROWS]:
         table.add_row(
@@ -207,7 +214,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
             places(finding.where),
             finding.verdict,
             deviation(finding.heldout_rms_after),
-            share(finding.explains),
+            share(None if finding.explains is None else min(max(finding.explains, 0.0), 1.0)),
             share(finding.confidence),
             length(finding.size_m) if finding.size_m else NOT_KNOWN,
         )
@@ -217,6 +224,8 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
     more = len(result.findings) - MOST_ROWS
     if more > 0:
         console.print(f"  and {more} more with lower rank (all in --json)")
+    if any(finding.explains is not None for finding in result.findings):
+        console.print(f"  {EXPLAINS}", soft_wrap=True)
     _show_found_later(console, result)
 
 

@@ -14,6 +14,7 @@ from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, places
 from stiffcal.errors import one_line
+from stiffcal.validation.schemes import held_out
 
 NOT_YOURS = {"foreign": "not computed by you", "trusted place": "trusted place"}
 
@@ -36,7 +37,7 @@ def history(
     as_json: AsJson = False,
     store: StoreAt = None,
 ) -> int:
-    """List every fit: model, error in held-out poses, noise.
+    """List every fit: model, error in held-out data, noise.
 
     Example: stiffcal history demo --restore 1
     """
@@ -70,7 +71,9 @@ def show_history(console: Console, result: HistoryResult) -> None:
     if not result.fits:
         console.print("no fit yet")
         return
-    table = plain_table("id", "time", "model", "held-out, rms>", "fit, rms>", "noise>")
+    schemes = {fit.scheme for fit in result.fits if fit.heldout_rms is not None}
+    left_out = held_out(schemes.pop() if len(schemes) == 1 else None)
+    table = plain_table("id", "time", "model", f"{left_out}, rms>", "fit, rms>", "noise>")
     for fit in result.fits:
         table.add_row(
             fit.id + ("" if fit.origin in (None, "own") else f" ({NOT_YOURS[fit.origin]})"),

@@ -22,6 +22,8 @@ from stiffcal.cli.wording import deviation, significant
 from stiffcal.results.unidentified_words import unidentified_in_words
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from rich.console import Console
 
     from stiffcal.cli.console import AnswerConsole
@@ -68,6 +70,8 @@ def show_fit(console: AnswerConsole, result: IdentifyResult) -> None:
     """Draw a fit: how well it fits, then the table and what these data do not identify."""
     show_verdict(console, *fit_verdict(result))
     show_fitted(console, result)
+    if _of_places_alone(result):
+        console.print("whether these poses identify the stiffness of a joint is stated by validate", soft_wrap=True)
 
 
 def fit_verdict(result: IdentifyResult) -> tuple[Level, str]:
@@ -88,21 +92,24 @@ def _fit_in_words(result: IdentifyResult) -> str:
     return f"fit {deviation(result.rms)} rms{against}"
 
 
-def show_fitted(console: AnswerConsole, result: IdentifyResult, is_part: bool = False) -> None:
+def show_fitted(
+    console: AnswerConsole, result: IdentifyResult, is_part: bool = False, unclaimed: Collection[int] = ()
+) -> None:
     """Draw a fit without its verdict.
 
     Parameters
     ----------
     is_part : whether it is a part of another answer, whose verdict stands before it: then the fit is compared with the
         noise in a line of its own.
+    unclaimed : joints whose compliance is not identified, as `show_parameters` takes them.
     """
     console.show_warnings(result.warnings)
     show_registration(console, result.registration)
-    count_text = f"{result.n_readings} readings" if result.n_readings else f"{result.n_states} load states"
-    console.print(f"{count_text} in {result.n_runs} runs")
+    console.print(f"{_read_in_words(result)} in {result.n_runs} run{'s' * (result.n_runs != 1)}")
     kinds = overviews(result)
     elsewhere = {name for overview in kinds for name in overview.parameters}
-    show_parameters(console, [parameter for parameter in result.parameters if parameter.name not in elsewhere])
+    shown = [parameter for parameter in result.parameters if parameter.name not in elsewhere]
+    show_parameters(console, shown, unclaimed)
     show_overviews(console, kinds)
     if result.geometry is not None:
         _show_geometry(console, result.geometry, in_uncertainty=result.covariance_from_geometry is not None)
@@ -110,7 +117,7 @@ def show_fitted(console: AnswerConsole, result: IdentifyResult, is_part: bool = 
         _show_agreement(console, agreement)
     if is_part:
         console.print(_fit_in_words(result))
-    console.print(f"reduced χ² {significant(result.reduced_chi2)}, condition number {significant(result.condition)}")
+    console.print(_conditioning(result), soft_wrap=True)
     if result.joints_by_themselves:
         show_joints(console, result.joints_by_themselves)
     if result.cartesian_stiffness:
@@ -130,6 +137,33 @@ def show_fitted(console: AnswerConsole, result: IdentifyResult, is_part: bool = 
         show_coupling(console, result.coupling)
     if result.dual_quaternions is not None:
         _show_dual_quaternions(console, result.dual_quaternions)
+
+
+def _read_in_words(result: IdentifyResult) -> str:
+    """Return how many load states, poses or readings were fitted."""
+    if result.n_readings:
+        return f"{result.n_readings} readings"
+    if _of_places_alone(result):
+        return f"{result.n_states} poses"
+    return f"{result.n_states} poses and load states" if result.agreement else f"{result.n_states} load states"
+
+
+def _of_places_alone(result: IdentifyResult) -> bool:
+    """Return whether a fit is of absolute poses without load runs."""
+    from stiffcal.identification.geometry_results import GeometryFound
+
+    return isinstance(result.geometry, GeometryFound) and not result.agreement
+
+
+def _conditioning(result: IdentifyResult) -> str:
+    """Return the reduced χ² and the condition number, and of what is not known the reason."""
+    chi2, condition = result.reduced_chi2, result.condition
+    texts = ["reduced χ² not known (the noise is not)" if chi2 is None else f"reduced χ² {significant(chi2)}"]
+    if condition is not None:
+        texts.append(f"condition number {significant(condition)}")
+    elif result.not_identifiable:
+        texts.append("condition number infinite: some parameters cannot be identified (below)")
+    return ", ".join(texts)
 
 
 def _show_agreement(console: Console, agreement: Agreement) -> None:
@@ -177,9 +211,10 @@ def geometry_in_words(geometry: GeometryTaken) -> str:
     from stiffcal.identification.geometry_prior import GeometrySource
 
     mend = "" if geometry.source is GeometrySource.ROBOT_FILE else "; [geometry] of robot.toml states it"
+    source = "absolute positions" if geometry.source is GeometrySource.PLACES else geometry.source.value
     return (
         f"geometry known to {1e3 * geometry.length_sigma:.2g} mm per length and "
-        f"{math.degrees(geometry.angle_sigma):.2g}° per angle ({geometry.source.value}{mend})"
+        f"{math.degrees(geometry.angle_sigma):.2g}° per angle ({source}{mend})"
     )
 
 

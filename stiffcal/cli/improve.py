@@ -19,6 +19,8 @@ from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, places
+from stiffcal.validation.schemes import held_out
+from stiffcal.wording import variable
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
@@ -57,7 +59,7 @@ def improve(
 
 def print_step(answer: Answer, step: ImproveStep) -> None:
     """Print a rung of the ladder as it is reached."""
-    answer.notify(f"{_step_words(step)}: held-out rms {deviation(step.heldout_rms)}")
+    answer.notify(f"{_step_words(step)}: {deviation(step.heldout_rms)} rms in {held_out(step.scheme)}")
 
 
 def _step_words(step: ImproveStep) -> str:
@@ -69,7 +71,7 @@ def show_ladder(console: AnswerConsole, result: ImproveResult) -> None:
     show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
     console.show_warnings(result.warnings)
     show_registration(console, result.registration)
-    table = plain_table("step", "held-out, rms>")
+    table = plain_table("step", f"{held_out(result.steps[0].scheme)}, rms>")
     table.add_row("no model", deviation(result.steps[0].zero_model))
     for step in result.steps:
         table.add_row(_step_words(step), deviation(step.heldout_rms) if step.heldout_rms else "not done")
@@ -88,4 +90,5 @@ def show_ladder(console: AnswerConsole, result: ImproveResult) -> None:
         show_moved(console, result.before_after, title)
     show_suspects(console, result.suspects, result.suspects_not_checked)
     for dependence in result.structure:
-        console.print(f"  the remaining error depends on the {dependence.follows}: {dependence.seen}", soft_wrap=True)
+        text = f"the remaining error depends on {variable(dependence.follows)}: {dependence.seen}"
+        console.print(f"  {text}", soft_wrap=True)

@@ -60,7 +60,7 @@ class ImproveDialog:
             return None
         for number, effect in enumerate(others, 1):
             finding = proposal.diagnosed.finding_of(effect)
-            after = f": held-out rms {deviation(finding.heldout_rms_after)}" if finding is not None else ""
+            after = f": {deviation(finding.heldout_rms_after)} rms in held-out poses" if finding is not None else ""
             self.write(f"  {number}  {_named(effect)}{after}")
         typed = self.ask("number of the effect, 0 to go back", "0").strip()
         number = int(typed) if typed.isdecimal() else 0
@@ -117,13 +117,15 @@ def _whole_lines(effect: EffectEverywhere) -> list[str]:
     )
     return [
         f"  reason: {reason}",
-        f"  expected mean distance in regions left out: {length(region.before)} now, {length(region.after)} with it",
-        f"  in poses left out at random: {length(random.before)} now, {length(random.after)} with it",
+        f"  expected mean distance in held-out regions: {length(region.before)} now, {length(region.after)} with it",
+        f"  in poses held out at random: {length(random.before)} now, {length(random.after)} with it",
     ]
 
 
 def _explained(finding: Finding) -> str:
-    return f" ({share(finding.explains)} of the avoidable error)" if finding.explains is not None else ""
+    if finding.explains is None:
+        return ""
+    return f" ({share(min(max(finding.explains, 0.0), 1.0))} of the avoidable error)"
 
 
 def _detail_lines(proposal: EffectProposal) -> list[str]:

@@ -38,7 +38,7 @@ def plan(
     criterion: Annotated[
         Literal["determinant", "worst"] | None,
         typer.Option(
-            help="For stiffness: joint confidence region (of absolute places the default), or largest relative "
+            help="For stiffness: joint confidence region (of absolute poses the default), or largest relative "
             "uncertainty.",
             show_default=False,
         ),

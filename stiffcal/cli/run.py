@@ -15,10 +15,12 @@ from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import deviation, length, share
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.validation.schemes import held_out
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
     from stiffcal.validation.distances import Distances
+    from stiffcal.validation.elasticity import Elasticity
     from stiffcal.workflow.run_result import RunResult
 
 
@@ -61,13 +63,13 @@ def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
     for line in validation.failed:
         show_verdict(console, "fail", f"thresholds NOT met: {line}")
     console.show_warnings(result.check.warnings)
-    show_fitted(console, result.identify, is_part=True)
+    show_fitted(console, result.identify, is_part=True, unclaimed=not_claimed(validation.elasticity))
     relative = dict(validation.relative.items())
     error_share, of = relative["translation"], whole_error(validation)
     if error_share is None:
         error_share, of = relative.get("torque"), "the torque"
     if any(value is not None for _, value in validation.rms.items()):
-        sentence = f"held-out poses: {deviation(validation.rms)} rms"
+        sentence = f"{held_out(validation.scheme)}: {deviation(validation.rms)} rms"
         sentence += f", {share(error_share)} of {of} is left" if error_share is not None else ""
         console.print(f"{sentence} (no model: {deviation(validation.zero_model)})")
     else:
@@ -80,11 +82,20 @@ def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
     console.print(f"in a browser: {result.view} (written by {page})", soft_wrap=True)
 
 
+def not_claimed(elasticity: Elasticity | None) -> frozenset[int]:
+    """Return the joints whose compliance absolute poses give a value, but do not identify."""
+    joints = [] if elasticity is None else elasticity.joints
+    return frozenset(joint.joint for joint in joints if joint.verdict != "identified")
+
+
 def _mean_distances(distance: Distances) -> str:
     """Return the mean distance between predicted and measured places, in what was fitted and in what was left out."""
     parts = (
         ("fitted", distance.fit),
-        ("in poses left out at random", distance.heldout_random),
-        ("in regions left out", distance.heldout_region),
+        ("in poses held out at random", distance.heldout_random),
+        ("in held-out regions", distance.heldout_region),
     )
-    return ", ".join(f"{length(summary.mean)} {where}" for where, summary in parts if summary is not None)
+    texts = [f"{length(summary.mean)} {where}" for where, summary in parts if summary is not None]
+    if distance.noise is not None:
+        texts.append(f"{length(distance.noise.mean)} of noise alone")
+    return ", ".join(texts)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.wording import interval, places, significant
 from stiffcal.printed_units import printed_unit
+from stiffcal.wording import listing
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,13 +28,16 @@ def plain_table(*columns: str) -> Table:
     return table
 
 
-def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter]) -> None:
+def show_parameters(
+    console: Console, parameters: Sequence[IdentifiedParameter], unclaimed: Collection[int] = ()
+) -> None:
     """Draw identified parameters: compliances as the stiffness people ask for, the others as they are.
 
     Parameters
     ----------
     console : where to.
     parameters : of a fit.
+    unclaimed : joints whose compliance has a value and is not identified by these poses, as ``validate`` states.
     """
     from stiffcal.identification.before_after import stiffness_unit
 
@@ -48,7 +52,7 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
             unit, factor = printed_unit(stiffness_unit(parameter.unit))
             share = (share_from_geometry(parameter),) * shared
             cells = parameter.effect, _place(parameter), _stiffness(parameter, factor)
-            table.add_row(*cells, *share, unit + _in_noise(parameter))
+            table.add_row(*cells, *share, unit + (_in_noise(parameter) or _not_claimed(parameter, unclaimed)))
         console.print(table)
     if not_compliances:
         table = plain_table("parameter", "place", "value, ± 95 %>", *from_geometry, "")
@@ -62,7 +66,7 @@ def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter])
                 places(parameter.where),
                 f"{text} (fixed)" if parameter.fixed else text,
                 *(share_from_geometry(parameter),) * shared,
-                unit + _in_noise(parameter),
+                unit + (_in_noise(parameter) or _included(parameter)),
             )
         console.print(table)
 
@@ -74,6 +78,18 @@ def share_from_geometry(parameter: IdentifiedParameter) -> str:
 
 def _in_noise(parameter: IdentifiedParameter) -> str:
     return "  not significant (below 3σ)" if parameter.above_noise is False else ""
+
+
+def _not_claimed(parameter: IdentifiedParameter, unclaimed: Collection[int]) -> str:
+    joints = parameter.where.joints or []
+    claimed = parameter.value is None or not set(joints).intersection(unclaimed)
+    return "" if claimed else "  not identified by these poses"
+
+
+def _included(parameter: IdentifiedParameter) -> str:
+    """Return which conventions a value of geometry holds: then it is not that of the robot alone."""
+    frames = [name for name in parameter.includes or () if name.startswith("frame.")]
+    return f"  includes {listing(frames)}" if frames else ""
 
 
 def _place(parameter: IdentifiedParameter) -> str:

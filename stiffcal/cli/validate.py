@@ -17,6 +17,7 @@ from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import angle, deviation, length, share
+from stiffcal.validation.schemes import BY_REGION, BY_REGION_AND_POSE, HOLDOUT_RUNS, LEAVE_ONE_POSE_OUT, held_out
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
@@ -25,6 +26,11 @@ if TYPE_CHECKING:
     from stiffcal.validation.distances import Distances, DistanceSummary, LadderStep, TargetDistance
     from stiffcal.validation.elasticity import Elasticity, JointElasticity, JointVerdict
     from stiffcal.validation.results import ErrorSlice, WorstState
+
+
+NOISE_IN_DISTANCE = (
+    "noise alone: distances of a right model from the readings, σ the uncertainty of one axis: mean 1.60 σ, rms 1.73 σ"
+)
 
 
 def validate(
@@ -40,7 +46,7 @@ def validate(
     no_update: NoUpdate = False,
     store: StoreAt = None,
 ) -> int:
-    """Validate the model in held-out poses.
+    """Validate the model in held-out poses, runs or regions.
 
     Lists the largest errors. Exit code 1 if a threshold of campaign.toml, or of --thresholds, is exceeded.
 
@@ -70,7 +76,7 @@ def show_validation(console: AnswerConsole, result: ValidateResult) -> None:
         console.print(f"  not judged: {line}", soft_wrap=True)
     console.show_warnings(result.warnings)
     show_registration(console, result.registration)
-    console.print(f"held-out data ({result.scheme})")
+    console.print(f"{held_out(result.scheme)} ({_scheme_words(result.scheme)})", soft_wrap=True)
     table = plain_table("", "rms>")
     table.add_row("model", deviation(result.rms))
     table.add_row("worst state", deviation(result.max))
@@ -99,14 +105,27 @@ def show_validation(console: AnswerConsole, result: ValidateResult) -> None:
         console.print(f"thresholds met: {limits}" if limits else "no thresholds are set")
 
 
+def _scheme_words(scheme: str) -> str:
+    """Return how data were left out: names of schemes in words, those of other experiments as they are."""
+    words = {
+        LEAVE_ONE_POSE_OUT: "each pose left out of the fit in turn",
+        BY_REGION: "each of six regions of the joints' ranges left out of the fit in turn",
+        BY_REGION_AND_POSE: "each of six regions of the absolute poses, and each pose of loads, left out in turn",
+        HOLDOUT_RUNS: "the runs with holdout = true, which no fit uses",
+        "none": "a single pose: nothing can be left out",
+        "other campaign's model": "the model was fitted to another campaign",
+    }
+    return words.get(scheme, scheme)
+
+
 def whole_error(result: ValidateResult) -> str:
-    """Return what the error in held-out data is a share of: of absolute places, what the nominal robot leaves."""
+    """Return what the error in held-out data is a share of: of absolute poses, what the nominal robot leaves."""
     only_places = result.distance is not None and not result.by_experiment
     return "the nominal robot's error" if only_places else "the deflection"
 
 
 def show_elasticity(console: AnswerConsole, elasticity: Elasticity | None) -> None:
-    """Print which joints' compliance absolute places identify, and of the others why it is not claimed."""
+    """Print which joints' compliance absolute poses identify, and of the others why it is not claimed."""
     if elasticity is None:
         return
     console.print(elasticity.why, soft_wrap=True)
@@ -122,7 +141,7 @@ def show_elasticity(console: AnswerConsole, elasticity: Elasticity | None) -> No
 
 def _verdict(result: ValidateResult) -> tuple[Level, str]:
     """Return how the model stands in held-out data: against its thresholds, then against the noise."""
-    text = f"error in held-out data {deviation(result.rms)} rms"
+    text = f"error in {held_out(result.scheme)} {deviation(result.rms)} rms"
     text += f", noise {deviation(result.noise)}" if result.noise is not None else ", noise not known"
     if not result.passed:
         return "fail", f"thresholds NOT met: {text}"
@@ -134,8 +153,8 @@ def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequenc
     table = plain_table("distance", "mean>", "median>", "95 %>", "worst>", "rms>")
     for title, summary in (
         ("fit", distance.fit),
-        ("poses left out at random", distance.heldout_random),
-        ("regions left out", distance.heldout_region),
+        ("poses held out at random", distance.heldout_random),
+        ("held-out regions", distance.heldout_region),
     ):
         if summary is None:
             continue
@@ -144,7 +163,12 @@ def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequenc
             parts += [(f"  {part.target}", part) for part in summary.by_target]
         for label, part in parts:
             table.add_row(label, *(length(v) for v in (part.mean, part.median, part.p95, part.max, part.rms)))
+    noise = distance.noise
+    if noise is not None:
+        table.add_row("noise alone", length(noise.mean), length(noise.median), length(noise.p95), "", length(noise.rms))
     console.print(table)
+    if noise is not None:
+        console.print(NOISE_IN_DISTANCE, soft_wrap=True)
     table = plain_table(
         "model", "parameters>", "fit, rms>", "random, rms>", "region, rms>", "random, mean>", "region, mean>"
     )
@@ -182,7 +206,7 @@ def _worst(worst: Sequence[WorstState]) -> str:
         return length(state.residual_m) if state.residual_rad is None else angle(state.residual_rad)
 
     def where(state: WorstState) -> str:
-        # a row of absolute places is a run of its own, and its name holds the row
+        # a row of absolute poses is a run of its own, and its name holds the row
         row = f"row {state.row}"
         return f"run {state.run}" if state.run.endswith(row) else f"run {state.run}, {row}"
 

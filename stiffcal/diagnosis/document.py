@@ -8,18 +8,26 @@ from typing import Any
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import (
+    as_validated,
     errors_by_experiment,
-    fitted_rms,
     left_out_rms,
     rms_after_choosing,
     size_at_tool,
 )
+from stiffcal.diagnosis.heldout_results import ErrorAsValidated
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.pattern_results import CompliancePattern
 from stiffcal.diagnosis.patterns import find_pattern
 from stiffcal.diagnosis.ranking import effect_at, ranked_findings
-from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect, SearchPace, UndecidedEffect
+from stiffcal.diagnosis.results import (
+    DiagnoseResult,
+    Finding,
+    LookAlike,
+    ProposedEffect,
+    SearchPace,
+    UndecidedEffect,
+)
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.diagnosis.search_warnings import search_warnings
@@ -42,6 +50,8 @@ from stiffcal.identification.geometry import with_geometry
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
+from stiffcal.validation.schemes import held_out
+from stiffcal.wording import variable
 
 
 def against_noise(lack: LackOfFit | None) -> VarianceRatio | None:
@@ -100,13 +110,15 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         adequate = None
     pattern = find_pattern(search.final if search.found else scan.fit, states) if search.unexplained else None
     remainder = what_it_follows(search.final_scan if search.found else scan, states)
-    with_missing = fitted_rms(states, search.final) if search.found else before
+    with_missing = left_out_rms(search.final_scan, None) if search.found else before
+    validated = as_validated(states, scan.fit, search.final if search.found else None)
     parameters = _identified(states, search.final) if search.found else []
     return DiagnoseResult(
         warnings=search_warnings(search),
         adequate=adequate,
         noise=noise,
         rms=before,
+        as_validated=validated,
         lack_of_fit=against_noise(search.before),
         missing=[proposed(missing_effect) for missing_effect in search.found],
         contradicted=list(search.contradicted),
@@ -137,7 +149,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         summary="".join(
             (
                 _contradicted_words(search),
-                summary(search, before, noise),
+                summary(search, before, noise, validated),
                 _evidence_sentence(search, states),
                 _next_sentence(search),
                 _pattern_sentence(pattern),
@@ -261,7 +273,8 @@ def _evidence_sentence(search: Search, states: LoadStates) -> str:
     if not follows:
         return ""
     added = " with it in the model" if search.tried else ""
-    return f" The noise is unknown, but the remaining error{added} depends on {follows[0]}: an effect is missing."
+    what = variable(follows[0])
+    return f" The noise is unknown, but the remaining error{added} depends on {what}: an effect is missing."
 
 
 def _pattern_sentence(pattern: CompliancePattern | None) -> str:
@@ -297,12 +310,15 @@ def _too_few_to_judge(search: Search) -> bool:
     return search.before.ratio > MOST_UNDERSTATED
 
 
-def summary(search: Search, before: Rms, noise: Rms | None) -> str:
+def summary(search: Search, before: Rms, noise: Rms | None, validated: ErrorAsValidated | None) -> str:
     """Return the answer in one or two sentences."""
     measure = leading_measure(before)
     error = dict(before.items()).get(measure) or 0.0
     floor = dict(noise.items()).get(measure) if noise is not None else None
     against = f"{error_in_words(error, measure)} in held-out poses"
+    reached = None if validated is None else dict(validated.rms.items()).get(measure)
+    if validated is not None and reached is not None:
+        against += f", {error_in_words(reached, measure)} in {held_out(validated.scheme)}"
     against += f", noise {error_in_words(floor, measure)}" if floor else ""
     if not search.tried and search.before is None and not search.unexplained:
         return (

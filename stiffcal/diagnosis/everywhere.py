@@ -157,7 +157,7 @@ def everywhere_in_words(found: EffectEverywhere) -> str:
     region, random = found.heldout_region, found.heldout_random
     return (
         f"{found.effect} of joints {joints_text} together ({found.n_parameters} parameters) lowers the mean distance "
-        f"from {1e3 * region.before:.3f} to {1e3 * region.after:.3f} mm in regions left out and from "
-        f"{1e3 * random.before:.3f} to {1e3 * random.after:.3f} mm in poses left out at random: a better calibration, "
+        f"from {1e3 * region.before:.3f} to {1e3 * region.after:.3f} mm in held-out regions and from "
+        f"{1e3 * random.before:.3f} to {1e3 * random.after:.3f} mm in poses held out at random: a better calibration, "
         "not a cause; it can be named at no single joint"
     )

@@ -19,7 +19,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.folds import fold_products
-from stiffcal.diagnosis.load_scan import LoadScan
+from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
 from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.identification.observation import ParameterColumn, free_columns
 from stiffcal.identification.readings import Observations
@@ -111,13 +111,14 @@ def evidence_for(
             yield _evidence(scan, state, columns, number, included)
 
 
-def refitted_without(scan: LoadScan, number: int) -> Floats | None:
-    """Return (m, n) residuals in held-out poses of the model refitted without one of its effects.
+def refitted_without(scan: LoadScan, number: int, fold: Integers | None = None) -> Floats | None:
+    """Return (m, n) residuals in held-out data of the model refitted without one of its effects.
 
     Parameters
     ----------
     scan : of the model that holds the effect.
     number : the effect's in ``scan.fit.robot.placed``.
+    fold : (n,) number of what is left out with each state; None: the poses of the scan.
 
     Returns
     -------
@@ -132,7 +133,7 @@ def refitted_without(scan: LoadScan, number: int) -> Floats | None:
     state = Linearised.about(scan.fit.robot, scan.fit.data)
     low = np.array([_lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
     added = _contribution(state, scan.fit.robot.placed[number])
-    return _heldout_residual(scan, scan.own_columns[others], scan.residual + added, low[others])
+    return _heldout_residual(scan, scan.own_columns[others], scan.residual + added, low[others], fold)
 
 
 def _evidence(
@@ -182,15 +183,17 @@ def _lowest_step(placed_effect: PlacedEffect, column: ParameterColumn) -> float:
     return -np.inf
 
 
-def _heldout_residual(scan: LoadScan, columns: Floats, residual: Floats, low: Floats) -> Floats:
-    """Return (m, n) residuals, each pose by a fit without it, its run's offset taken out."""
-    remaining = residual.copy()
+def _heldout_residual(
+    scan: LoadScan, columns: Floats, residual: Floats, low: Floats, fold: Integers | None = None
+) -> Floats:
+    """Return (m, n) residuals, each fold (by default each pose) by a fit without it, its run's offset taken out."""
+    remaining, fold = residual.copy(), scan.fold_of_state if fold is None else fold
     if len(columns):
         rows = np.concatenate([scan.space.rows(columns), scan.space.rows(residual[None])])
-        products = fold_products(rows, list(scan.folds))
+        products = fold_products(rows, fold_rows(scan.fit.data, fold))
         rest = products.sum(axis=0) - products if len(products) > 1 else products
         step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], low, np.full(len(low), np.inf))
-        for number, members in enumerate(members_of(scan.fold_of_state)):
+        for number, members in enumerate(members_of(fold)):
             remaining[:, members] -= np.tensordot(step[number], columns[:, :, members], axes=1)
     return corrected_for_freedom(scan.space.centred(remaining[None])[0], scan.fit.data)
 

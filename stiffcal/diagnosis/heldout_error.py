@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.choosing import choice_without_each_group
-from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.results import ErrorInExperiment
-from stiffcal.diagnosis.scan import Trial
+from stiffcal.diagnosis.folds import FoldProducts
+from stiffcal.diagnosis.heldout_results import ErrorAsValidated, ErrorInExperiment
+from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
+from stiffcal.diagnosis.scan import Trial, bounds_with
+from stiffcal.diagnosis.scoring import Score
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.observation import free_columns
 from stiffcal.measurements.experiment import Experiment
@@ -16,7 +18,29 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.validation.heldout import corrected_for_freedom, heldout_residuals
+from stiffcal.validation.schemes import LEAVE_ONE_POSE_OUT
 from stiffcal.validation.validate import experiments_of, rms_of
+
+
+def _own_columns(scan: LoadScan, n_columns: int) -> Floats:
+    """Return (n_columns,) 1 of the columns whose part of the residual is predicted, 0 of those of the geometry.
+
+    Like every other rms, with what errors of the geometry leave; a sag is a run's own unknown, as its offset is.
+    """
+    own = np.ones(n_columns)
+    n_sags = 0 if scan.geometry is None else len(scan.geometry.sag)
+    own[scan.n_columns : len(scan.columns) - n_sags] = 0.0
+    return own
+
+
+def _take_out_slip(residual: Floats, score: Score, columns: Floats, own: Floats) -> None:
+    """Take a slip out of (m, n) residuals, in place.
+
+    No other pose shows it: in its own it is judged by the load cycles, as its score is.
+    """
+    for positions, change in score.in_run:
+        states = np.unique(positions % residual.shape[1])
+        residual[:, states] -= np.tensordot(change * own, columns[:, :, states], axes=1)
 
 
 def left_out_residual(scan: LoadScan, trial: Trial | None) -> Floats:
@@ -33,16 +57,36 @@ def left_out_residual(scan: LoadScan, trial: Trial | None) -> Floats:
     columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.regressor.columns])
     residual = scan.residual if trial is None else scan.residual - trial.regressor.fixed
     residual = residual.copy()
-    # Like every other rms, with what errors of the geometry leave; a sag is a run's own unknown, as its offset is.
-    own = np.ones(len(columns))
-    n_sags = 0 if scan.geometry is None else len(scan.geometry.sag)
-    own[scan.n_columns : len(scan.columns) - n_sags] = 0.0
+    own = _own_columns(scan, len(columns))
     for number, members in enumerate(members_of(scan.fold_of_state)):
         residual[:, members] -= np.tensordot(score.left.without[number] * own, columns[:, :, members], axes=1)
-    # No other pose shows a slip: in its own it is judged by the load cycles, as its score is.
-    for positions, change in score.in_run:
-        states = np.unique(positions % residual.shape[1])
-        residual[:, states] -= np.tensordot(change * own, columns[:, :, states], axes=1)
+    _take_out_slip(residual, score, columns, own)
+    return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
+
+
+def residual_without_folds(scan: LoadScan, trial: Trial | None, fold: Integers) -> Floats:
+    """Return (m, n) residuals with each fold left out in turn, its run's offset taken out.
+
+    What `left_out_residual` is of single poses, by whatever is left out together.
+
+    Parameters
+    ----------
+    scan : the scan.
+    trial : the candidate, None for the present model.
+    fold : (n,) number of what is left out with each state; states of a run share one.
+    """
+    score = scan.base if trial is None else trial.score
+    columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.regressor.columns])
+    residual = scan.residual if trial is None else scan.residual - trial.regressor.fixed
+    residual = residual.copy()
+    low, high = scan.bounds if trial is None else bounds_with(scan, trial.regressor)
+    rows = scan.space.rows(np.concatenate([columns, residual[None]]))
+    left, _ = FoldProducts.of(rows, fold_rows(scan.fit.data, fold), scan.prior).left_out(low, high, score.solution)
+    own = _own_columns(scan, len(columns))
+    assert left.without is not None  # folds of many rows keep the parameters
+    for values, members in zip(left.without, members_of(fold), strict=True):
+        residual[:, members] -= np.tensordot(values * own, columns[:, :, members], axes=1)
+    _take_out_slip(residual, score, columns, own)
     return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 
 
@@ -64,6 +108,23 @@ def rms_after_choosing(scan: LoadScan) -> Rms:
         trial = None if number == 0 else scan.trials[number - 1]
         residual[:, states] = left_out_residual(scan, trial)[:, states]
     return Rms.of(rms_of(residual, scan.fit.data))
+
+
+def as_validated(states: LoadStates, present: Fit, with_missing: Fit | None) -> ErrorAsValidated | None:
+    """Return the errors of models as ``validate`` states them; None where it leaves out single poses, as the search.
+
+    Parameters
+    ----------
+    states : the campaign's load states. present : the present model's fit. with_missing : that with what is missing.
+    """
+    heldout = heldout_residuals(states, present)
+    if heldout.scheme == LEAVE_ONE_POSE_OUT:
+        return None
+    return ErrorAsValidated(
+        scheme=heldout.scheme,
+        rms=Rms.of(rms_of(heldout.residual, heldout.data)),
+        with_missing=None if with_missing is None else fitted_rms(states, with_missing),
+    )
 
 
 def fitted_rms(states: LoadStates, fit: Fit) -> Rms:

@@ -8,6 +8,7 @@ from enum import Enum
 from math import sqrt
 
 from stiffcal.diagnosis.explained import Explained
+from stiffcal.diagnosis.heldout_results import ErrorAsValidated
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UntestableEffect
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt
@@ -100,6 +101,7 @@ def merged_diagnosis(parts: Sequence[PartialDiagnosis], in_model: Collection[str
         ),
         explained_by_missing=explained.share if explained else first.explained_by_missing,
         explained_interval=[explained.low, explained.high] if explained else first.explained_interval,
+        as_validated=_only([result.as_validated for result in results]),
         pattern=next((result.pattern for result in results if result.pattern is not None), None),
         next_measurement=next(
             (result.next_measurement for result in results if result.next_measurement is not None), None
@@ -183,6 +185,12 @@ def _summaries(parts: Sequence[PartialDiagnosis]) -> list[str]:
             text = f"nothing is missing: the error is that of the instruments {held_out}."
             texts.append(f"{_TORQUE_OVER[subject]} of joint{plural} {joints}: {text}")
     return texts
+
+
+def _only(errors: Sequence[ErrorAsValidated | None]) -> ErrorAsValidated | None:
+    """Return the errors of the one search that has them; None of several, as each is of its own readings."""
+    known = [error for error in errors if error is not None]
+    return known[0] if len(known) == 1 else None
 
 
 def _by_fall(parts: Sequence[PartialDiagnosis]) -> list[DiagnoseResult]:

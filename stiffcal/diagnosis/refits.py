@@ -5,15 +5,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.evidence import refitted_without
-from stiffcal.diagnosis.heldout_error import left_out_residual, with_values_of
+from stiffcal.diagnosis.heldout_error import left_out_residual, residual_without_folds, with_values_of
 from stiffcal.diagnosis.refit_values import RefitValue, refit_values
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.diagnosis.scan import Trial
@@ -22,6 +23,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Place
 from stiffcal.model.summary import EffectAt, Where
+from stiffcal.validation.heldout import validation_folds
 from stiffcal.validation.validate import rms_of
 
 if TYPE_CHECKING:
@@ -42,7 +44,7 @@ class RefitSummary:
     where: Where
     """Its place."""
     heldout_rms: Rms
-    """In poses left out of the fit."""
+    """In held-out data, by the scheme of ``validate``."""
     values: list[RefitValue]
     """Of all parameters; empty for a model without one of its effects."""
     added: list[EffectAt] = field(default_factory=list)
@@ -66,7 +68,10 @@ class Refit:
 
     summary: RefitSummary
     residual: Floats
-    """(m, n) m and rad, each pose by a fit without it; rows and states of the scan's observations."""
+    """(m, n) m and rad, each pose or region by a fit without it, as ``validate`` leaves them out.
+
+    Rows and states are those of the scan's observations.
+    """
 
 
 def refits_of(search: Search, diagnosis: DiagnoseResult) -> Iterator[Refit]:
@@ -86,35 +91,42 @@ def refits_of(search: Search, diagnosis: DiagnoseResult) -> Iterator[Refit]:
     data = scan.fit.data
     leading = [(finding.effect, finding.where) for finding in diagnosis.findings[:MOST_CANDIDATES]]
     places = [(trial.candidate.effect.name, Where.of(trial.candidate.place)) for trial in scan.trials]
+    scheme, fold = validation_folds(data)
+    validated = diagnosis.as_validated
+    if validated is None or validated.scheme != scheme:
+        as_validated: Callable[[LoadScan, Trial | None], Floats] = left_out_residual
+        fold = scan.fold_of_state
+    else:
+        as_validated = partial(residual_without_folds, fold=fold)
     if search.found:
-        residual = left_out_residual(search.final_scan, None)
+        residual = as_validated(search.final_scan, None)
         yield Refit(refit_with_all(diagnosis, Rms.of(rms_of(residual, search.final.data))), residual)
     for trial in (scan.trials[places.index(place)] for place in leading if place in places):
-        residual = left_out_residual(scan, trial)
+        residual = as_validated(scan, trial)
         candidate, rms = trial.candidate, Rms.of(rms_of(residual, data))
         yield Refit(_summary("with", candidate.effect.name, candidate.place, rms, _values_with(scan, trial)), residual)
     robot: CompliantRobot = scan.fit.robot
     for number, placed in enumerate(robot.placed):
-        left = refitted_without(scan, number)
+        left = refitted_without(scan, number, fold)
         if left is not None:
             yield Refit(
                 _summary("without", placed.effect.name, placed.place, Rms.of(rms_of(left, data)), []), np.asarray(left)
             )
 
 
-def refit_with_all(diagnosis: DiagnoseResult, otherwise: Rms) -> RefitSummary:
+def refit_with_all(diagnosis: DiagnoseResult, rms: Rms) -> RefitSummary:
     """Return the summary of the model with all that is missing.
 
     Parameters
     ----------
     diagnosis : the result of the search.
-    otherwise : the error in held-out poses where the diagnosis states none.
+    rms : the error in held-out data of the model with all that is missing.
     """
     return RefitSummary(
         change="all",
         effect="",
         where=Where(),
-        heldout_rms=diagnosis.heldout_rms_with_missing or otherwise,
+        heldout_rms=rms,
         values=[
             RefitValue(name=parameter.name, value=parameter.value, interval=parameter.interval)
             for parameter in diagnosis.parameters_with_missing

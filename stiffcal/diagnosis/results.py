@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from stiffcal.diagnosis.everywhere_results import EffectEverywhere
+from stiffcal.diagnosis.heldout_results import ErrorAsValidated, ErrorInExperiment
 from stiffcal.diagnosis.pattern_results import CandidateParameter, CompliancePattern
 from stiffcal.diagnosis.setting_results import ContradictedSetting, WrongGeometry
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
-from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.reduction.registration import RegistrationSummary
@@ -80,7 +80,7 @@ class Explanation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgreementWithPlaces:
-    """What absolute places of the reference states show of a set-up error that was fitted to displacements."""
+    """What absolute poses of the reference states show of a set-up error that was fitted to displacements."""
 
     share: float
     """The value that places show, along the fitted one and as a share of it: 1 where they agree, 0 for nothing."""
@@ -90,22 +90,6 @@ class AgreementWithPlaces:
     """Whether the absolute positions contradict it: the candidate is then rejected."""
     supported: bool
     """Whether the places show it by themselves, and not something else."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ErrorInExperiment:
-    """What an effect does to the held-out error of one kind of experiment."""
-
-    experiment: Experiment
-    """The kind."""
-    before: Number
-    """Rms without it: m, rad of clamped runs; null where nothing of the kind was read."""
-    after: Number
-    """Rms with it."""
-    n_fell: int
-    """In how many of what is left out in turn (poses, positions, cycles) the error falls."""
-    n_folds: int
-    """Of how many."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,7 +103,10 @@ class Finding:
     verdict: Literal["supported", "possible", "rejected"]
     """Possible: supported too, but another ranks higher, or not to be distinguished from the one that is supported."""
     explains: Number
-    """Share of the avoidable error that goes with it; null where the error is no more than noise."""
+    """Share of the avoidable error that goes with it: (before² − after²) / (before² − noise²), whitened, by one linear
+    step; null where the error is no more than noise. Above 1 where less than the noise is left, below 0 where the error
+    rises; the terminal and the report print 0 to 100 %.
+    """
     size_m: Number
     """m, rms of what it adds at the tool; null for effects of moving joints."""
     size_Nm: OrAbsent[float] = None
@@ -127,9 +114,9 @@ class Finding:
     p_value: Number
     """Probability of so large a fall of the error by chance, all candidates counted."""
     heldout_rms_before: Rms
-    """In poses left out of the fit, without it."""
+    """In held-out poses, as ``rms`` of the diagnosis, without it."""
     heldout_rms_after: Rms
-    """In poses left out of the fit, with it."""
+    """In held-out poses, with it."""
     heldout_rms_after_choosing: Rms | None
     """The same with the choice itself repeated without each pose; of the first alone."""
     confidence: Number
@@ -139,7 +126,7 @@ class Finding:
     alternatives: list[EffectAt]
     """Those that look the same in these poses and loads."""
     places: AgreementWithPlaces | None = None
-    """What absolute places show of it; null where they cannot show it."""
+    """What absolute poses show of it; null where they cannot show it."""
     by_experiment: OrAbsent[list[ErrorInExperiment]] = None
     """The same errors by kind of experiment, where the campaign holds several; None where it holds one."""
     why: str = ""
@@ -240,9 +227,9 @@ class EffectEvidenceSummary:
     lever: Number
     """m or 1, mean lever that turns were multiplied with; null where the residual itself is projected."""
     heldout_rms_before: Rms
-    """Of the whole residual in poses left out, without it."""
+    """Of the whole residual in held-out poses, without it."""
     heldout_rms_after: Rms
-    """Of the whole residual in poses left out, with it."""
+    """Of the whole residual in held-out poses, with it."""
     by_run: list[RunErrors]
     """Of the residual that is drawn."""
 
@@ -269,7 +256,14 @@ class DiagnoseResult(CommandResult):
     noise: Rms | None
     """In the same measure; null where it is not known."""
     rms: Rms
-    """Of the present model in poses left out of the fit."""
+    """Of the present model in held-out poses: each pose left out in turn (all runs or rows whose joints agree within
+    1°), as for every ``heldout_rms_…`` of this document. Of moving joints each speed or second, of clamped runs each
+    position or cycle.
+    """
+    as_validated: OrAbsent[ErrorAsValidated] = None
+    """The same by the scheme of ``validate``, ``improve`` and ``history``, where that is another: regions left out of
+    absolute poses, or runs kept back.
+    """
     lack_of_fit: VarianceRatio | None
     """What is left against what repeats scatter."""
     missing: list[ProposedEffect]
@@ -290,9 +284,9 @@ class DiagnoseResult(CommandResult):
     structure: list[ResidualDependence]
     """What the unexplained error follows, most first."""
     wrong_geometry: Annotated[OrAbsent[WrongGeometry], NOT_PROMISED] = None
-    """Where absolute places contradict the robot file: nothing is named that its errors explain."""
+    """Where absolute poses contradict the robot file: nothing is named that its errors explain."""
     everywhere: Annotated[OrAbsent[EffectEverywhere], NOT_PROMISED] = None
-    """Where nothing is named and the error of absolute places is unexplained: one effect that at all joints together
+    """Where nothing is named and the error of absolute poses is unexplained: one effect that at all joints together
     lowers it in poses left out. ``improve`` adds it; the model stays unexplained.
     """
     pattern: Annotated[CompliancePattern | None, NOT_PROMISED] = None
@@ -302,9 +296,9 @@ class DiagnoseResult(CommandResult):
     explained_interval: Annotated[list[float] | None, NOT_PROMISED] = None
     """Of that share, 95 % limits over poses; null where nothing is missing."""
     heldout_rms_with_missing: Annotated[OrAbsent[Rms], NOT_PROMISED] = None
-    """In poses left out of the fit, with what is missing."""
+    """In held-out poses, as ``rms``, with what is missing."""
     heldout_rms_after_choosing: Rms
-    """In poses left out of the fit, the choice of the first effect repeated without each pose."""
+    """In held-out poses, the choice of the first effect repeated without each pose."""
     parameters_with_missing: Annotated[list[IdentifiedParameter], NOT_PROMISED]
     """Of the model with what is missing, as in ``identify``."""
     before_after: list[BeforeAfter] = field(default_factory=list)
@@ -356,10 +350,10 @@ class EarlierDiagnosis:
     missing: list[ProposedEffect]
     next_measurement: SeparatingMeasurement | None = None
     rms: Rms
-    """Of that model in poses left out of the fit."""
+    """Of that model in held-out poses."""
     noise: Rms | None
     heldout_rms_with_missing: Rms | None = None
-    """In poses left out of the fit, with what was missing."""
+    """In held-out poses, with what was missing."""
     states_key: str
     """A hash of the load states."""
     findings: list[Finding]

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import errors_by_experiment, poses_helped, size_at_tool
+from stiffcal.diagnosis.heldout_results import ErrorInExperiment
 from stiffcal.diagnosis.judge import fitted_values
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy, PatternAlternative
-from stiffcal.diagnosis.results import AgreementWithPlaces, ErrorInExperiment, Explanation
+from stiffcal.diagnosis.results import AgreementWithPlaces, Explanation
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms
@@ -89,7 +90,7 @@ def effect_in_words(effect: EffectAt) -> str:
 
 
 def places_in_words(places: AgreementWithPlaces) -> str:
-    """Return how much of a set-up error absolute places show."""
+    """Return how much of a set-up error absolute poses show."""
     share, limit = 100.0 * places.share, 200.0 * places.std
     return f"which show {share:.0f} ± {limit:.0f} % of the fitted value in the unloaded poses"
 
@@ -157,7 +158,7 @@ def _in_experiment(error: ErrorInExperiment) -> str:
     where = {
         Experiment.LOADS: "poses of the loads",
         Experiment.CLAMPED: "positions or cycles of clamped runs",
-        Experiment.ABSOLUTE: "absolute places",
+        Experiment.ABSOLUTE: "absolute poses",
     }[error.experiment]
     text = f"in {error.n_fell} of {error.n_folds} held-out {where}"
     if error.before is None or error.after is None:

@@ -60,7 +60,7 @@ class JointEccentricity(DocumentedEffect):
             ParameterRole.NONLINEAR, discrete=True,
         ),
     )  # fmt: skip
-    needs = ("absolute places at many angles of the joint",)
+    needs = ("absolute poses at many angles of the joint",)
     looks_like = ("joint-compliance", "joint-offset", "link-geometry")
     fingerprint = (
         "the position error is the lever arm about one joint axis times a sine of its angle, independent of load"
@@ -73,7 +73,7 @@ class JointEccentricity(DocumentedEffect):
         if missing is not None:
             return missing
         n_poses = len(np.unique(np.round(np.degrees(states.joints)), axis=0))
-        return None if n_poses >= _POSES_A_PERIOD + 1 else "absolute places in four poses or more"
+        return None if n_poses >= _POSES_A_PERIOD + 1 else "absolute poses in four poses or more"
 
     def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
         """Add the sine to the joint's model angle."""

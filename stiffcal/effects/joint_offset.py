@@ -40,10 +40,10 @@ class JointOffset(DocumentedEffect):
     parameters = (
         ParameterSpec(
             "zero", "rad", "offset added to the logged angle", -0.2, 0.2, 1e-3,
-            "mastering of industrial robots: about a milliradian", tolerance=5e-3,
+            "zeros (mastering) of industrial robots: about a milliradian", tolerance=5e-3,
         ),
     )  # fmt: skip
-    needs = ("absolute places in poses with different joint angles",)
+    needs = ("absolute poses in poses with different joint angles",)
     looks_like = ("link-geometry", "joint-eccentricity")
     fingerprint = "the position error is proportional to the lever arm about one joint axis, the same at all its angles"
     how_to_check = (

@@ -47,7 +47,7 @@ class LinkGeometry(DocumentedEffect):
         ParameterSpec("rx", "rad", "tilt of the axis about x", -0.1, 0.1, 5e-4, _SOURCE, tolerance=_WORST_ANGLE),
         ParameterSpec("ry", "rad", "tilt of the axis about y", -0.1, 0.1, 5e-4, _SOURCE, tolerance=_WORST_ANGLE),
     )
-    needs = ("absolute places in poses with different angles of every joint",)
+    needs = ("absolute poses in poses with different angles of every joint",)
     looks_like = ("joint-offset", "joint-eccentricity", "link-springs")
     fingerprint = (
         "the position error is a fixed vector on each link, which rotates with the joints and does not "

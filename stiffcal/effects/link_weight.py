@@ -64,7 +64,7 @@ class LinkWeight(DocumentedEffect):
         )
         for axis in "xy"
     )
-    needs = ("absolute places of a robot whose links' masses are in robot.toml",)
+    needs = ("absolute poses of a robot whose links' masses are in robot.toml",)
     looks_like = ("joint-compliance", "periodic-stiffness", "joint-eccentricity")
     fingerprint = "the positions sag as by an additional weight on one link, with or without payload"
     how_to_check = "Move the joint slowly back and forth at several angles; the mean of both motor torques is weight."

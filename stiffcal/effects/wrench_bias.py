@@ -62,7 +62,7 @@ class WrenchBias(DocumentedEffect):
         if states.deflection_given:
             return None
         if len(states) and states.absolute.all():
-            return "load runs: in absolute places alone a bias acts like other masses, compliances and geometry"
+            return "load runs: in absolute poses alone a bias acts like other masses, compliances and geometry"
         for members in members_of(states.run):
             if float(np.ptp(states.joints[members], axis=0).max()) > _TURNED:
                 return None

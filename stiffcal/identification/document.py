@@ -15,6 +15,7 @@ from stiffcal.identification.fit_results import (
     RejectedState,
     UnidentifiedParameters,
 )
+from stiffcal.identification.gauge import included_in, redundant_geometry
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.noise import Noise
 from stiffcal.measurements.load_states import LoadStates
@@ -67,6 +68,15 @@ def identified_parameter(
         in_fit=in_fit,
         drift_follows=("temperature" if by_temperature else "time") if is_drift else None,
     )
+
+
+def included_by_convention(fit: Fit) -> dict[str, list[str]]:
+    """Return name to the parameters that stay at 0 by convention and are included in its value; of absolute places."""
+    if not fit.data.absolute.any():
+        return {}
+    fixed = frozenset(parameter.name for parameter in fit.parameters if parameter.fixed)
+    redundant = redundant_geometry(fit.robot, fit.data, fixed)
+    return included_in(fit.robot, fit.data, fixed, redundant)
 
 
 def geometry_in_fit(fit: Fit) -> dict[str, float]:

@@ -56,6 +56,10 @@ class IdentifiedParameter:
     known, in `unit`; None of others."""
     drift_follows: OrAbsent[DriftFollows] = None
     """Of a rate of drift: what these data count it by; None of others."""
+    includes: OrAbsent[list[str]] = None
+    """Parameters that stay at 0 by convention and move the targets in every pose as this one does, so that its value is
+    the sum: "frame.tracker.z", the height of the base, in a shift of joint 2. None where there are none.
+    """
 
     @property
     def is_compliance(self) -> bool:
@@ -86,7 +90,7 @@ class GeometryTaken:
     angle_sigma: float
     """rad, of every angle between joint frames."""
     source: GeometrySource
-    """What it is from: the robot file, the default, or the default scaled by the misfit of absolute places."""
+    """What it is from: the robot file, the default, or the default scaled by the misfit of absolute poses."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +144,7 @@ class NoisePerAxis:
     moment_clamped: OrAbsent[float] = None
     """N·m, of clamped states, where it differs from that of the others."""
     translation_absolute: OrAbsent[float] = None
-    """m, of absolute places, where it is stated apart from that of load states."""
+    """m, of absolute poses, where it is stated apart from that of load states."""
     rotation_absolute: OrAbsent[float] = None
     """rad, likewise."""
 

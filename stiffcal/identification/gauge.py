@@ -12,6 +12,8 @@ change which sets there are.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from stiffcal.arrays import Floats
@@ -54,6 +56,30 @@ def redundant_geometry(robot: CompliantRobot, data: Observations, fixed: frozens
         else:
             basis.append(left / length)
     return frozenset(redundant)
+
+
+def included_in(
+    robot: CompliantRobot, data: Observations, fixed: frozenset[str], redundant: Collection[str]
+) -> dict[str, list[str]]:
+    """Return name of a parameter to those of `redundant_geometry` whose motion is its own in every pose, but for size.
+
+    What several others make up for together is in none of them alone.
+
+    Parameters
+    ----------
+    robot, data, fixed : as of `redundant_geometry`. redundant : what it returns.
+    """
+    motions = {
+        name: motion / np.linalg.norm(motion) for name, _, motion in _motions(robot, data, fixed) if motion.any()
+    }
+    kept = {name: motion for name, motion in motions.items() if name not in redundant}
+    included: dict[str, list[str]] = {}
+    for name in (name for name in motions if name in redundant):
+        for other, motion in kept.items():
+            away = motions[name] - motion * float(motion @ motions[name])
+            if np.linalg.norm(away) <= _SAME_MOTION:
+                included.setdefault(other, []).append(name)
+    return included
 
 
 def _motions(

@@ -82,7 +82,7 @@ class OffsetsAlone:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GeometryFound:
-    """The geometry that a fit of absolute places found."""
+    """The geometry that a fit of absolute poses found."""
 
     convention: Convention
     """Of the rows: that of robot.toml, and "modified-dh" for a URDF."""

@@ -222,8 +222,8 @@ def _sentence(
     rods = " and ".join(names)
     rms = f"the contradiction of the rods decreases to {1e6 * after:.3g} µm rms from {1e6 * before:.3g} µm"
     sentences = {
-        "swapped-sign": f"{rods} has the wrong sign: {rms}; swap it in the log or exchange start_m and end_m",
-        "exchanged": f"{rods} are interchanged: {rms}; swap their columns or their places in [ids]",
+        "swapped-sign": f"{rods} has the wrong sign: {rms}; change it in the log, or interchange start_m and end_m",
+        "exchanged": f"{rods} are interchanged: {rms}; interchange their columns or their entries in [ids]",
         "drifting": f"{rods} drifts by {1e6 * best.size:.3g} µm rms within a run: {rms}; let the gauge warm up, or "
         "zero it more often",
         "warming": f"all rods grow with the logged temperature, {1e6 * best.size:.3g} µm per metre and kelvin: {rms}; "

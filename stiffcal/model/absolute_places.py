@@ -1,4 +1,4 @@
-"""What effects that only absolute places show need of the data."""
+"""What effects that only absolute poses show need of the data."""
 
 from __future__ import annotations
 
@@ -10,4 +10,4 @@ def lacks_absolute_places(states: LoadStates) -> str | None:
 
     Displacements under load do not depend on the geometry to first order: both of their ends move with it.
     """
-    return None if states.absolute.any() else 'absolute places: runs with experiment = "absolute"'
+    return None if states.absolute.any() else 'absolute poses: runs with experiment = "absolute"'

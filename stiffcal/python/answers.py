@@ -13,6 +13,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame, place_label
 from stiffcal.report.wording import digits, length, measure_text
+from stiffcal.validation.schemes import held_out
 from stiffcal.wording import estimate
 
 if TYPE_CHECKING:
@@ -175,9 +176,9 @@ class ModelValidation(CampaignAnswer):
         return frame_of_rows(_flat(error_slice) for error_slice in slices[part])
 
     def summary(self) -> str:
-        """Return the error in held-out poses, in a line."""
+        """Return the error in held-out poses, runs or regions, in a line."""
         noise = "not known" if self.result.noise is None else measure_text(self.result.noise)
-        return f"error in held-out poses {measure_text(self.result.rms)} rms, noise {noise}"
+        return f"error in {held_out(self.result.scheme)} {measure_text(self.result.rms)} rms, noise {noise}"
 
     def _repr_html_(self) -> str:
         return self._html(self.summary(), self.by("run"))

@@ -213,8 +213,8 @@ def _swapped_column_fault(
         names += "".join(f', "{columns[3 + k]}"' for k in moments)
         mend = f"write columns = [{names}]"
     else:  # the moments carry too little information
-        mend = f"write columns = [{names}, …], and check whether the moments are swapped too"
-    return reason, f"columns are swapped, here or in the log: {mend}"
+        mend = f"write columns = [{names}, …], and check whether the moments are interchanged too"
+    return reason, f"columns are interchanged, here or in the log: {mend}"
 
 
 @dataclass(frozen=True)
@@ -309,7 +309,7 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
     for a, b in combinations(range(joints.shape[1]), 2):
         swapped = joints.copy()
         swapped[:, [a, b]] = joints[:, [b, a]]
-        pair = f"joint columns {names[a]} and {names[b]} swapped"
+        pair = f"joint columns {names[a]} and {names[b]} interchanged"
         yield pair, "name the joint columns from base to wrist", swapped, position
     for k, name in enumerate(names):
         turned = joints.copy()

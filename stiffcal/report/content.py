@@ -30,6 +30,7 @@ from stiffcal.report.provenance_content import Instrument, ReportProvenance
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
+from stiffcal.validation.schemes import held_out
 
 Strings = NDArray[np.str_]
 
@@ -334,6 +335,11 @@ class ReportContent:
     """Optional sections that the campaign asks for."""
     with_and_without: WithAndWithout | None = None
     """The same poses with the controller correcting and without; None where nothing was measured so."""
+
+    @property
+    def held_out(self) -> str:
+        """What validation left out of the fit, in words: "held-out poses", "held-out regions" of absolute places."""
+        return held_out(None if self.validate is None else self.validate.scheme)
 
     @property
     def known_noise(self) -> Rms | None:

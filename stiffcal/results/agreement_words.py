@@ -11,7 +11,7 @@ from stiffcal.wording import count, plus_minus, significant
 KINDS = {
     Experiment.LOADS: "load runs",
     Experiment.CLAMPED: "clamped runs",
-    Experiment.ABSOLUTE: "absolute places",
+    Experiment.ABSOLUTE: "absolute poses",
 }
 
 

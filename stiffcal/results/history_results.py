@@ -22,7 +22,11 @@ class HistoryEntry:
     model: ModelSummary
     """The model that was fitted."""
     heldout_rms: Rms | None
-    """The error in runs that were left out of the fit; null until it is validated."""
+    """The error in held-out data, as ``validate`` states it; null until it is validated."""
+    scheme: OrAbsent[str] = None
+    """How data were left out, as in ``validate``: "leave-one-pose-out", "poses-region" of absolute poses …; None until
+    it is validated, and of fits of earlier versions.
+    """
     fit_rms: Rms
     """Of the residuals."""
     noise: Rms | None
@@ -54,6 +58,8 @@ class StoredFit:
     time: str
     model: ModelSummary
     heldout_rms: Rms | None
+    scheme: OrAbsent[str] = None
+    """How data were left out; None of fits of earlier versions."""
     fit_rms: Rms
     noise: Rms | None
     loss: Literal["linear", "huber"]

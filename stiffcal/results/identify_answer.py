@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from stiffcal.identification.bodies import cartesian_stiffness, joints_by_themselves
 from stiffcal.identification.document import (
     correlated_parameters,
@@ -9,6 +11,7 @@ from stiffcal.identification.document import (
     fit_warnings,
     geometry_in_fit,
     identified_parameter,
+    included_by_convention,
     measured_links,
     model_summary,
     noise_per_axis,
@@ -36,7 +39,7 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
     states : all load states of the campaign, those set aside among them.
     """
     links, fit = measured_links(fit), with_geometry(fit, states)
-    in_fit = geometry_in_fit(fit)
+    in_fit, included = geometry_in_fit(fit), included_by_convention(fit)
     by_temperature = fit.data.order.logs_temperature
     by_geometry, prior = fit.covariance_from_geometry, fit.geometry
     return IdentifyResult(
@@ -48,10 +51,15 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
         ],
         model=model_summary(fit.robot),
         parameters=[
-            identified_parameter(parameter, in_fit.get(parameter.name), by_temperature) for parameter in fit.parameters
+            replace(
+                identified_parameter(parameter, in_fit.get(parameter.name), by_temperature),
+                includes=included.get(parameter.name),
+            )
+            for parameter in fit.parameters
         ],
         n_states=fit.data.n_measured,
-        n_runs=len(set(fit.data.run.tolist())),
+        # rows of an absolute run are runs of their own in the fit, of one run of the manifest
+        n_runs=len({states.runs[run].of or states.runs[run].name for run in set(fit.data.run.tolist())}),
         rms=Rms.of(fit_rms(fit)),
         noise=Rms.of(fit.noise_length) if fit.noise is not None else None,
         noise_source="none" if fit.noise is None else fit.noise.source,

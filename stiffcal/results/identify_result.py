@@ -74,7 +74,7 @@ class IdentifyResult(CommandResult):
     covariance_from_geometry: Annotated[OrAbsent[list[list[Number]]], NOT_PROMISED] = None
     """(k, k) the part of `covariance` that the geometry's tolerance makes, of the first k parameters."""
     geometry: OrAbsent[GeometryTaken | GeometryFound] = None
-    """Of load states, how well the geometry is known; of absolute places, what it was found to be; None of neither."""
+    """Of load states, how well the geometry is known; of absolute poses, what it was found to be; None of neither."""
     correlation: Annotated[list[CorrelatedParameters], NOT_PROMISED]
     """Strongest first."""
     iterations: Annotated[int | None, KeyIf("", null=False), NOT_PROMISED] = None

@@ -24,7 +24,10 @@ class ValidateResult(CommandResult):
     registration: OrAbsent[RegistrationSummary] = None
     """What is left between the kinematics and the places of the frames that were estimated; None where none was."""
     scheme: str
-    """How data were left out, in words."""
+    """How data were left out: "leave-one-pose-out" (each pose in turn: all runs or rows whose joints agree within 1°),
+    "poses-region" (of absolute poses, each of six regions of the joints' ranges), "holdout" (the runs kept back),
+    "none" (a single pose), or words of another kind of experiment; several are separated by "; ".
+    """
     n_states: Annotated[int, NOT_PROMISED]
     """Load states that were judged."""
     n_poses: Annotated[int, NOT_PROMISED]

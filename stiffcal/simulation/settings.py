@@ -59,7 +59,7 @@ class Amounts(TomlTable):
 class Bumps(TomlTable):
     """Readings spoilt by a knock against the instrument: whole holds, picked by the seed."""
 
-    per_run: int = Field(0, ge=0, description="spoilt holds in each run")
+    per_run: int = Field(0, ge=0, description="spoilt dwells in each run")
     size: Amounts = Field(Amounts(), description="length of the error, in a direction drawn for each")
 
 
@@ -73,7 +73,7 @@ class Sensor(TomlTable):
     clock_ahead_s: float = Field(0.0, description="a clock that runs on shows this much more than the true time")
     clock_drift_ppm: float = Field(0.0, description="how much too fast the clock runs")
     starts_before_s: Interval = Field(
-        (0.5, 3.0), description="the log starts this long before the first hold (drawn from the range)"
+        (0.5, 3.0), description="the log starts this long before the first dwell (drawn from the range)"
     )
     white: Amounts = Field(Amounts(), description="standard deviation of single readings within a hold")
     between_holds: Amounts = Field(Amounts(), description="standard deviation, constant within a hold")
@@ -85,7 +85,7 @@ class Sensor(TomlTable):
     saturation: Amounts = Field(Amounts(), description="readings are cut off at this size per axis; 0: never")
     resolution: Amounts = Field(Amounts(), description="readings come in steps of this size; 0: none")
     bumps: Bumps = Bumps()
-    hidden: float = Field(0.0, ge=0.0, lt=1.0, description="markers: share of the holds in which each is out of sight")
+    hidden: float = Field(0.0, ge=0.0, lt=1.0, description="markers: share of the dwells in which each is out of sight")
     starts_anew: bool = Field(False, description="motor angles are logged within one turn, −180° to 180°")
     preamble: list[str] = Field([], description="lines before a text log's column names; as many as skip_rows")
     decimals: dict[str, int] = Field({}, description="decimals written, by column name; else 6 (time 4)")

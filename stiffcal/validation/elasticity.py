@@ -1,4 +1,4 @@
-"""Whether absolute places show that the joints give: what weight turns looks much like an error of the joint's angle.
+"""Whether absolute poses show that the joints give: what weight turns looks much like an error of the joint's angle.
 
 Under its own weight an upright arm turns a joint by c τ(q), and τ contains cos(q + φ): an encoder that runs out by one
 wave a turn gives the same places wherever the other joints stand alike. Waves of several joints together do so over a
@@ -57,12 +57,12 @@ JointVerdict: TypeAlias = Literal[
 ]
 ElasticityVerdict: TypeAlias = Literal["identified", "partly-identified", "not-identified"]
 _REASONS: dict[JointVerdict, str] = {
-    "identified": "the error in regions left out decreases with it, also with eccentricities of all joints in the "
+    "identified": "the error in held-out regions decreases with it, also with eccentricities of all joints in the "
     "model",
     "unknown-scale": "only weight acts on it, and a common scale of the link moments is unknown",
     "no-torque": "weight produces no torque there in these poses",
     "not-above-zero": "its compliance is less than two standard deviations above zero",
-    "error-not-lower": "the error in regions left out does not decrease with it",
+    "error-not-lower": "the error in held-out regions does not decrease with it",
     "like-eccentricity": "eccentricities of joints explain the same places",
     "differs-by-region": "its compliance depends too much on which region of the poses it is estimated from",
 }
@@ -105,7 +105,7 @@ def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:
 
     Parameters
     ----------
-    states : the campaign's absolute places.
+    states : the campaign's absolute poses.
     fit : of the present model.
     """
     own = [
@@ -248,7 +248,7 @@ def payload_that_shows(fit: Fit, joint: int, compliance: float) -> float | None:
 
     Parameters
     ----------
-    fit : of absolute places. joint : from 1. compliance : rad/(N·m), or m/N.
+    fit : of absolute poses. joint : from 1. compliance : rad/(N·m), or m/N.
     """
     chain, angles = fit.robot.chain, fit.data.angles
     bodies = stacked_bodies(chain, angles)

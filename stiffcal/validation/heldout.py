@@ -28,6 +28,7 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
 from stiffcal.validation.clamped_folds import with_clamped_folds
 from stiffcal.validation.region_folds import region_folds
+from stiffcal.validation.schemes import BY_REGION, BY_REGION_AND_POSE, HOLDOUT_RUNS, LEAVE_ONE_POSE_OUT
 
 SAME_POSE = np.radians(1.0)
 
@@ -37,9 +38,7 @@ class HeldoutResiduals:
     """Residuals in held-out poses."""
 
     scheme: str
-    """"leave-one-pose-out", "poses-region" (of absolute places, next to which each pose of loads is left out),
-    "holdout" (the manifest's runs), or "none" where there is a single pose.
-    """
+    """One of `stiffcal.validation.schemes`, or "other campaign's model", or "none" (a single pose)."""
     residual: Floats
     """(m, n) measured minus predicted, the run's own offset taken out and √(n/(n − 1)) applied; base axes."""
     displacement: Floats
@@ -78,6 +77,14 @@ def with_load_folds(data: Observations, folds_of_places: Callable[[Observations]
     return fold
 
 
+def validation_folds(data: Observations) -> tuple[str, Integers]:
+    """Return the scheme by which a campaign is validated, and (n,) its folds: regions of places, each pose of loads."""
+    if not data.absolute.any():
+        return LEAVE_ONE_POSE_OUT, pose_folds(data)
+    scheme = BY_REGION if data.absolute.all() else BY_REGION_AND_POSE
+    return scheme, with_load_folds(data, region_folds)
+
+
 def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     """Return the residuals in poses that were not used to fit.
 
@@ -89,14 +96,12 @@ def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     is_holdout = [info.holdout for info in states.runs]
     if any(is_holdout):
         return holdout_run_residuals(states, fit)
-    by_region = bool(fit.data.absolute.any())
-    fold = with_load_folds(fit.data, region_folds) if by_region else pose_folds(fit.data)
+    scheme, fold = validation_folds(fit.data)
     if fold.max(initial=0) == 0:
         whitening = _weights(fit, fit.data, fit.robot)
         residual = corrected_for_freedom(offset_free_residual(fit.robot, fit.data, whitening), fit.data)
         return HeldoutResiduals("none", residual, _without_model(fit.data, whitening), fit.data, fold)
-    heldout = left_out_residuals(fit, fold)
-    return replace(heldout, scheme="poses-region") if by_region else heldout
+    return replace(left_out_residuals(fit, fold), scheme=scheme)
 
 
 def holdout_run_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
@@ -106,7 +111,7 @@ def holdout_run_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     data = all_data.subset(in_holdout)
     whitening = _weights(fit, data, fit.robot)
     residual = corrected_for_freedom(offset_free_residual(fit.robot, data, whitening), data)
-    return HeldoutResiduals("holdout", residual, _without_model(data, whitening), data, pose_folds(data))
+    return HeldoutResiduals(HOLDOUT_RUNS, residual, _without_model(data, whitening), data, pose_folds(data))
 
 
 def residuals_of_model(states: LoadStates, fit: Fit) -> HeldoutResiduals:
@@ -164,7 +169,7 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
         step = _solve_without_fold(reduced, about.lower - about.amplitude)
         residual[:, members] -= np.einsum("pmn,p->mn", about.stack[:p][:, :, members], step)
     residual = corrected_for_freedom(residual, data)
-    return HeldoutResiduals("leave-one-pose-out", residual, _without_model(data, about.whitening), data, fold)
+    return HeldoutResiduals(LEAVE_ONE_POSE_OUT, residual, _without_model(data, about.whitening), data, fold)
 
 
 def estimates_without_each(fit: Fit, fold: Integers, name: str) -> Floats:
@@ -293,4 +298,5 @@ __all__ = [
     "holdout_run_residuals",
     "left_out_residuals",
     "pose_folds",
+    "validation_folds",
 ]

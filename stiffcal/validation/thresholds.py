@@ -17,13 +17,18 @@ from stiffcal.uncertainty import NORMAL_95
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import Change
 from stiffcal.validation.results import ThresholdCheck
+from stiffcal.validation.schemes import held_out
 
 JOINT_STIFFNESS_UNIT = "N·m/rad"
 _COMPLIANCE_UNIT = "rad/(N·m)"
 
 
 class HeldoutErrors(Protocol):
-    """Errors in held-out poses, as the result of `validate` has them."""
+    """Errors in held-out data, as the result of `validate` has them."""
+
+    @property
+    def scheme(self) -> str:
+        """How data were left out."""
 
     @property
     def rms(self) -> Rms:
@@ -88,10 +93,11 @@ def not_counted(checks: Sequence[ThresholdCheck], why: str) -> list[ThresholdChe
 def _errors(limits: Thresholds, validation: HeldoutErrors) -> list[ThresholdCheck]:
     rms, error = validation.rms, validation.rms.translation
     scatter = None if validation.noise is None else validation.noise.translation
+    left_out = held_out(validation.scheme)
     over = error / scatter if scatter and error is not None else None
     asked = (
-        ("max_rms_m", limits.max_rms_m, error, "m", "rms in held-out poses", 1e3, " mm"),
-        ("max_rms_rad", limits.max_rms_rad, rms.rotation, "rad", "rms rotation in held-out poses", 1e3, " mrad"),
+        ("max_rms_m", limits.max_rms_m, error, "m", f"rms in {left_out}", 1e3, " mm"),
+        ("max_rms_rad", limits.max_rms_rad, rms.rotation, "rad", f"rms rotation in {left_out}", 1e3, " mrad"),
         ("max_relative", limits.max_relative, validation.relative.translation, "", "relative error", 1.0, ""),
         ("max_over_noise", limits.max_over_noise, over, "", "error over noise", 1.0, ""),
     )

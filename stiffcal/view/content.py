@@ -216,6 +216,8 @@ class ViewContent:
     """In the order of the diagnosis."""
     diagnosed: Rms | None
     """The error of the present fit as the diagnosis judges it, with which candidates compare; None without one."""
+    held_out: str
+    """What the fit has left out, in words: "held-out poses"."""
     readings: dict[str, Floats]
     """What the store holds of each drawn state, (n,) each, by column; empty with ``--no-raw``."""
     raw: bool

@@ -53,7 +53,7 @@
     function table() {
       const taken = errors();
       return {
-        head: ["effect", `share of the ${data.measure === "torque" ? "torque" : "deflection"}`, `rms, part taken out [${S.si()}]`, `held-out rms, refitted without it [${S.si()}]`],
+        head: ["effect", `share of the ${data.measure === "torque" ? "torque" : "deflection"}`, `rms, part taken out [${S.si()}]`, `rms ${S.leftOut()}, refitted without it [${S.si()}]`],
         rows: data.effects.map((effect, k) => [effect.name, effect.share, taken[k] ?? NaN, S.main(refitOf(effect)?.heldout_rms) ?? NaN]),
       };
     }

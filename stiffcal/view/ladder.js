@@ -101,7 +101,7 @@
     function list() {
       const unit = S.si();
       return {
-        head: ["model", `held-out rms [${unit}]`, ...(S.data.rotation ? ["held-out rms [rad]"] : []), `fit rms [${unit}]`, ...(S.data.rotation ? ["fit rms [rad]"] : []), "show"],
+        head: ["model", `rms ${S.leftOut()} [${unit}]`, ...(S.data.rotation ? [`rms ${S.leftOut()} [rad]`] : []), `fit rms [${unit}]`, ...(S.data.rotation ? ["fit rms [rad]"] : []), "show"],
         rows: [{ label: "no model", heldout_rms: data.zero, fit_rms: null }, ...data.models, { label: "noise", heldout_rms: data.noise, fit_rms: data.noise }].map((model) => [
           model.label, ...[model.heldout_rms, model.fit_rms].flatMap((rms) => [S.main(rms) ?? NaN, ...(S.data.rotation ? [rms?.rotation ?? NaN] : [])]),
           !model.id ? "–" : selectable(model) ? S.button({ onclick: () => S.set({ model: model.id, off: [] }), "aria-label": S.visible(`Show ${model.label}`) }, "show") : "not stored"]),

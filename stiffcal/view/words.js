@@ -42,7 +42,7 @@
   /** The SI unit of errors. */
   S.si = () => ({ motor_angle: "rad", torque: "N·m" })[S.data.measure] || "m";
   /** Where models are judged on what their fit has not used. */
-  S.leftOut = () => (S.data.measure === "torque" ? "at held-out speeds" : "in held-out poses");
+  S.leftOut = () => (S.data.measure === "torque" ? "at held-out speeds" : `in ${S.data.held_out}`);
   /** An error as people read it. @param {{translation: number|null, rotation: number|null}|null} rms */
   S.error = function (rms) {
     if (!rms) return "–";

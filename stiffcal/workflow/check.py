@@ -120,6 +120,7 @@ def check_campaign(
                     result = replace(
                         result,
                         observability=places.observability,
+                        noise=places.noise,
                         warnings=[*result.warnings, *places.remarks],
                     )
                 else:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from stiffcal.campaign.proposed_noise import ENOUGH_PAIRS
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.uncertainty import NORMAL_95, is_poorly_known
-from stiffcal.wording import significant
-from stiffcal.workflow.check_results import CheckedJoint
+from stiffcal.wording import length, significant
+from stiffcal.workflow.check_results import CheckedJoint, CheckedNoise
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -48,6 +49,8 @@ class CheckedPlaces:
     """Indices of the poses; None where nothing could be fitted."""
     remarks: tuple[str, ...] = ()
     """What no poses would determine, in words."""
+    noise: CheckedNoise | None = None
+    """From what the noise is known; None where nothing could be fitted."""
 
 
 def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
@@ -72,7 +75,32 @@ def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
         _joint(name, float(torque[number]), fit, number + 1) for number, name in enumerate(campaign.chain.joint_names)
     ]
     missing, remarks = _open_geometry(fit)
-    return CheckedPlaces(joints, missing, observability_of(fit), remarks)
+    return CheckedPlaces(joints, missing, observability_of(fit), remarks, _noise_of(fit))
+
+
+def _noise_of(fit: Fit) -> CheckedNoise:
+    """Return from what the noise of places is known, and what cannot be judged where it is not."""
+    from stiffcal.identification.repeated_places import repeated_places
+
+    places = fit.data.subset(fit.data.absolute)
+    n_pairs = sum(len(group) - 1 for group in repeated_places(places))
+    rms = fit.noise_length["translation"] if fit.noise is not None else None
+    source: Literal["manifest", "repeats", "none"] = "none"
+    if fit.noise is not None and rms is not None:
+        stated = fit.noise.source == "manifest" or fit.noise.absolute is not None
+        source = "manifest" if stated else "repeats"
+    pairs = f"{n_pairs} pair{'s' * (n_pairs != 1)} of rows that repeat each other"
+    distance = "" if rms is None else f"{length(rms, significant)} rms in distance"
+    words = {
+        "manifest": f"sigma of campaign.toml, {distance} (√3 times the standard uncertainty of one axis)",
+        "repeats": f"estimated from {pairs if places.n_states == fit.data.n_states else 'repeated loads'}: {distance}",
+        "none": (
+            f"not known: campaign.toml states no sigma, and {pairs} are too few. Errors can then be compared with each "
+            "other, but not with the noise: whether the model is good enough cannot be judged. State sigma of the "
+            f"instrument (data sheet, per axis), or measure {ENOUGH_PAIRS} poses twice"
+        ),
+    }
+    return CheckedNoise(source=source, n_pairs=n_pairs, rms_m=rms, says=f"noise: {words[source]}")
 
 
 def poses_still_needed(campaign: Campaign, gathered: RawStates, error: InputError) -> list[str] | None:

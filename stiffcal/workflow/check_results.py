@@ -105,6 +105,20 @@ class CheckedJoint:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class CheckedNoise:
+    """From what the noise of absolute poses is known."""
+
+    source: Literal["manifest", "repeats", "none"]
+    """`sigma` of campaign.toml, repeated rows (or repeated loads of load runs), or nothing."""
+    n_pairs: int
+    """Rows that repeat an earlier one: joints within 0.1°, the same load."""
+    rms_m: Number
+    """Rms distance that the noise alone makes, √3 times the standard uncertainty of one axis; null where not known."""
+    says: str
+    """The same in words, with what cannot be judged without it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CheckResult(CommandResult):
     """Answer of ``check``."""
 
@@ -125,8 +139,10 @@ class CheckResult(CommandResult):
     """Frames that were found from the unloaded poses."""
     joints: OrAbsent[list[CheckedJoint]] = None
     """How well each joint can be identified; not with --quick."""
+    noise: OrAbsent[CheckedNoise] = None
+    """From what the noise of absolute poses is known; absent without absolute poses."""
     observability: OrAbsent[ObservabilityIndices] = None
-    """How well poses of absolute places determine the model's parameters."""
+    """How well poses of absolute poses determine the model's parameters."""
     suspects: OrAbsent[list[Suspect]] = None
     """Runs and rows that disagree with all the others; not with --quick."""
     suspects_not_checked: OrAbsent[RunsNotChecked] = None

@@ -74,6 +74,7 @@ def _entry(fit: StoredFit) -> HistoryEntry:
         time=fit.time,
         model=fit.model,
         heldout_rms=fit.heldout_rms,
+        scheme=fit.scheme,
         fit_rms=fit.fit_rms,
         noise=fit.noise,
         loss=fit.loss,

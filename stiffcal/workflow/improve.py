@@ -135,6 +135,7 @@ class _StepRecorder:
             effect=effect,
             where=where,
             heldout_rms=judged.rms,
+            scheme=judged.scheme,
             noise=judged.noise,
             before_after=values_before_and_after(*self.estimates[-2:]) if self.steps else [],
             zero_model=judged.zero_model,

@@ -1,4 +1,4 @@
-"""What `improve` answers: the models step by step, each with its error in poses left out of the fit."""
+"""What `improve` answers: the models step by step, each with its error in held-out data."""
 
 from __future__ import annotations
 
@@ -27,7 +27,11 @@ class ImproveStep:
     where: Where
     """Its place."""
     heldout_rms: Rms | None
-    """Of the model after it, in poses left out of the fit; null in a dry run."""
+    """Of the model after it, in held-out data as ``validate`` states it; null in a dry run."""
+    scheme: OrAbsent[str] = None
+    """How data were left out, as in ``validate``: "leave-one-pose-out", "poses-region" of absolute poses …; None in a
+    dry run.
+    """
     noise: Rms | None
     """In the same measure; null where it is not known."""
     before_after: list[BeforeAfter] = field(default_factory=list)
@@ -62,7 +66,7 @@ class ImproveResult(CommandResult):
     summary: str
     """The last diagnosis in a sentence or two."""
     heldout_rms: Rms
-    """Of the present model in poses left out of the fit."""
+    """Of the present model in held-out data, as ``validate`` states it."""
     noise: Rms | None
     """In the same measure; null where it is not known."""
     before_after: list[BeforeAfter] = field(default_factory=list)

@@ -92,6 +92,10 @@ def init_campaign(
         written, guessed = proposal.files, list(proposal.guessed)
         lacks_tool = proposal.lacks_tool
         unused = [f"column {name} is not recognised and not used" for name in proposal.unused]
+        if not of_logs and (urdf is not None or robot is not None):
+            from stiffcal.workflow.robot_remarks import remarks_of
+
+            unused += remarks_of(folder, proposal, "robot.toml" if urdf is None else urdf.name)
     files = [str(file) for file in written]
     if lacks_tool:
         unused.append(

@@ -43,7 +43,13 @@ if TYPE_CHECKING:
 _FAR_M = 10.0
 """Rows that begin farther from the robot than this are warned of."""
 _DIGITS = 12
+_LEAST_BEARING_M = 1e-6
+"""Below it a bearing is at its frame's origin: a lever changes by less than any length is known."""
 """Decimals of metres and degrees; of strict rows all that a number has."""
+BEARING_COMMENTS = (
+    "# bearing_m: distance of a joint's bearing from the origin of its row's frame, along the axis. The origins move",
+    "# with the rows, the bearings of the robot do not. It matters for springs alone, not for positions.",
+)
 _KEPT = frozenset({"direction", "logged", "coupling", "gear_ratio", "gear_orders"})
 """Keys of a joint's entry that do not depend on where its frame is."""
 
@@ -91,6 +97,7 @@ def robot_rows_text(
         f"# {campaign.chain.name} as calibrated in {campaign.name}, fit {identified.fit_id}: rigid, without springs",
         "# and eccentricities; `stiffcal export DIR -o model.json` writes their values.",
         *_frame_comments(frames),
+        *(BEARING_COMMENTS if any(entry.bearing_m for entry in calibrated.joints) else ()),
     ]
     far = float(np.abs(found.rows.d).max())
     warnings = []
@@ -158,7 +165,7 @@ def _joint(
         low, high = np.degrees(chain.limits[k])
         further["limits_deg"] = _number(low, _DIGITS), _number(high, _DIGITS)
     bearing = float(chain.bearing[k] + moved[k][2, 3])
-    if near and round(bearing, _DIGITS):
+    if near and abs(bearing) > _LEAST_BEARING_M:
         further["bearing_m"] = _number(bearing, _DIGITS)
     return calibrated.model_copy(update=further)
 

@@ -175,10 +175,8 @@ def validate_now(
         history = stored(HISTORY)
         if history is None:
             return {VALIDATE: document}
-        entries = [
-            entry | ({"heldout_rms": document["rms"]} if entry.get("id") == identified.fit_id else {})
-            for entry in history["fits"]
-        ]
+        judged = {"heldout_rms": document["rms"], "scheme": document["scheme"]}
+        entries = [entry | (judged if entry.get("id") == identified.fit_id else {}) for entry in history["fits"]]
         return {VALIDATE: document, HISTORY: history | {"fits": entries}}
 
     data.commit(tables, with_history, command="validate")
@@ -186,9 +184,9 @@ def validate_now(
 
 
 def _with_own_frames(robot: CompliantRobot, data: Ingested) -> CompliantRobot:
-    """Return another campaign's robot with the frames of these absolute places, found again with nothing else free.
+    """Return another campaign's robot with the frames of these absolute poses, found again with nothing else free.
 
-    Tracker and targets stand elsewhere in every campaign; without absolute places none is found with the robot.
+    Tracker and targets stand elsewhere in every campaign; without absolute poses none is found with the robot.
     """
     from stiffcal.identification.identify import Settings, identify_parameters
 
@@ -284,5 +282,5 @@ def _of_the_other_model(robot: CompliantRobot, stored: IdentifyResult, own: Fit,
     if data.states.absolute.any() and not any(placed.changes_geometry for placed in robot.placed):
         yield (
             "the other campaign's model does not hold the robot's geometry: the geometry errors of robot.toml are part "
-            "of the error of the absolute places"
+            "of the error of the absolute poses"
         )

@@ -15,6 +15,7 @@ from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
 from stiffcal.experiments import all_kinds
 from stiffcal.identification.state_loads import torques_about_joints
 from stiffcal.measurements.load_states import Attachment, LoadStates
+from stiffcal.measurements.rms import Rms
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
@@ -23,6 +24,7 @@ from stiffcal.report.content import ReportStates
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.store import values_of
+from stiffcal.validation.schemes import HOLDOUT_RUNS, held_out
 from stiffcal.view.content import (
     ViewContent,
     ViewStates,
@@ -89,7 +91,8 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
         models=[],
         effects=[],
         evidence=[],
-        diagnosed=None if diagnosis is None else diagnosis.rms,
+        diagnosed=None if diagnosis is None else _diagnosed(diagnosis),
+        held_out=held_out(validation.scheme),
         readings={},
         raw=raw,
         pages=pages,
@@ -112,6 +115,12 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
     if rows:
         return content_of_rows(content, rows[0], data, identified, reason)
     return replace(content, models=view_models(data, identified, [], np.zeros(0, dtype=np.bool_), None))
+
+
+def _diagnosed(diagnosis: DiagnoseResult) -> Rms:
+    """Return the present model's error by the scheme of the stored refits: regions of places, else single poses."""
+    validated = diagnosis.as_validated
+    return diagnosis.rms if validated is None or validated.scheme == HOLDOUT_RUNS else validated.rms
 
 
 def _measure(identified: IdentifyResult) -> Literal["translation", "motor_angle", "length", "torque"]:

@@ -99,7 +99,7 @@ def test_an_effect_of_all_joints_states_what_it_lowers_and_that_it_is_no_cause()
     text = " ".join("\n".join(lines).split())
     assert "add joint-eccentricity (joints 1, 2)?" in text
     assert "6 more parameters, not a cause" in text
-    assert "regions left out: 0.381 mm now, 0.361 mm with it" in text
+    assert "held-out regions: 0.381 mm now, 0.361 mm with it" in text
     assert "at random: 0.365 mm now, 0.347 mm with it" in text
 
 

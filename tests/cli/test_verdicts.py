@@ -12,6 +12,7 @@ from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.diagnose import _show_missing, _show_with_all_missing
 from stiffcal.cli.identify import fit_verdict
 from stiffcal.cli.tables import show_parameters
+from stiffcal.diagnosis.heldout_results import ErrorAsValidated
 from stiffcal.identification.before_after import EstimatedParameter, values_before_and_after
 from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
 from stiffcal.measurements.rms import Rms
@@ -61,15 +62,19 @@ def test_a_drift_is_printed_per_hour_or_per_kelvin(follows: DriftFollows, printe
 def test_the_error_with_all_that_is_missing_is_printed_where_several_effects_are() -> None:
     friction = SimpleNamespace(effect="friction-hysteresis", where=Where(joints=[2]))
     drift = SimpleNamespace(effect="thermal-drift", where=Where())
-    for missing, noise, printed in (
-        ([friction, drift], Rms(3.1e-5, None), "31.0 µm"),
-        ([friction, drift], None, "not known"),
-        ([friction], Rms(3.1e-5, None), ""),
+    by_region = ErrorAsValidated(scheme="poses-region", rms=Rms(9e-5, None), with_missing=Rms(4e-5, None))
+    for missing, noise, validated, printed in (
+        ([friction, drift], Rms(3.1e-5, None), None, "noise 31.0 µm"),
+        ([friction, drift], Rms(3.1e-5, None), by_region, "40.0 µm in held-out regions, noise 31.0 µm"),
+        ([friction, drift], None, None, "noise not known"),
+        ([friction], Rms(3.1e-5, None), None, ""),
     ):
-        result: Any = SimpleNamespace(missing=missing, noise=noise, heldout_rms_with_missing=Rms(3.08e-5, None))
+        result: Any = SimpleNamespace(
+            missing=missing, noise=noise, heldout_rms_with_missing=Rms(3.08e-5, None), as_validated=validated
+        )
         with StringIO() as text:
             _show_with_all_missing(AnswerConsole(file=text, width=40), result)
-            line = f"with friction-hysteresis (joint 2) and thermal-drift: 30.8 µm in held-out poses, noise {printed}\n"
+            line = f"with friction-hysteresis (joint 2) and thermal-drift: 30.8 µm in held-out poses, {printed}\n"
             assert text.getvalue() == (line if printed else "")
 
 

@@ -295,7 +295,7 @@ def column_cases() -> list[tuple[str, str]]:
 def always_lacking(effect: Effect) -> bool:
     """True for effects that act on moving joints and running clocks only."""
     return any(
-        word in need for need in effect.needs for word in ("sweeps", "friction runs", "clamped runs", "absolute places")
+        word in need for need in effect.needs for word in ("sweeps", "friction runs", "clamped runs", "absolute poses")
     )
 
 

@@ -48,12 +48,12 @@ def test_the_order_of_the_force_columns_is_named(name: str, order: tuple[int, ..
     columns = [*("abc"[k] for k in order), "d", "e", "f"]  # a holds Fx, b Fy
     (fault,) = check_work(read, chain, columns=tuple(columns))
     assert 'write columns = ["a", "b", "c", ' in fault.mend
-    assert '"d", "e", "f"]' in fault.mend or "check whether the moments are swapped too" in fault.mend
+    assert '"d", "e", "f"]' in fault.mend or "check whether the moments are interchanged too" in fault.mend
     moments = [3 + k for k in order]
     read = replace(states, wrench=states.wrench[:, [*order, *moments]])
     (fault,) = check_work(read, chain, columns=(*columns[:3], *("abcdef"[k] for k in moments)))
     assert 'write columns = ["a", "b", "c", ' in fault.mend
-    assert '"d", "e", "f"]' in fault.mend or "check whether the moments are swapped too" in fault.mend
+    assert '"d", "e", "f"]' in fault.mend or "check whether the moments are interchanged too" in fault.mend
 
 
 @pytest.mark.parametrize("estimated", [False, True])
@@ -67,7 +67,7 @@ def test_the_one_change_that_fits_is_named(estimated: bool) -> None:
     for a, b in [(0, 1), (1, 2), (3, 5), (4, 5)]:
         swapped = states.joints.copy()
         swapped[:, [a, b]] = swapped[:, [b, a]]
-        assert f"joint columns A{a + 1} and A{b + 1} swapped" in reported(swapped)
+        assert f"joint columns A{a + 1} and A{b + 1} interchanged" in reported(swapped)
     turned = states.joints * np.where(np.arange(6) == 2, -1.0, 1.0)
     assert "joint A3 with opposite direction" in reported(turned)
     assert "at joint A2" in reported(states.joints + np.where(np.arange(6) == 1, np.pi / 2, 0.0))

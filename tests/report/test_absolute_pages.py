@@ -103,9 +103,9 @@ def text_of(made: object) -> str:
 def test_pages_of_places_state_distances_and_those_of_loads_deflections() -> None:
     places, loads = poses(3), made_up_content(n_runs=3, per_run=1)
     made = load_deformation.section(places)
-    assert made.title == "Measured and predicted places"
-    assert "3 places were measured, each once" in text_of(made)
-    assert "Distance from the nominal place in each row" in text_of(made)
+    assert made.title == "Measured and predicted positions"
+    assert "3 poses were measured, each once" in text_of(made)
+    assert "Distance from the nominal position in each row" in text_of(made)
     assert "eflection" not in text_of(made) + text_of(agreement.section(places))
     assert "Deflection in each run" in text_of(load_deformation.section(loads))
     assert "displacement D" in text_of(agreement.section(loads))

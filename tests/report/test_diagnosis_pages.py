@@ -144,7 +144,7 @@ def test_none_of_these_says_what_the_remainder_follows() -> None:
     text = words(made)
     assert "No effect is named" in text
     assert "listed below" in text
-    assert "joint angle 97.0 % another factor from pose to pose" in text
+    assert "joint angles 97.0 % another factor from pose to pose" in text
 
 
 def test_a_remainder_that_follows_nothing_has_no_list() -> None:

@@ -16,6 +16,7 @@ from tests.laboratory.fits import parameter, validation_of
 
 JOINTS = ("A1", "A2", "A3")
 VALIDATION = validation_of(
+    scheme="leave-one-pose-out",
     rms={"translation": 2e-4, "rotation": 3e-4},
     relative={"translation": 0.2, "rotation": None},
     noise={"translation": 1e-4, "rotation": 1e-4},

@@ -103,7 +103,7 @@ def test_swapped_joints_are_named(tmp_path: Path) -> None:
         header[3], header[4] = header[4], header[3]
 
     edit_table(folder, swap)
-    with pytest.raises(InputError, match="joint columns A1 and A2 swapped"):
+    with pytest.raises(InputError, match="joint columns A1 and A2 interchanged"):
         check_campaign(folder)
 
 
@@ -124,6 +124,39 @@ def test_check_states_what_a_few_absolute_poses_lack(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:  # rows enough, of one pose: a mistake, and no table half measured
         check_campaign(folder)
     assert caught.value.code is FaultCode.POSES_TOO_FEW
+
+
+@pytest.mark.parametrize(
+    ("rows", "stated", "source", "words"),
+    [
+        (40, True, "manifest", "sigma of campaign.toml, 34.6 µm rms in distance"),
+        (40, False, "none", "not known: campaign.toml states no sigma, and 0 pairs of rows that repeat each other are"),
+        (28, False, "repeats", "estimated from 12 pairs of rows that repeat each other"),
+    ],
+)
+def test_check_states_from_what_the_noise_is_known(
+    rows: int, stated: bool, source: str, words: str, tmp_path: Path
+) -> None:
+    folder = Path(shutil.copytree(ABSOLUTE, tmp_path / "poses", ignore=shutil.ignore_patterns("store")))
+    table, manifest = folder / "raw" / "poses.csv", folder / "campaign.toml"
+    head, *lines = table.read_text().splitlines()
+    again = [repeated(line, number) for number, line in enumerate(lines[: 40 - rows])]
+    table.write_text("\n".join([head, *lines[:rows], *again]) + "\n")
+    if not stated:
+        manifest.write_text(re.sub(r"(?m)^sigma = .*$", "", manifest.read_text()))
+    noise = check_campaign(folder).noise
+    assert noise is not None
+    assert noise.source == source
+    assert words in noise.says
+    assert noise.n_pairs == 40 - rows
+    assert (noise.rms_m is None) == (source == "none")
+
+
+def repeated(line: str, number: int) -> str:
+    """Return a row of a table again, later, its places (the last three columns, mm) with 0.02 mm of noise."""
+    cells = line.split(",")
+    read = np.array(cells[-3:], dtype=float) + np.random.default_rng(number).normal(0.0, 0.02, 3)
+    return ",".join([f"{5000 + number}", *cells[1:-3], *(f"{value:.5f}" for value in read)])
 
 
 def test_check_states_what_more_poses_or_a_payload_would_bring(tmp_path: Path) -> None:

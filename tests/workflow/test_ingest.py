@@ -204,7 +204,7 @@ FAULTS: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
         _manifest('acts_on = "robot"', 'acts_on = "environment"'),
         ('write acts_on = "robot"',),
     ),
-    "two joint columns swapped": (_swap("A2", "A3"), ("joint columns A2 and A3 swapped",)),
+    "two joint columns swapped": (_swap("A2", "A3"), ("joint columns A2 and A3 interchanged",)),
     "two force columns swapped": (_swap("Fx", "Fz"), ("wrench.columns", 'write columns = ["Fz", "Fy", "Fx"')),
     "five joints against six columns": (_five_joints, ("5", "6")),
     "a rotation that is none": (

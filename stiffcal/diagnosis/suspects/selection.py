@@ -84,7 +84,7 @@ def not_checked(code: NotCheckedReason, *numbers: int) -> RunsNotChecked:
             "distinguished from correct ones"
         ),
         NotCheckedReason.UNIT_AND_SIGN_ONLY: (
-            "with {0} load runs only a wrong unit or sign in one of them was checked: exchanged logs or an outlier "
+            "with {0} load runs only a wrong unit or sign in one of them was checked: interchanged logs or an outlier "
             "can be found with {all_kinds} runs or more"
         ),
         NotCheckedReason.SOME_STATES: (

@@ -234,7 +234,8 @@ def _of_others(states: LoadStates, members: Sequence[Integers], run: int, left_o
         if not _alike(states.wrench[run_states], states.wrench[other_states]):
             yield Variant(
                 SuspectKind.EXCHANGED, f'the loads that belong here are those of run "{name}": the force logs are '
-                "exchanged; exchange them back", wrench=states.wrench[other_states], other=other_run, penalty=penalty,
+                "interchanged; interchange them back", wrench=states.wrench[other_states], other=other_run,
+                penalty=penalty,
             )  # fmt: skip
         position, rotation, deflection = _places(states, other_states)
         yield Variant(

@@ -42,7 +42,7 @@ FRICTION_SAMPLES: Mapping[str, ColumnDescription] = {
     "stretch": ColumnDescription("as in the table `friction`"),
     "pose": ColumnDescription("number of the place where the other joints stood"),
     "n_readings": ColumnDescription("neighbouring samples averaged"),
-    "carries_weight": ColumnDescription("true where gravity acts about the joint's axis"),
+    "carries_weight": ColumnDescription("true where weight acts about the joint's axis"),
     "time_s": ColumnDescription("on the log's clock", "s"),
     "velocity_radps": ColumnDescription("the pass's mean as logged; its sign is the direction", "rad/s"),
     "angle_rad": ColumnDescription("of the joint as logged", "rad"),

@@ -26,7 +26,7 @@ def draw_calibration(place: Floats, before: Floats, after: Floats) -> Figure:
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, _HEIGHT_MM, constrained=True)
     radius = np.hypot(place[:, 0], place[:, 1])
-    titles = ("robot file, frames fitted", "identified, regions left out")
+    titles = ("robot file, frames fitted", "identified, held-out regions")
     for axes, distance, title in zip(figure.subplots(1, 2, sharey=True), (before, after), titles, strict=True):
         order = np.argsort(distance)  # the farthest on top
         drawn = axes.scatter(

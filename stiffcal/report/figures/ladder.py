@@ -180,7 +180,7 @@ def _legend(axes: Axes, noise: float | None) -> list[Any]:
 
     handles: list[Any] = [
         Line2D(
-            [], [], linestyle="none", marker="o", markersize=4.5, color=canvas.COLOURS[0], label="in held-out poses"
+            [], [], linestyle="none", marker="o", markersize=4.5, color=canvas.COLOURS[0], label="in held-out data"
         ),
         Line2D(
             [], [], linestyle="none", marker="D", markersize=7.5, color=canvas.INK, markerfacecolor="none",

@@ -16,10 +16,10 @@ _TITLE = "Acceptance"
 
 # Each limit's quantity, the factor to the unit in which people read it, and that unit.
 _QUANTITIES = {
-    "max_rms_m": ("position error in held-out poses (rms), at most", 1e3, "mm"),
-    "max_rms_rad": ("orientation error in held-out poses (rms), at most", 1e3, "mrad"),
-    "max_relative": ("error in held-out poses over deflection, at most", 1e2, "%"),
-    "max_over_noise": ("error in held-out poses over noise, at most", 1.0, ""),
+    "max_rms_m": ("position error in held-out data (rms), at most", 1e3, "mm"),
+    "max_rms_rad": ("orientation error in held-out data (rms), at most", 1e3, "mrad"),
+    "max_relative": ("error in held-out data over deflection, at most", 1e2, "%"),
+    "max_over_noise": ("error in held-out data over noise, at most", 1.0, ""),
     "min_stiffness": ("stiffness, at least", 1.0, "N·m/rad"),
 }
 

@@ -21,8 +21,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         return LeftOut(_TITLE, "there are no load states to draw")
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
-    by = "by fits without that pose" if states.predicted_heldout is not None else "by the fit itself (not validated)"
-    quantity = "distance from the nominal place" if content.absolute_alone else "displacement"
+    by = f"in {content.held_out}" if states.predicted_heldout is not None else "by the fit itself (not validated)"
+    quantity = "distance from the nominal position" if content.absolute_alone else "displacement"
     axes = f"{quantity} D, rotation R" if states.has_rotation else f"{quantity} D"
     caption = (
         f"Measured against predicted {by}, base axes: {axes}. Points on the diagonal: "

@@ -7,7 +7,7 @@ from functools import partial
 from stiffcal.diagnosis.pattern_results import CompliancePattern
 from stiffcal.diagnosis.results import DiagnoseResult, LookAlike, ProposedEffect
 from stiffcal.diagnosis.words import pattern_in_words, what_is_followed
-from stiffcal.measurements.rms import VarianceRatio
+from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -23,6 +23,8 @@ from stiffcal.report.blocks import (
 )
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.pattern import draw_pattern
+from stiffcal.validation.schemes import held_out
+from stiffcal.wording import variable
 
 ORDER = 72
 _TITLE = "Missing effects"
@@ -106,10 +108,15 @@ def _look_alike_words(effect: LookAlike) -> str:
 
 
 def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
+    validated = diagnosis.as_validated
     facts = [("present model", f"{wording.measure_text(diagnosis.rms)} rms in held-out poses")]
+    if validated is not None:
+        facts[0] = (facts[0][0], f"{facts[0][1]}, {_as_validated(validated.rms, validated.scheme)}")
     if diagnosis.missing:
-        after = diagnosis.heldout_rms_with_missing
-        facts.append(("with the missing effects", f"{wording.measure_text(after)} rms in held-out poses"))
+        text = f"{wording.measure_text(diagnosis.heldout_rms_with_missing)} rms in held-out poses"
+        if validated is not None and validated.with_missing is not None:
+            text += f", {_as_validated(validated.with_missing, validated.scheme)}"
+        facts.append(("with the missing effects", text))
     noise = wording.measure_text(diagnosis.noise) + " rms" if diagnosis.noise else "not known"
     facts.append(("noise", noise))
     lack = diagnosis.lack_of_fit
@@ -119,6 +126,10 @@ def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
     if explained is not None and diagnosis.missing and diagnosis.noise:
         facts.append(("explained", f"{wording.percent(explained)} of the avoidable error is explained by it"))
     return facts
+
+
+def _as_validated(rms: Rms, scheme: str) -> str:
+    return f"{wording.measure_text(rms)} in {held_out(scheme)}"
 
 
 def _lack_of_fit_words(lack: VarianceRatio) -> str:
@@ -135,7 +146,8 @@ def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
         TableColumn("observation", align="left", width=1.0),
     )  # fmt: skip
     rows = tuple(
-        (dependence.follows, wording.percent(dependence.share), dependence.seen) for dependence in diagnosis.structure
+        (variable(dependence.follows).removeprefix("the "), wording.percent(dependence.share), dependence.seen)
+        for dependence in diagnosis.structure
     )
     caption = (
         "Variables on which the remaining error depends: share of its squares above the noise that a smooth curve over "

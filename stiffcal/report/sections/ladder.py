@@ -50,10 +50,10 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     # the first page holds this very picture
     on_first_page = leading_component(drawn_fits) if len(fits) <= MOST_RUNGS else None
     if on_first_page is not None:
-        blocks.append(Paragraph(_caption(drawn_fits, zero, noise, on_first_page)))
+        blocks.append(Paragraph(_caption(content.held_out, drawn_fits, zero, noise, on_first_page)))
     for component, text in _ALSO.items():
         if component != on_first_page and any(wording.part(fit.fit_rms, component) is not None for fit in drawn_fits):
-            caption = text if blocks else _caption(drawn_fits, zero, noise, component)
+            caption = text if blocks else _caption(content.held_out, drawn_fits, zero, noise, component)
             blocks.append(PictureBlock(partial(draw_ladder, drawn_fits, zero, noise, component), caption))
     if not blocks and len(fits) == 1 and on_first_page is None:
         return LeftOut(_TITLE, "there is one fit, and no error in it")
@@ -61,8 +61,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     return ReportSection(_TITLE, tuple(blocks))
 
 
-def _caption(fits: Sequence[HistoryEntry], zero: Rms | None, noise: Rms | None, component: str) -> str:
-    text = "Error in held-out poses for each fit, with the effects added to the model"
+def _caption(held_out: str, fits: Sequence[HistoryEntry], zero: Rms | None, noise: Rms | None, component: str) -> str:
+    text = f"Error in {held_out} for each fit, with the effects added to the model"
     last = next((fit for fit in reversed(fits) if wording.part(fit.heldout_rms, component) is not None), None)
     floor, start = wording.part(noise, component), wording.part(zero, component)
     if last is not None:

@@ -14,7 +14,7 @@ from stiffcal.report.figures import load_deformation as drawing
 from stiffcal.report.figures.canvas import AXES_NAMES
 
 ORDER = 50
-_TITLE, _TITLE_OF_PLACES = "Load and deflection", "Measured and predicted places"
+_TITLE, _TITLE_OF_PLACES = "Load and deflection", "Measured and predicted positions"
 _FEWEST_STATES = 4
 _MOST_SMALL = 40
 _MOST_SINGLES = 50
@@ -163,20 +163,20 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int], o
     )
     drawn_runs = _worst_singles(states, singles)
     verb = "holds" if len(singles) == 1 else "hold"
-    what = "Distance from the nominal place" if of_places else "Deflection"
+    what = "Distance from the nominal position" if of_places else "Deflection"
     were = "was" if len(singles) == 1 else "were"
     text = (
-        f"{wording.count(len(singles), 'place')} {were} measured, each once. Measured and predicted distance from the "
-        f"nominal place are shown along the base axes; the line between them is the residual."
+        f"{wording.count(len(singles), 'pose')} {were} measured, each once. Measured and predicted distance from the "
+        f"nominal position are shown along the base axes; the line between them is the residual."
         if of_places
         else f"{wording.count(len(singles), 'run')} {verb} {few}, so no curve over the force can be drawn for them. "
         f"Measured and predicted deflection are shown by run instead; the line between them is the residual."
     )
     if len(drawn_runs) < len(singles):
-        text += f" The {len(drawn_runs)} {'places' if of_places else 'runs'} with the largest residuals are drawn."
+        text += f" The {len(drawn_runs)} {'poses' if of_places else 'runs'} with the largest residuals are drawn."
     names = [run.name for run in content.runs]
     blocks: list[Block] = [Paragraph(text)]
-    heldout = " by a fit without that pose" if states.predicted_heldout is not None else " by the fit"
+    heldout = f" in {content.held_out}" if states.predicted_heldout is not None else " by the fit"
     inside = states.used & np.isin(states.run, singles)
     off = np.where(inside, np.linalg.norm(states.residual[:, :3], axis=1), -1.0)
     worst = int(np.argmax(off))

@@ -26,7 +26,7 @@ _COLUMNS = (
     TableColumn("effect", align="left"),
     TableColumn("place", align="left"),
     TableColumn("verdict", align="left"),
-    TableColumn("held-out, rms"),
+    TableColumn("held-out poses,\nrms"),
     TableColumn("explains"),
     TableColumn("first in"),
     TableColumn("at the tool"),
@@ -105,8 +105,10 @@ def _row(finding: Finding) -> tuple[str, ...]:
 def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
     """Return the text that explains the columns of the ranking."""
     text = (
-        "Held-out: error in held-out poses, with the effect added. Explains: share of the avoidable error (above the "
-        "noise) that is removed. First in: share of resamplings of the poses in which the effect ranks first. At the "
+        "Held-out poses: error with the effect added, each pose left out of the fit in turn. Explains: share of the "
+        "avoidable error (above the "
+        "noise) that is removed, by a first estimate; the share in the summary is of the refitted model. "
+        "First in: share of resamplings of the poses in which the effect ranks first. At the "
         "tool: rms contribution of the effect there. p: probability of an equal decrease by chance, allowing for the "
         "number of candidates. Supported: significant decrease of the error in held-out poses, with the selection "
         "repeated for every held-out pose."

@@ -24,6 +24,7 @@ from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residua
 from stiffcal.report.sections.summary import noise_sentence
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.validation.results import ErrorSlice
+from stiffcal.validation.schemes import held_out
 
 ORDER = 70
 _TITLE = "Residuals"
@@ -63,7 +64,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 def _lead(validation: ValidateResult) -> str:
     return (
-        f"Residual: measured minus predicted, in held-out poses ({validation.scheme}); rms of its length. "
+        f"Residual: measured minus predicted, in {held_out(validation.scheme)}; rms of its length. "
         f"Over all states: {wording.measure_text(validation.rms)} rms, {wording.measure_text(validation.max)} at most. "
         f"{noise_sentence(validation)}"
     )

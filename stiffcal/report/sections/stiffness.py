@@ -107,6 +107,8 @@ def _lead(fit: IdentifyResult) -> str:
         text += " The uncertainties are scaled by the reduced χ² of the fit, because the noise is unknown."
     if condition is not None:
         text += f" Condition number of the fit: {wording.digits(condition)}."
+    elif fit.not_identifiable:
+        text += " The condition number is infinite, as some parameters cannot be identified."
     return text
 
 
@@ -129,7 +131,7 @@ def _spring_verdict(spring: IdentifiedParameter, unclaimed: frozenset[int]) -> s
     """Return the remark on a spring; a value that the places do not support is no claim."""
     own = _verdict(spring)
     joints = spring.where.joints or []
-    return own or ("not supported by these places" if unclaimed.intersection(joints) else "")
+    return own or ("not identified by these poses" if unclaimed.intersection(joints) else "")
 
 
 def _verdict(parameter: IdentifiedParameter) -> str:
@@ -202,6 +204,12 @@ def _without_empty_remarks(columns: tuple[TableColumn, ...], rows: list[tuple[st
     return TableBlock(columns[:last], tuple(row[:last] for row in rows), caption)
 
 
+def _included(parameter: IdentifiedParameter) -> str:
+    """Return which conventions of the frames a value of geometry holds: then it is not that of the robot alone."""
+    frames = [name for name in parameter.includes or () if name.startswith("frame.")]
+    return f"includes {wording.listing(frames)}" if frames else ""
+
+
 def _other_table(members: list[IdentifiedParameter], content: ReportContent) -> TableBlock:
     columns = (
         TableColumn("parameter", align="left"), TableColumn("place", align="left"), TableColumn("value, ± 95 %"),
@@ -211,7 +219,8 @@ def _other_table(members: list[IdentifiedParameter], content: ReportContent) -> 
     for parameter in members:
         printed, scale = printed_unit(parameter.unit, content.drift_follows)
         place = where_words(parameter.where, content.joint_names)
-        rows.append((parameter.name, place, parameter_text(parameter, scale), printed, _verdict(parameter)))
+        remark = _verdict(parameter) or _included(parameter)
+        rows.append((parameter.name, place, parameter_text(parameter, scale), printed, remark))
     caption = "Other parameters of the model."
     if any(unit in ("µm/h", "mrad/h", "µm/K", "mrad/K") for *_, unit, _ in rows):
         caption += f" The drift is counted over the {content.drift_follows}."

@@ -19,6 +19,7 @@ from stiffcal.report.sections.experiments import table_of
 from stiffcal.report.sections.stiffness import not_claimed, short_stiffness_table, where_words
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
+from stiffcal.validation.schemes import held_out
 
 ORDER = 10
 NOT_YOURS = (
@@ -65,10 +66,16 @@ def _verdict(content: ReportContent) -> str:
         before, after = wording.measure_text(diagnosis.rms), wording.measure_text(diagnosis.heldout_rms_with_missing)
         noise = f"; the noise is {wording.measure_text(diagnosis.noise)}" if diagnosis.noise else ""
         text += _how_sure(diagnosis)
-        text += f" Added to the model, it reduces the error in held-out poses from {before} to {after} rms{noise}."
+        text += f" Added to the model, it reduces the error in held-out poses from {before} to {after} rms"
+        validated = diagnosis.as_validated
+        if validated is not None and validated.with_missing is not None:
+            before, after = wording.measure_text(validated.rms), wording.measure_text(validated.with_missing)
+            text += f", in {held_out(validated.scheme)} from {before} to {after} rms"
+        text += f"{noise}."
         text += _changed(diagnosis.before_after, content, "It")
     elif not diagnosis.unexplained and content.fit_changes:
-        text += _changed(content.fit_changes[0].values, content, f"Effects added ({content.fit_changes[0].change})")
+        change = content.fit_changes[0]
+        text += _changed(change.values, content, f"The change of the model ({change.change})")
     return text
 
 
@@ -134,7 +141,7 @@ def _overview(content: ReportContent) -> list[Block]:
     component = leading_component(drawn_fits)
     if component is not None:
         run = next((run for run in content.runs if run.stick is not None), None) if content.place_shares else None
-        caption = "Error in held-out poses for each fit"
+        caption = f"Error in {content.held_out} for each fit"
         if run is not None:
             caption += (
                 f"; robot in the pose of run {run.name}, with the share of each place in the predicted deflection of "
@@ -164,7 +171,9 @@ def _expected(content: ReportContent, component: str) -> Rung | None:
     if diagnosis is None or not diagnosis.missing:
         return None
     names = "; ".join(f"+ {wording.effect_at(effect)}" for effect in diagnosis.missing)
-    return Rung(f"expected: {names}", wording.part(diagnosis.heldout_rms_with_missing, component), None)
+    validated = diagnosis.as_validated
+    reached = diagnosis.heldout_rms_with_missing if validated is None else validated.with_missing
+    return Rung(f"expected: {names}", wording.part(reached, component), None)
 
 
 def _registration_sentence(registration: RegistrationSummary) -> str:
@@ -237,7 +246,7 @@ def _heldout_sentences(content: ReportContent) -> list[str]:
         return ["The error in new poses is not known yet (no validation)."]
     whole = "an error of the nominal robot" if content.absolute_alone else "a deflection"
     error = (
-        f"Error in held-out poses: {wording.measure_text(validation.rms)} rms at {whole} of "
+        f"Error in {content.held_out}: {wording.measure_text(validation.rms)} rms at {whole} of "
         f"{wording.measure_text(validation.zero_model)}"
     )
     left = validation.relative.translation

@@ -1,0 +1,108 @@
+"""What `init --from` proposes for the uncertainty of absolute poses whose table states none."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.campaign.column_roles import Roles
+from stiffcal.campaign.proposed_lines import ProposedLine
+from stiffcal.campaign.table_purpose import serves_absolute
+from stiffcal.campaign.table_sniffing import ROWS_LOOKED_AT
+from stiffcal.mechanics.like_poses import pose_groups
+from stiffcal.quantities import UnknownUnitError, unit
+
+SAME_PLACE = float(np.radians(0.1))
+"""Rows whose joints agree within this repeat each other, rad; a prismatic joint within as many m."""
+ENOUGH_PAIRS = 10
+"""Pairs whose 30 differences give the noise to 13 % (1/√(2·30)); fewer are a warning."""
+_EXAMPLE_M = (15e-6, 6e-6)
+"""Uncertainty of a laser tracker near and per metre, as its data sheet has it."""
+
+
+def sigma_entry(written: str) -> str:
+    """Return an example of `sigma` in the unit of the positions.
+
+    Examples
+    --------
+    >>> sigma_entry("mm")
+    'sigma = { position = 0.015, per_metre = 0.006 }'
+    """
+    near, far = (value / unit(written, "length").factor for value in _EXAMPLE_M)
+    return f"sigma = {{ position = {near:.6g}, per_metre = {far:.6g} }}"
+
+
+def where_from(written: str) -> str:
+    """Return where the numbers of `sigma` are found, and what they are, in words."""
+    return (
+        f"standard uncertainty per axis, from the data sheet of the instrument, in {written} and {written} per metre "
+        "(half of a stated limit, MPE or 2σ; per_metre for laser trackers)"
+    )
+
+
+def with_noise_lines(lines: Sequence[ProposedLine], roles: Roles) -> list[ProposedLine]:
+    """Return the lines of a source of absolute poses, next to each position without `sigma` how to state it.
+
+    Parameters
+    ----------
+    lines : of the source. roles : what the columns are.
+    """
+    joints = next((line.toml for line in lines if line.toml.startswith("joints = ")), "")
+    if not serves_absolute(roles) or not joints:
+        return list(lines)
+    source = ProposedLine("", noise_source(roles, tomllib.loads(joints)["joints"]["units"]["position"]))
+    result: list[ProposedLine] = []
+    for number, line in enumerate(lines):
+        result.append(line)
+        following = lines[number + 1].toml if number + 1 < len(lines) else ""
+        inline = line.toml.startswith("pose = ")
+        if not (inline or line.toml.startswith("units = { position")) or "sigma =" in line.toml + following:
+            continue
+        signal = tomllib.loads(line.toml)
+        written = (signal["pose"] if inline else signal)["units"]["position"]
+        where = "add to the braces of pose: " if inline else ""
+        is_first = source not in result
+        result.append(ProposedLine(f"# {where}{sigma_entry(written)}", where_from(written) if is_first else None))
+        result += [source] if is_first else []
+    return result
+
+
+def noise_source(roles: Roles, joint_units: str | list[str]) -> str:
+    """Return what the noise of absolute poses without `sigma` is taken from, in words.
+
+    Parameters
+    ----------
+    joint_units : of the joint columns, one for all or one for each.
+    """
+    pairs, n_rows = repeated_pairs(roles, joint_units)
+    if pairs == 0:
+        return "no sigma is stated and no row repeats another: without it no error can be compared with the noise"
+    at_least = "at least " if n_rows >= ROWS_LOOKED_AT else ""
+    count = f"{at_least}{pairs} pair{'s' * (pairs != 1)} of rows that repeat each other (joints within 0.1°)"
+    if pairs < ENOUGH_PAIRS:
+        return f"no sigma is stated and only {count}: the noise is poorly known without it"
+    return f"without sigma the noise is estimated from {count}"
+
+
+def repeated_pairs(roles: Roles, joint_units: str | list[str]) -> tuple[int, int]:
+    """Return how many rows repeat an earlier one, joints and payload alike, and how many rows were looked at."""
+    assert roles.joints is not None
+    columns = roles.joints.columns
+    units = [joint_units] * len(columns) if isinstance(joint_units, str) else joint_units
+    values = np.array([np.array(c.values) * _factor(text) for c, text in zip(columns, units, strict=True)])
+    mass = roles.mass.columns[0].values if roles.mass is not None else ()
+    load = np.array(mass) if len(mass) == values.shape[1] else np.zeros(values.shape[1])
+    known = np.isfinite(values).all(axis=0)
+    pose = pose_groups(values.T[known], SAME_PLACE)
+    distinct = np.unique(np.column_stack([pose, np.nan_to_num(load[known])]), axis=0)
+    return int(known.sum()) - len(distinct), values.shape[1]
+
+
+def _factor(text: str) -> float:
+    """Return the factor of a joint's unit to rad, of a prismatic joint's to m."""
+    try:
+        return unit(text, "angle").factor
+    except UnknownUnitError:
+        return unit(text, "length").factor
