@@ -96,7 +96,7 @@ def show_validation(console: AnswerConsole, result: ValidateResult) -> None:
         "branch": result.by_branch,
     }
     for title, parts in slices.items():
-        _show_slices(console, title, parts or [])
+        _show_slices(console, title, parts or [], whole_error(result))
     if result.worst:
         console.print(f"worst: {_worst(result.worst)}")
     show_suspects(console, result.suspects, result.suspects_not_checked)
@@ -178,17 +178,17 @@ def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequenc
     console.print(table)
 
 
-def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice], most: int = 8) -> None:
+def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice], whole: str, most: int = 8) -> None:
     if len(parts) < 2:
         return
-    of_deflection = ("share of its deflection>",) if parts[0].zero_model is not None else ()
+    of_deflection = (f"share of {whole}>",) if parts[0].zero_model is not None else ()
     table = plain_table(title, "states>", "rms>", "max>", *of_deflection)
     ranked = sorted(parts, key=lambda part: -(part.rms.translation or 0.0))
     for part in ranked[:most]:
         cells = [part.label, str(part.n), deviation(part.rms), deviation(part.max)]
         if of_deflection:
-            whole = None if part.zero_model is None else part.zero_model.translation
-            cells.append(share((part.rms.translation or 0.0) / whole) if whole else "–")
+            of_all = None if part.zero_model is None else part.zero_model.translation
+            cells.append(share((part.rms.translation or 0.0) / of_all) if of_all else "–")
         table.add_row(*cells)
     console.print(table)
     if len(ranked) > most:
