@@ -114,6 +114,7 @@ def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path,
         console.print("\nnot needed, the error without it is no larger:")
         for redundant in result.superfluous:
             console.print(f"  {effect_words(redundant)}", soft_wrap=True)
+        console.print("  that these data cannot distinguish it from zero does not show that it is zero")
         console.print(f"  to remove: {command_line('improve', folder, store=store)}", soft_wrap=True)
     if result.structure:
         console.print("\nthe remaining error depends on:")

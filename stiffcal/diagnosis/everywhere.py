@@ -11,24 +11,23 @@ again, and that in poses left out at random, which is much like the first, not t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import first_least
 from stiffcal.diagnosis.everywhere_results import EffectEverywhere, ErrorLeftOut
 from stiffcal.diagnosis.judge import f_tail, rms_reduction
 from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.scan import Trial, score_together
-from stiffcal.diagnosis.scoring import Score
+from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_context import LoadSearchContext
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.diagnosis.thresholds import FAMILY_P, LEAST_FALL, STANDARD_ERRORS
+from stiffcal.diagnosis.together import as_one, laws_at_joints
 from stiffcal.identification.fit import Fit
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import ParameterRole
+from stiffcal.model.effect import Place
 from stiffcal.model.no_balance import NoBalanceError
 from stiffcal.model.summary import Where
 from stiffcal.validation.distances import squared_distances, standard_errors_of_fall, summary_of
@@ -36,27 +35,6 @@ from stiffcal.validation.heldout import left_out_residuals, pose_folds
 from stiffcal.validation.region_folds import random_folds, region_folds
 
 LEAST_JOINTS = 2
-
-
-@dataclass(frozen=True)
-class _Together:
-    """An effect at all joints at which it was tried."""
-
-    trials: tuple[Trial, ...]
-    """At each joint, in the shape that was best there alone."""
-    score: Score
-    """Of all of them in one model."""
-
-    @property
-    def candidates(self) -> list[Candidate]:
-        """Effect and joints."""
-        return sorted((trial.candidate for trial in self.trials), key=lambda candidate: candidate.place.joints)
-
-    @property
-    def n_parameters(self) -> int:
-        """Of the effect at all joints, shapes included."""
-        shapes = sum(spec.role is ParameterRole.NONLINEAR for spec in self.trials[0].candidate.effect.parameters)
-        return sum(len(trial.regressor.symbols) + shapes for trial in self.trials)
 
 
 def effect_everywhere(bench: LoadSearchContext, search: Search) -> EffectEverywhere | None:
@@ -78,45 +56,38 @@ def effect_everywhere(bench: LoadSearchContext, search: Search) -> EffectEverywh
     best = min(range(len(sets)), key=lambda k: float(np.sum(sets[k].score.heldout)))
     if not _supported(scan, sets, best, first_least(errors)):
         return None
-    chosen = sets[best]
-    added = tuple(PlacedEffect(candidate.effect, candidate.place) for candidate in chosen.candidates)
+    effect, joints = sets[best].candidate.effect, sets[best].candidate.place.joints
+    added = tuple(PlacedEffect(effect, Place("joints", (joint,))) for joint in joints)
     try:
         fit = bench.fit(replace(scan.fit.robot, placed=(*scan.fit.robot.placed, *added)))
     except (NoBalanceError, ArithmeticError):
         return None
-    values = [placed for placed in fit.robot.placed if placed.effect.name == added[0].effect.name]
+    values = [placed for placed in fit.robot.placed if placed.effect.name == effect.name]
     if any(placed.effect.impossible(placed.values) is not None for placed in values):
         return None
     random, region = (_error_left_out(scan.fit, fit, folds(fit.data)) for folds in (random_folds, region_folds))
     if region.standard_errors <= STANDARD_ERRORS or random.standard_errors <= 0.0:
         return None
     return EffectEverywhere(
-        effect=added[0].effect.name,
-        where=Where(joints=[placed.place.joints[0] for placed in added]),
-        n_parameters=chosen.n_parameters,
+        effect=effect.name,
+        where=Where.of(sets[best].candidate.place),
+        n_parameters=sets[best].candidate.n_parameters,
         heldout_random=random,
         heldout_region=region,
     )
 
 
-def _sets(scan: LoadScan) -> list[_Together]:
+def _sets(scan: LoadScan) -> list[Trial]:
     """Return every effect of single joints that the model holds at none, at all joints at which it shows."""
-    trials: dict[str, list[Trial]] = {}
     present = {placed.effect.name for placed in scan.fit.robot.placed}
-    for trial in scan.trials:
-        effect, place = trial.candidate.effect, trial.candidate.place
-        if effect.name in present or effect.general or not trial.regressor.symbols:
-            continue
-        if place.kind == "joints" and len(place.joints) == 1:
-            trials.setdefault(effect.name, []).append(trial)
     return [
-        _Together(tuple(members), score_together(scan, members))
-        for members in trials.values()
-        if len(members) >= LEAST_JOINTS
+        as_one(scan, list(trials.values()))
+        for law, trials in laws_at_joints(scan).items()
+        if law not in present and len(trials) >= LEAST_JOINTS
     ]
 
 
-def _supported(scan: LoadScan, sets: Sequence[_Together], best: int, choice: Integers) -> bool:
+def _supported(scan: LoadScan, sets: Sequence[Trial], best: int, choice: Integers) -> bool:
     """Return whether the best set is supported, its choice among the sets repeated without each group of poses."""
     one = sets[best]
     fall, errors = rms_reduction(scan.base.heldout, one.score.heldout, one.score.prediction_change, scan.dof)
@@ -128,9 +99,9 @@ def _supported(scan: LoadScan, sets: Sequence[_Together], best: int, choice: Int
     return min(fall, repeated) > least and errors > STANDARD_ERRORS and _by_chance(scan, one) < FAMILY_P
 
 
-def _by_chance(scan: LoadScan, one: _Together) -> float:
+def _by_chance(scan: LoadScan, one: Trial) -> float:
     """Return the probability of so large a fall of the fit's squares by chance, all that was tried counted."""
-    count, squares = one.n_parameters, one.score.sum_of_squares
+    count, squares = one.candidate.n_parameters, one.score.sum_of_squares
     residual_dof = float(scan.dof - scan.n_columns - count)
     if residual_dof <= 0.0:
         return 1.0

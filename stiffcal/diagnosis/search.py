@@ -18,10 +18,11 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.decision import decide
 from stiffcal.diagnosis.deletions import rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import explained_share
-from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values, reduction_between
+from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values
 from stiffcal.diagnosis.naming import look_alikes, near_best, ties_with_named
 from stiffcal.diagnosis.own_weights import with_alike_in_own_weights
 from stiffcal.diagnosis.pairs import best_pair
+from stiffcal.diagnosis.redundant import without_redundant
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.diagnosis.search_context import LoadSearchContext, NoBalanceWithError, SearchContext, without
 from stiffcal.diagnosis.search_results import F, MissingEffect, S, Search, SearchOf
@@ -31,8 +32,8 @@ from stiffcal.diagnosis.thresholds import (
     LEAST_FALL,
     MOST_EFFECTS,
     MOST_FOR_TWO,
-    STANDARD_ERRORS,
 )
+from stiffcal.diagnosis.together import better_set, no_less_likely, with_sets_alike
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.identify import Problem, Settings, fit_problem, without_noise_dominated
@@ -145,9 +146,24 @@ def _judged(
     )
     if simpler is not None:
         scan, tried = _reconsider(bench, first, *simpler, progress)
+    scan, tried = _sets_that_win(bench, first, scan, tried, progress)
     looks = [bench.look(_reduced(bench, first, scan.fit.robot, missing_effect.candidate)) for missing_effect in tried]
     pairs = zip(looks, tried, strict=True)
-    return scan, tuple(with_alike_in_own_weights(bench, look, scan, one) for look, one in pairs)
+    return scan, tuple(with_sets_alike(look, with_alike_in_own_weights(bench, look, scan, one)) for look, one in pairs)
+
+
+def _sets_that_win(
+    bench: SearchContext[S, F], first: S, scan: S, tried: tuple[MissingEffect, ...], progress: Progress
+) -> tuple[S, tuple[MissingEffect, ...]]:
+    """Name like effects at neighbouring joints in place of one effect that errs clearly more than they together."""
+    for missing_effect in tried:
+        look = bench.look(_reduced(bench, first, scan.fit.robot, missing_effect.candidate))
+        members = better_set(look, missing_effect.candidate)
+        if members:
+            chosen = [one.candidate for one in tried if one is not missing_effect]
+            chosen += [member.candidate for member in members]
+            return _reconsider(bench, first, bench.look_with(look.fit.robot, *members), chosen, progress)
+    return scan, tried
 
 
 def _check_something_is_left(scan: Scan) -> None:
@@ -247,26 +263,7 @@ def _reconsider(
         if not changed:
             break
     found = tuple(tried[candidate.name] for candidate in chosen if candidate.name in tried)
-    return _without_redundant(bench, scan, found)
-
-
-def _without_redundant(
-    bench: SearchContext[S, F], scan: S, tried: tuple[MissingEffect, ...]
-) -> tuple[S, tuple[MissingEffect, ...]]:
-    """Drop what only made up for the form in which another law was added."""
-    kept = list(tried)
-    for missing_effect in sorted(tried, key=lambda missing_effect: missing_effect.judgement.fall):
-        if not bench.in_other_form(scan.fit.robot, missing_effect.candidate):
-            continue
-        try:
-            look = bench.look(without(scan.fit.robot, missing_effect.candidate))
-        except NoBalanceError:
-            continue
-        rise, errors = reduction_between(look, scan)
-        if rise <= LEAST_FALL and errors <= STANDARD_ERRORS:
-            scan = look
-            kept.remove(missing_effect)
-    return scan, tuple(kept)
+    return without_redundant(bench, scan, found)
 
 
 def _reduced(bench: SearchContext[S, F], first: S, robot: CompliantRobot, *candidates: Candidate) -> CompliantRobot:
@@ -283,7 +280,7 @@ def one_for_two(
     """Return a model in which one effect does what two did, with its effects; None where none does.
 
     Bending of a link is much like a tilt at each of its ends: of such a pair the first is best added to the poorer
-    model, and then the second makes up for it.
+    model, and then the second makes up for it. One that errs more where the poses are drawn anew is not enough.
     """
     for pair in combinations([candidate for candidate in chosen if candidate.effect.name not in bench.basic], 2):
         progress(f"is one effect enough for {pair[0].name} and {pair[1].name}?", 0.8)
@@ -291,11 +288,17 @@ def one_for_two(
             look, left = bench.look(_reduced(bench, first, scan.fit.robot, *pair)), MOST_FOR_TWO
         except NoBalanceError:
             continue
+        names = {candidate.name for candidate in pair}
+        members = [trial for trial in look.trials if trial.candidate.name in names]
         for trial in look.trials:
             # Errors about another model are no better known than this; what counts is the refit below.
             if _error(look, trial) > _error(scan) + 5.0 * LEAST_FALL:
                 break
-            if trial.candidate.name in (pair[0].name, pair[1].name) or not possible_values(look, trial):
+            if (
+                trial.candidate.name in names
+                or not possible_values(look, trial)
+                or not no_less_likely(look, trial, members)
+            ):
                 continue
             if _error(bench.error_alone(look.fit.robot, trial)) > _error(scan) + LEAST_FALL:
                 continue

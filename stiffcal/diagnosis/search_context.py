@@ -11,7 +11,7 @@ from typing import Generic
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.candidates import Candidate, list_candidates
+from stiffcal.diagnosis.candidates import Candidate, impossible_configuration, list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.held_to_places import ReferencePlaces, held_to_places
 from stiffcal.diagnosis.judge import LackOfFit, fitted_values
@@ -116,14 +116,18 @@ class SearchContext(ABC, Generic[S, F]):
 
         Raises
         ------
-        NoBalanceWithError : the robot finds no balance with the last of them.
+        NoBalanceWithError : the robot finds no balance with the last of them: of an effect that was added before and
+            makes a robot that cannot be, else of the last.
         """
+        start = robot
         for trial in trials:
             robot = with_trial(robot, trial)
         try:
             return self.look(robot)
         except NoBalanceError:
-            raise NoBalanceWithError(trials[-1].candidate.name) from None
+            present = next((look.fit.robot for look in self.looks.values()), start)
+            cause = impossible_configuration(start, present) or trials[-1].candidate.name
+            raise NoBalanceWithError(cause) from None
 
     def error_alone(self, robot: CompliantRobot, trial: Trial) -> S:
         """Return a scan of a model with a candidate that holds the model's own error, and need not hold any trials.

@@ -29,12 +29,16 @@ def place_in_words(place: Place) -> str:
     --------
     >>> place_in_words(Place("pairs", (5, 6)))
     'joints 5 and 6'
+    >>> place_in_words(Place("joints", (1, 2, 3)))
+    'joints 1, 2 and 3'
     """
     if place.kind == "setup":
         return "the set-up"
     if place.kind == "links":
         return f"link {place.link}"
-    return f"{PLACE_WORDS[place.kind]} {' and '.join(str(joint) for joint in place.joints)}"
+    *others, last = map(str, place.joints)
+    several = "s" if others and place.kind == "joints" else ""
+    return f"{PLACE_WORDS[place.kind]}{several} {' and '.join((', '.join(others), last)) if others else last}"
 
 
 def what_is_followed(pattern: CompliancePattern | PatternAlternative) -> str:

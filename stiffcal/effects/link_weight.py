@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -69,6 +70,24 @@ class LinkWeight(DocumentedEffect):
     fingerprint = "the positions sag as by an additional weight on one link, with or without payload"
     how_to_check = "Move the joint slowly back and forth at several angles; the mean of both motor torques is weight."
     moves_masses = True
+    largest = float("inf")
+    """kg·m, of a first moment on the robot at hand (`at`)."""
+
+    def at(self, place: Place, chain: Chain) -> LinkWeight:
+        """Return the effect with the largest first moment that can be: all the mass that the link carries, at reach.
+
+        By regrouping, the moment of a link holds errors of the links beyond it; no centre lies outside the robot.
+        """
+        limited = copy(self)
+        carried = float(chain.link_mass[chain.joint_of_link[place.link] - 1 :].sum())
+        if chain.masses_known and carried > 0.0:
+            limited.largest = carried * float(np.linalg.norm(chain.fixed[:, :3, 3], axis=1).sum())
+        return limited
+
+    def impossible(self, values: Values) -> str | None:
+        """A centre of mass lies within the robot's reach."""
+        moment = float(np.hypot(values.get("mx", 0.0), values.get("my", 0.0)))
+        return "the centre of mass would lie outside the robot" if moment > self.largest else None
 
     def places(self, chain: Chain) -> list[Place]:
         """Return the links with a mass, but for those before the first axis that is not vertical."""

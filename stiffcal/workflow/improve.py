@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+from stiffcal.diagnosis.words import effect_in_words
 from stiffcal.identification.before_after import (
     BeforeAfter,
     EstimatedParameter,
@@ -98,7 +99,7 @@ def improve_campaign(
         structure=diagnosed.structure,
         suspects=diagnosed.suspects,
         suspects_not_checked=diagnosed.suspects_not_checked,
-        summary=diagnosed.summary,
+        summary=diagnosed.summary + _removed_in_words(recorder.steps),
         heldout_rms=judged.rms,
         # the verdict's: what is missing swells the scatter of repeats about the present model
         noise=judged.noise if diagnosed.noise is None else diagnosed.noise,
@@ -240,6 +241,32 @@ def _next_changes(
     return [
         ("remove", effect) for effect in diagnosed.superfluous if ("remove", effect.effect, effect.where) not in skipped
     ]
+
+
+def _removed_in_words(steps: Sequence[ImproveStep]) -> str:
+    """Return what the removal of effects does not show, as a sentence to append; "" where none was removed.
+
+    Examples
+    --------
+    >>> unknown = {"heldout_rms": None, "noise": None}
+    >>> places = [Where(joints=[joint]) for joint in (2, 4)]
+    >>> tilts = [ImproveStep(action="remove", effect="bearing-tilt", where=where, **unknown) for where in places]
+    >>> _removed_in_words(tilts).partition(".")[0]
+    ' Removed, as held-out poses show no larger error without: bearing-tilt of joint 2, 4'
+    """
+    places: dict[str, dict[str, list[Any]]] = {}
+    for step in steps:
+        if step.action == "remove" and step.effect is not None:
+            where = places.setdefault(step.effect, {})
+            for kind, items in step.where.items():
+                where.setdefault(kind, []).extend(items)
+    if not places:
+        return ""
+    removed = [EffectAt(effect=effect, where=Where(**where)) for effect, where in places.items()]
+    return (
+        f" Removed, as held-out poses show no larger error without: {' and '.join(map(effect_in_words, removed))}. "
+        "That these data cannot distinguish them from zero does not show that they are zero."
+    )
 
 
 def _planned_steps(diagnosed: DiagnoseResult) -> list[ImproveStep]:

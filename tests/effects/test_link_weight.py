@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import chi2
 
 from stiffcal.arrays import Floats
+from stiffcal.diagnosis.candidates import impossible_configuration
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_weight import LinkWeight
 from stiffcal.identification.fit import Fit
@@ -44,6 +45,33 @@ def moved(chain: Chain, values: Floats = MOMENTS) -> tuple[PlacedEffect, ...]:
         PlacedEffect(EFFECT, place, {"mx": float(mx), "my": float(my)})
         for place, (mx, my) in zip(EFFECT.places(chain), values, strict=True)
     )
+
+
+def test_no_centre_of_mass_lies_outside_the_robot() -> None:
+    """What a link carries, at the length of all links, is the largest first moment; robots are far below."""
+    chain = robot_chain()
+    limits = []
+    for place, moment in zip(PLACES, MOMENTS, strict=True):
+        effect = EFFECT.at(place, chain)
+        assert effect.impossible({"mx": float(moment[0]), "my": float(moment[1])}) is None
+        carried = float(chain.link_mass[chain.joint_of_link[place.link] - 1 :].sum())
+        reach = float(np.linalg.norm(chain.fixed[:, :3, 3], axis=1).sum())
+        assert effect.impossible({"mx": 0.99 * carried * reach, "my": 0.0}) is None
+        assert effect.impossible({"mx": 0.0, "my": -1.01 * carried * reach}) is not None
+        limits.append(effect.largest)
+    assert limits == sorted(limits, reverse=True)
+    unknown = replace(chain, masses_known=False)
+    assert EFFECT.at(PLACES[0], unknown).impossible({"mx": 1e4}) is None
+
+
+def test_a_weight_that_cannot_be_is_no_ground_for_further_effects() -> None:
+    """A search leaves it out: laws that are added next to it would be those of a robot that cannot be."""
+    chain = robot_chain()
+    bare, effect = CompliantRobot(chain, ()), EFFECT.at(PLACES[1], chain)
+    usual, absurd = (CompliantRobot(chain, (PlacedEffect(effect, PLACES[1], {"my": moment}),)) for moment in (1.0, 1e4))
+    assert impossible_configuration(usual, bare) is None
+    assert impossible_configuration(absurd, bare) == f"link-weight {PLACES[1].label}"
+    assert impossible_configuration(absurd, absurd) is None, "what the present model holds is not the search's"
 
 
 def test_law_against_pinocchio() -> None:

@@ -130,4 +130,5 @@ def test_what_the_model_does_not_need_is_removed_once_nothing_is_missing(tmp_pat
     assert effects_of(folder) == ["joint-compliance", "bearing-tilt"]
     result = improve_campaign(folder)
     assert [(step.action, step.effect) for step in result.steps] == [("start", None), ("remove", "bearing-tilt")]
+    assert "without: bearing-tilt of joint 3. That these data cannot distinguish" in result.summary
     assert effects_of(folder) == ["joint-compliance"]
