@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -14,30 +15,28 @@ from tests.rates.practice import ABSOLUTE, Answer, ask, truth
 NAMES = sorted(truth(ABSOLUTE))
 
 
-@pytest.fixture(scope="module")
-def answers() -> dict[str, Answer]:
-    """The search's answer for each campaign."""
-    return {name: ask(ABSOLUTE / name) for name in NAMES}
+@cache
+def answer_of(name: str) -> Answer:
+    """Return the search's answer for one campaign: several processes may share the campaigns among them."""
+    return ask(ABSOLUTE / name)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_names_what_is_hidden(name: str, answers: dict[str, Answer]) -> None:
-    answer = answers[name]
+def test_names_what_is_hidden(name: str) -> None:
+    answer = answer_of(name)
     assert answer.right, f"{answer.hidden or 'nothing'} is hidden, {answer.named or 'nothing'} is named"
 
 
 @pytest.mark.parametrize("name", ["02", "03", "04", "05", "06"])
-def test_the_first_name_or_its_look_alike_is_hidden(name: str, answers: dict[str, Answer]) -> None:
-    answer = answers[name]
+def test_the_first_name_or_its_look_alike_is_hidden(name: str) -> None:
+    answer = answer_of(name)
     assert answer.hidden in answer.named.split(" + ")[0]
 
 
 @pytest.mark.parametrize("name", ["01", "02", "03", "04", "05", "06"])
-def test_errors_in_regions_left_out_are_within_fifteen_percent_of_the_noise(
-    name: str, answers: dict[str, Answer]
-) -> None:
+def test_errors_in_regions_left_out_are_within_fifteen_percent_of_the_noise(name: str) -> None:
     """A refit of the true effects errs by at least the noise: this is closer than within 15 % of that refit."""
-    assert answers[name].after < 1.15
+    assert answer_of(name).after < 1.15
 
 
 @pytest.mark.parametrize("name", ["01", "07"])

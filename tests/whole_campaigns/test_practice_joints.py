@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import shutil
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -22,16 +23,16 @@ from tests.rates.practice_joints import JOINTS, LEAST_P, JointAnswer, ask_joint,
 NAMES = sorted(read_truths())
 
 
-@pytest.fixture(scope="module")
-def answers() -> dict[str, JointAnswer]:
-    """`improve`'s answer of each campaign."""
-    return {name: ask_joint(JOINTS / name) for name in NAMES}
+@cache
+def answer_of(name: str) -> JointAnswer:
+    """Return `improve`'s answer of one campaign: several processes may share the campaigns among them."""
+    return ask_joint(JOINTS / name)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
-def test_the_hidden_effects_are_added(name: str, answers: dict[str, JointAnswer]) -> None:
-    answer = answers[name]
+def test_the_hidden_effects_are_added(name: str) -> None:
+    answer = answer_of(name)
     assert answer.searched
     if answer.truth.outside:
         assert answer.unexplained
@@ -55,8 +56,8 @@ def test_the_hidden_effects_are_added(name: str, answers: dict[str, JointAnswer]
         ),
     ],
 )
-def test_held_out_errors_are_within_five_percent_of_the_noise(name: str, answers: dict[str, JointAnswer]) -> None:
-    assert answers[name].after < 1.05
+def test_held_out_errors_are_within_five_percent_of_the_noise(name: str) -> None:
+    assert answer_of(name).after < 1.05
 
 
 def test_series_of_the_p_form() -> None:
