@@ -144,7 +144,7 @@ def runs_table(content: ReportContent) -> TableBlock:
     caption = f"Runs: logged joint angles (mean over the run), {lengths_text}."
     if content.absolute_alone:
         loads_too = ", loads" if loads else ""
-        caption = f"Poses: logged joint angles{loads_too} and distances of the measured from the nominal places."
+        caption = f"Poses: logged joint angles{loads_too} and distances of the measured from the nominal positions."
     if not finite:
         columns += [TableColumn("experiment", align="left"), TableColumn("tags", align="left", width=1.0)]
         rows = [(*row, run.kind, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]
