@@ -82,7 +82,7 @@ def _attach(
 
 @dataclass(frozen=True)
 class _Load:
-    """The manifest's description of the load: axes, point, whether moments are measured, sigma in N and N·m."""
+    """The manifest's description of the load: sigma in N and N·m; `is_weight` of a known mass."""
 
     axes: str
     point: str
@@ -90,6 +90,7 @@ class _Load:
     force_sigma: float | None
     moment_sigma: float | None
     tared: str
+    is_weight: bool = False
 
 
 def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Attachment]) -> MeasurementSetup:
@@ -125,6 +126,7 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
         base_from_tracker=frames[tracker].transform,
         tracker=tracker if tracker in manifest.frames else "",
         estimated=frames_to_estimate(manifest),
+        load_is_weight=load.is_weight,
         load_point_sigma=load_point_sigma(manifest, load.point),
         torque_gain_sigma=torque_gain_sigma(manifest),
         tool_mass=0.0 if tool is None else tool.mass_kg,
@@ -166,7 +168,7 @@ def _load(manifest: Manifest, gravity: float) -> _Load:
             # Next to a measured force it is what that force is compared with (stiffcal.reduction.known_weights).
             mass = None if signal.sigma is None else signal.sigma.mass
             force = None if mass is None else mass * signal.unit_of("mass").factor * gravity
-            loads.append((place, _Load("base", signal.point, False, force, None, "no")))
+            loads.append((place, _Load("base", signal.point, False, force, None, "no", is_weight=True)))
     one_line = all(isinstance(s, Wrench) and len(s.columns) == 1 for _, _, s in manifest.signals() if _is_load(s))
     if len(loads) > 1 and not (
         one_line and len({load for _, load in loads}) == 1 and _each_run_reads_one_load(manifest)

@@ -31,7 +31,7 @@ def redundant_effects(bench: SearchContext[S, F], fit: F, basic: Sequence[str]) 
     for placed_effect in fit.robot.placed:
         effect = placed_effect.effect
         # Frames to be estimated are the manifest's choice, not the model file's: no command could remove them.
-        if effect.name in basic or effect.moves_frames or not effect.parameters:
+        if effect.name in basic or placed_effect.place.kind == "frames" or not effect.parameters:
             continue
         # a form that holds a basic effect stands for it
         if set(effect.includes) & set(basic):

@@ -29,15 +29,18 @@ def _check_identifiability(
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     lower, upper = bounds_of(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
-    under, undriven, scaling, same_motion = (
+    under, undriven, scaling, same_motion, tilt_loaded = (
         np.array([name in chosen for name in names], dtype=np.bool_)
-        for chosen in (settings.noise_dominated, settings.undriven, settings.redundant, settings.same_motion)
-    )
+        for chosen in (
+            settings.noise_dominated, settings.undriven, settings.redundant, settings.same_motion, settings.tilt_loaded
+        )
+    )  # fmt: skip
     specs = [robot.placed[c.placed].effect.spec(c.symbol) for c in columns]
     tolerance = np.array([np.inf if spec.tolerance is None else spec.tolerance for spec in specs])
+    prior = np.array([np.inf if spec.prior is None else spec.prior for spec in specs])
     numbers = {name: number for number, name in enumerate(names)}
     scale = tuple(numbers[name] for name in settings.common_scale if name in numbers)
-    given = GivenBefore(tolerance, same_motion, undriven, scale)
+    given = GivenBefore(tolerance, same_motion, undriven, prior, tilt_loaded, scale)
     return check_identifiability(reduced.factor, names, widest, _are_nonlinear(columns), needed, under, scaling, given)
 
 

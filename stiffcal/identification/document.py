@@ -86,7 +86,8 @@ def geometry_in_fit(fit: Fit) -> dict[str, float]:
     result = {}
     for placed in fit.robot.placed:
         effect = placed.effect
-        if not effect.moves_frames and not effect.geometry_terms(placed.place, fit.robot.chain, angles, placed.shape()):
+        is_frame = placed.place.kind == "frames"
+        if not is_frame and not effect.geometry_terms(placed.place, fit.robot.chain, angles, placed.shape()):
             continue
         for symbol, value in placed.values.items():
             name = placed.parameter_name(symbol)
@@ -99,7 +100,7 @@ def model_summary(robot: CompliantRobot) -> ModelSummary:
     """Return the content of the model: balance and effects with places."""
     places: dict[str, dict[str, list[Any]]] = {}
     for placed in robot.placed:
-        if placed.effect.moves_frames:
+        if placed.place.kind == "frames":
             continue  # the manifest states which frames are found, not the model file
         of_effect = places.setdefault(placed.effect.name, {})
         for kind, items in Where.of(placed.place).items():

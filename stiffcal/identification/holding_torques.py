@@ -21,7 +21,6 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.identification.least_squares import triangular
 from stiffcal.identification.observation import Observations, ParameterColumn
-from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
 from stiffcal.model.effect import Inputs, joint_nodes
@@ -36,16 +35,16 @@ def moment_rows(robot: CompliantRobot, columns: Sequence[ParameterColumn], data:
     Parameters
     ----------
     robot : chain and effects with values.
-    columns : the p free parameters; those of effects that change the links' weight take part.
+    columns : the p free parameters; where links' moments are among them, these and the direction of gravity take part.
     data : with the motors' torques (`Observations.joint_torque`).
     """
     p = len(columns)
     moments = [k for k, column in enumerate(columns) if robot.placed[column.placed].effect.moves_masses]
+    weighing = moments + [k for k, column in enumerate(columns) if robot.placed[column.placed].effect.turns_gravity]
     if not moments or not len(data.joint_torque) or data.setup.torque_gain_sigma <= 0.0:
         return np.zeros((0, p + 1))
-    chain = robot.adjusted_chain
-    held = holding_torques(chain, data)
-    slopes = np.stack([_slope(robot, columns[k], data, held) for k in moments])
+    held = holding_torques(robot, data)
+    slopes = np.stack([_slope(robot, columns[k], data, held) for k in weighing])
     logged = data.joint_torque * _sign(data.joint_torque, held)
     largest = float(np.sqrt(np.max(np.mean(held**2, axis=1))))
     pieces = [
@@ -53,26 +52,30 @@ def moment_rows(robot: CompliantRobot, columns: Sequence[ParameterColumn], data:
         for axis in range(len(held))
         if np.sqrt(np.mean(held[axis] ** 2)) > LEAST_HELD * largest
     ]
-    found = np.concatenate([*pieces, np.zeros((0, len(moments) + 1))])
+    found = np.concatenate([*pieces, np.zeros((0, len(weighing) + 1))])
     rows = np.zeros((len(found), p + 1))
-    rows[:, moments], rows[:, p] = found[:, :-1], found[:, -1]
+    rows[:, weighing], rows[:, p] = found[:, :-1], found[:, -1]
     return rows
 
 
-def holding_torques(chain: Chain, data: Observations) -> Floats:
+def holding_torques(robot: CompliantRobot, data: Observations) -> Floats:
     """Return (L, n) what the motors make to hold the undeformed chain, N·m, in the sense of the logged angles."""
-    inputs = Inputs(data.angles, data.wrench, data.setup)
+    chain, inputs = robot.adjusted_chain, Inputs(data.angles, data.wrench, data.setup)
+    for placed in robot.placed:
+        if placed.effect.turns_gravity:
+            inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
     carried = node_wrenches(chain, deformed_chain(chain, data.angles, None), inputs)
     sense = np.sign(np.diag(chain.drives_of_logged))
     return np.asarray(-sense[:, None] * (chain.drive_axes.T @ carried[joint_nodes(chain), chain.drive_components]))
 
 
 def _slope(robot: CompliantRobot, column: ParameterColumn, data: Observations, held: Floats) -> Floats:
-    """Return (L, n) what a unit of one link's moment adds to the holding torques."""
+    """Return (L, n) what a unit of one link's moment, or of a turn of gravity, adds to the holding torques."""
     placed = robot.placed[column.placed]
     step = placed.effect.spec(column.symbol).typical
-    heavier = placed.effect.adjusted_chain(placed.place, robot.adjusted_chain, {column.symbol: step})
-    return np.asarray((holding_torques(heavier, data) - held) / step)
+    value = placed.values.get(column.symbol, 0.0) + step
+    changed = robot.with_values({placed.parameter_name(column.symbol): value})
+    return np.asarray((holding_torques(changed, data) - held) / step)
 
 
 def _sign(logged: Floats, held: Floats) -> float:

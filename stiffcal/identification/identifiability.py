@@ -32,6 +32,7 @@ REDUNDANT = (
     "it is exactly redundant with a common factor of all compliances; only a known weight or torque in a nonlinear "
     "law determines it"
 )
+TILT_LOADED = "weight loads it no more than a turn of the base within its tolerance would"
 COMMON_SCALE = (
     "only weight acts: a common scale of moments and compliances is unknown, only compliance times moment is known; "
     "a known payload in part of the poses, a measured wrench or the motor torques (torque_gain_sigma) determine it"
@@ -48,6 +49,14 @@ class GivenBefore:
     """(p,) True for geometry that other parameters make up for in every pose (`stiffcal.identification.gauge`)."""
     undriven: Booleans
     """(p,) True for parameters of joints that were not driven while the flange was clamped."""
+    prior: Floats | None = None
+    """(p,) standard deviation that the rows hold already, infinite where they hold none: data that determine a
+    parameter no better leave it free, and unknown. None: the rows hold none.
+    """
+    tilt_loaded: Booleans | None = None
+    """(p,) True for compliances that weight loads no more than a turn of the base would
+    (`stiffcal.identification.base_load`); None: none is.
+    """
     common_scale: tuple[int, ...] = ()
     """Numbers of moments and compliances with one unknown scale (`stiffcal.identification.load_scale`); the first keeps
     its value.
@@ -108,10 +117,12 @@ def check_identifiability(
     is_redundant = np.zeros(p, dtype=np.bool_) if redundant is None else redundant
     # One standard uncertainty, all else known, is 1 / length.
     reach = np.multiply(length, upper, out=np.zeros(p), where=length > 0.0)
-    for i in np.flatnonzero((reach < 1.0) | in_noise | is_redundant | before.same_motion | before.undriven):
+    by_tilt = np.zeros(p, dtype=np.bool_) if before.tilt_loaded is None else before.tilt_loaded
+    open_before = in_noise | is_redundant | before.same_motion | before.undriven | by_tilt
+    for i in np.flatnonzero((reach < 1.0) | open_before):
         identifiable[i], left_out[i] = False, True
         reason = "only the noise of the force sensor acts on it" if in_noise[i] else "no load in these data acts on it"
-        reason = UNDRIVEN if before.undriven[i] else reason
+        reason = UNDRIVEN if before.undriven[i] else TILT_LOADED if by_tilt[i] else reason
         reason = REDUNDANT if is_redundant[i] else SAME_MOTION if before.same_motion[i] else reason
         ambiguities.append(Ambiguity((names[i],), "", reason))
     if before.common_scale:
@@ -147,6 +158,12 @@ def check_identifiability(
             identifiable[number], left_out[number] = False, True
             ambiguities.append(Ambiguity((names[number],), "", NO_BETTER))
     identifiable[list(before.common_scale)] = False
+    if before.prior is not None and not left_out.all():
+        # where data alone would give the prior's deviation, both together give it divided by the root of two
+        spread = _std_with_others_free(factor, np.flatnonzero(~left_out))
+        for number in np.flatnonzero(identifiable & (spread * np.sqrt(2.0) > before.prior)):
+            identifiable[number] = False
+            ambiguities.append(Ambiguity((names[number],), "", NO_BETTER))
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
 
 

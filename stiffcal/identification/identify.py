@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Progress, no_progress
+from stiffcal.identification.base_load import loaded_by_tilt
 from stiffcal.identification.bounded_step import solve_step
 from stiffcal.identification.fit import Ambiguity, Fit
 from stiffcal.identification.gauge import redundant_geometry
@@ -149,6 +150,7 @@ def fit_observations(
         undriven=undriven_parameters(robot, problem.data),
         redundant=redundant_gains(robot, first.data, settings.fixed),
         same_motion=redundant_geometry(robot, first.data, settings.fixed),
+        tilt_loaded=loaded_by_tilt(robot, first.data, settings.fixed),
         common_scale=common_scale(robot, first.data, settings.fixed),
     )
     progress("first-order fit", 0.1)

@@ -322,7 +322,7 @@ def _difference_columns(
         placed_effect = model.placed[column.placed]
         if column.role is ParameterRole.AMPLITUDE or placed_effect.effect.moves_frames:
             continue
-        if placed_effect.effect.moves_masses:
+        if placed_effect.effect.moves_masses or placed_effect.effect.turns_gravity:
             sensitivities[row] = weight_column(model, data, at_rest, placed_effect, column.symbol)
             continue
         if column.placed not in slopes:

@@ -1,8 +1,8 @@
 """What is known of parameters before the measurement, as rows next to those of the measurement.
 
 A parameter x that is normal about 0 with the standard deviation σ adds (x / σ)² to the sum of squares (Gelman and
-others, Bayesian Data Analysis, 2013, section 14.8). Such is the position of a payload. What motors' torques
-show of the links' moments stands next to the places in the same way.
+others, Bayesian Data Analysis, 2013, section 14.8). Such are the position of a payload, and the direction of gravity in
+the base. What motors' torques show of the links' moments stands next to the places in the same way.
 """
 
 from __future__ import annotations
@@ -34,10 +34,11 @@ def prior_rows(robot: CompliantRobot, columns: Sequence[ParameterColumn], data: 
     rows = list(moment_rows(robot, columns, data))
     for number, column in enumerate(columns):
         placed = robot.placed[column.placed]
-        if placed.effect.moves_load_point and setup.load_point_sigma > 0.0:
+        sigma = setup.load_point_sigma if placed.effect.moves_load_point else placed.effect.spec(column.symbol).prior
+        if sigma:
             row = np.zeros(len(columns) + 1)
-            row[number] = 1.0 / setup.load_point_sigma
-            row[-1] = -present[number] / setup.load_point_sigma
+            row[number] = 1.0 / sigma
+            row[-1] = -present[number] / sigma
             rows.append(row)
     return np.array(rows).reshape(len(rows), len(columns) + 1)
 

@@ -1,8 +1,8 @@
-"""How the observations move with the weight of a link.
+"""How the observations move with the weight of a link, or with the direction of all weight.
 
-On the shape at rest every node's wrench is linear in a link's first moment, so that a unit of it is exact there; what
-the laws answer moves the targets by the nodes' levers. That the shape then sags further is left out, as in all columns
-of laws: a per cent of the step.
+On the shape at rest every node's wrench is linear in a link's first moment, so that a unit of it is exact there, and in
+a small turn of gravity; what the laws answer moves the targets by the nodes' levers. That the shape then sags further
+is left out, as in all columns of laws: a per cent of the step.
 """
 
 from __future__ import annotations
@@ -22,20 +22,22 @@ from stiffcal.model.equilibrium import Rest, WeightOnlyRest, first_order_displac
 def weight_column(
     model: CompliantRobot, data: Observations, at_rest: tuple[Rest, WeightOnlyRest], placed: PlacedEffect, symbol: str
 ) -> Floats:
-    """Return (m, n) derivative of the observations by a parameter of an effect that changes the links' weight.
+    """Return (m, n) derivative of the observations by a parameter of an effect that changes weight.
 
     Parameters
     ----------
     model : chain and effects with values; ``placed`` need not be among them.
     at_rest : where the model rests, loaded and under weight alone.
-    placed : the effect (`Effect.moves_masses`).
+    placed : the effect (`Effect.moves_masses`, `Effect.turns_gravity`).
     symbol : its parameter.
     """
     loaded, unloaded = at_rest
     step = placed.effect.spec(symbol).typical
     chain = model.adjusted_chain
     heavier = placed.effect.adjusted_chain(placed.place, chain, {symbol: step})
-    before, after = (node_wrenches(weighing, loaded.shape, loaded.inputs) for weighing in (chain, heavier))
+    turned = placed.effect.adjusted(placed.place, loaded.inputs, {symbol: step})
+    before = node_wrenches(chain, loaded.shape, loaded.inputs)
+    after = node_wrenches(heavier, loaded.shape, turned)
     change = after - before
     angles = loaded.inputs.angles
     moved = _answer(model, NodeLoads(loaded.wrench, angles, data.order, loaded.weight), change)

@@ -92,6 +92,8 @@ class MeasurementSetup:
     """Name of the manifest's frame in which places were read, "" where that is the base."""
     estimated: tuple[str, ...] = ()
     """Names of the frames that the manifest leaves to be found."""
+    load_is_weight: bool = False
+    """True where the wrench is the weight of a known mass, along gravity, and not a reading."""
     load_point_sigma: float = 0.0
     """Standard uncertainty of each coordinate of ``wrench_point``, m; 0 where it counts as known."""
     torque_gain_sigma: float = 0.0

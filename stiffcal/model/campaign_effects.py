@@ -112,7 +112,7 @@ def placed_robot(campaign: Campaign) -> CompliantRobot:
     """
     robot = _whole_robot(campaign)
     at_rest = tuple(placed_effect for placed_effect in robot.placed if not placed_effect.effect.in_motion)
-    return replace(robot, placed=(*_frames_to_fit(campaign), *at_rest))
+    return replace(robot, placed=(*_frames_to_fit(campaign), *_base_tilt(campaign, at_rest), *at_rest))
 
 
 def _frames_to_fit(campaign: Campaign) -> tuple[PlacedEffect, ...]:
@@ -130,6 +130,27 @@ def _frames_to_fit(campaign: Campaign) -> tuple[PlacedEffect, ...]:
         if frame.estimate
     ]
     return (*found, *(placed_load_point(name) for name, frame in manifest.frames.items() if frame.sigma_m is not None))
+
+
+def _base_tilt(campaign: Campaign, at_rest: tuple[PlacedEffect, ...]) -> tuple[PlacedEffect, ...]:
+    """Return the turn of the base against gravity where places depend on it and nothing states it.
+
+    That is where weight acts on a law of absolute places of a robot whose first axis is not vertical, and the tracker's
+    frame, which is estimated, holds the tilt of that axis. A levelled tracker states it.
+    """
+    from stiffcal.model.base_tilt import first_axis_vertical, placed_base_tilt
+    from stiffcal.model.effect import Kind
+
+    manifest, chain = campaign.manifest, campaign.chain
+    sources = manifest.sources.values()
+    trackers = {pose.frame for source in sources for pose in source.body_poses().values()}
+    stated = not any(name in trackers and frame.estimate and not frame.level for name, frame in manifest.frames.items())
+    absolute = any(run.experiment == "absolute" for run in manifest.runs)
+    if stated or not absolute or first_axis_vertical(chain):
+        return ()
+    weighs = chain.masses_known or manifest.tool is not None or any(source.dead_weight for source in sources)
+    gives = any(placed.effect.kind in (Kind.NODE_LAW, Kind.COUPLING) for placed in at_rest)
+    return (placed_base_tilt(chain),) if weighs and gives else ()
 
 
 def moving_effects(campaign: Campaign) -> tuple[PlacedEffect, ...]:

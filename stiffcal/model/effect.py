@@ -74,6 +74,8 @@ class Effect(ABC):
     """True where the set-up parameters are of a place that the manifest states with its uncertainty, about 0."""
     moves_masses: ClassVar[bool] = False
     """True where the set-up parameters change nothing but the links' weight, in proportion (`adjusted_chain`)."""
+    turns_gravity: ClassVar[bool] = False
+    """True where the set-up parameters change nothing but the direction of weight (`adjusted_chain`, `adjusted`)."""
     in_motion: ClassVar[bool] = False
     """True where the effect shows in the torque of a moving drive (`motion_columns`), and never at rest."""
     constant_torque: ClassVar[bool] = False

@@ -67,6 +67,10 @@ class ParameterSpec:
     """What is known of it before any measurement, as a standard uncertainty: an estimate that is no better does not
     count as identifiable. None: the bounds alone decide.
     """
+    prior: float | None = None
+    """Standard deviation about the neutral value before any measurement, which the fit counts as a reading: data that
+    determine it no better leave it free, and it is not reported. None: nothing is known.
+    """
     along: int | None = None
     """The component of the node (`TX` to `RZ`) whose own compliance it is: displacement over load along the same axis,
     all of it, at any load; None elsewhere. Joints that are measured by themselves are compared with these.

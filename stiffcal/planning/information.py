@@ -153,7 +153,7 @@ def counts_from_nominal(placed: PlacedEffect) -> bool:
     For geometry and frames an uncertainty relative to the value is meaningless: it is taken relative to their typical
     size.
     """
-    return placed.effect.moves_frames or placed.changes_geometry
+    return placed.place.kind == "frames" or placed.changes_geometry
 
 
 def observations_of_runs(

@@ -58,7 +58,7 @@ def evidence_of(data: Ingested, search: Search) -> tuple[Columns, list[EffectEvi
     present = {
         f"{placed_effect.effect.name} {placed_effect.place.label}": placed_effect.effect.name
         for placed_effect in search.first.fit.robot.placed
-        if not placed_effect.effect.moves_frames
+        if placed_effect.place.kind != "frames"
     }
     missing = [evidence_by_name.candidate.name for evidence_by_name in search.found]
     beyond = [name for name, effect in present.items() if effect not in basic]

@@ -168,6 +168,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     fitted_values = robot.with_values(identified.robot_values())
     frames = tuple(placed for placed in fitted_values.placed if placed.effect.moves_frames)
     setup = _with_target(with_found_frames(fitted_values, data.states.setup), campaign.chain.n_joints)
+    setup = replace(setup, load_is_weight=False)  # of the states that were measured; what is asked for is a force
     targets = tuple(replace(placed, values={}) for placed in frames if placed.place.frame in setup.target_names)
     rest = tuple(placed for placed in fitted_values.placed if not placed.effect.moves_frames)
 

@@ -18,7 +18,9 @@ RUNGS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("geometry", ("link-geometry",)),
     ("springs", ("link-geometry", "joint-compliance")),
 )
-"""Each rung's effects, on all joints; the frames that the manifest leaves to be found are in all of them."""
+"""Each rung's effects, on all joints; the frames that the manifest leaves to be found are in all of them, the turn of
+the base against gravity where a law answers weight.
+"""
 MODEL = "model"
 """The rung of the present model, where it is none of the others."""
 
@@ -69,9 +71,15 @@ def _rung(robot: CompliantRobot, effects: tuple[str, ...]) -> CompliantRobot:
     """Return the robot with its frames and these effects on all joints alone, without values."""
     from stiffcal.model.catalogue import built_in_effects
     from stiffcal.model.composite import PlacedEffect
+    from stiffcal.model.effect import Kind
 
     catalogue = built_in_effects()
-    frames = [replace(placed, values={}) for placed in robot.placed if placed.effect.moves_frames]
+    gives = any(catalogue[name].kind is Kind.NODE_LAW for name in effects)
+    frames = [
+        replace(placed, values={})
+        for placed in robot.placed
+        if placed.effect.moves_frames or (gives and placed.effect.turns_gravity)
+    ]
     added = [
         PlacedEffect(catalogue[name].at(place, robot.chain), place)
         for name in effects

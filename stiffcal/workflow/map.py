@@ -173,7 +173,7 @@ def _wrench(fitted: FittedRobot, request: MapRequest) -> Floats:
                 f"{request.mass:g} kg has no place",
                 "give a mass in kg",
             )
-        wrench[:3] = request.mass * fitted.campaign.chain.gravity
+        wrench[:3] = request.mass * fitted.robot.adjusted_chain.gravity
     elif request.load is not None:
         given = numbers_of_words(request.load, "--load")
         if len(given) not in (3, 6):

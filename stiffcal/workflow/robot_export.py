@@ -122,8 +122,8 @@ def _robot_file(
         for k, name in enumerate(chain.joint_names)
     )
     calibrated = RobotFile(
-        schema_id="stiffcal/robot/1", name=chain.name, convention=rows.convention, gravity_mps2=robot.gravity_mps2,
-        joints=joints,
+        schema_id="stiffcal/robot/1", name=chain.name, convention=rows.convention, joints=joints,
+        gravity_mps2=(float(chain.gravity[0]), float(chain.gravity[1]), float(chain.gravity[2])),
     )  # fmt: skip
     further: dict[str, Placement | GravityCompensatorEntry | GeometryEntry | dict[str, LinkBeamEntry]] = {}
     for key, transform in (("base", rows.base), ("flange", rows.flange)):

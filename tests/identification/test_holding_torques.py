@@ -14,6 +14,7 @@ from stiffcal.errors import InputError
 from stiffcal.identification.holding_torques import holding_torques
 from stiffcal.identification.observation import observe
 from stiffcal.mechanics.kinematics import body_poses
+from stiffcal.model.composite import CompliantRobot
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext, up_to_date_states
@@ -28,7 +29,7 @@ def with_torques(folder: Path) -> None:
     """Add what the motors hold to the table of places, with scatter, in N·m."""
     shutil.copytree(SOURCE, folder)
     data = up_to_date_states(folder, RunContext())
-    held = holding_torques(data.campaign.chain, observe(data.states, data.campaign.chain)).T
+    held = holding_torques(CompliantRobot(data.campaign.chain, ()), observe(data.states, data.campaign.chain)).T
     logged = held + np.random.default_rng(1).normal(0.0, 2.0, held.shape)
     table = folder / "raw" / "poses.csv"
     head, *rows = table.read_text(encoding="utf-8").splitlines()
@@ -73,7 +74,8 @@ def test_they_are_the_slope_of_the_potential_energy() -> None:
     chain = load_campaign(SOURCE.parents[1] / "irb4400", check_files=False).chain
     rng = np.random.default_rng(4)
     logged = rng.uniform(-0.6, 0.6, (5, 6))
-    held = holding_torques(chain, observe(bare_states(list(range(5)), logged, force_sensor_setup(chain)), chain))
+    data = observe(bare_states(list(range(5)), logged, force_sensor_setup(chain)), chain)
+    held = holding_torques(CompliantRobot(chain, ()), data)
 
     def energy(angles: Floats) -> Floats:
         positions, rotations = body_poses(chain, chain.model_angles(angles))
