@@ -46,6 +46,7 @@ class AsymmetricStiffness(DocumentedEffect):
             symbol="c",
             unit="rad/(N·m)",
             meaning="extra compliance under positive torque",
+            meaning_along="extra compliance under positive force",
             lower=-1e-3,
             upper=1e-3,
             typical=2e-7,

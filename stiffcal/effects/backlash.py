@@ -55,7 +55,7 @@ class Backlash(DocumentedEffect):
         ParameterSpec(
             "band", "N·m", "torque within which the backlash is crossed", 1e-3, 1e4, 5.0,
             "manufacturers of cycloidal gears state lost motion within ±3 % of the rated torque of some 10² to 10³ N·m",
-            ParameterRole.NONLINEAR,
+            ParameterRole.NONLINEAR, meaning_along="force within which the backlash is crossed",
         ),
     )  # fmt: skip
     needs = ("torque of both signs on the joint",)

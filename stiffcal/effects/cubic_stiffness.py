@@ -57,8 +57,26 @@ class CubicStiffness(DocumentedEffect):
     in_drive = True
     summary = "torque–angle curve with quadratic and cubic terms"
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
-        ParameterSpec("c2", "rad/(N·m)²", "quadratic term of angle over torque", -1e-3, 1e-3, 4e-10, _SOURCE),
-        ParameterSpec("c3", "rad/(N·m)³", "cubic term of angle over torque", -1e-3, 1e-3, 5e-13, _SOURCE),
+        ParameterSpec(
+            "c2",
+            "rad/(N·m)²",
+            "quadratic term of angle over torque",
+            -1e-3,
+            1e-3,
+            4e-10,
+            _SOURCE,
+            meaning_along="quadratic term of position over force",
+        ),
+        ParameterSpec(
+            "c3",
+            "rad/(N·m)³",
+            "cubic term of angle over torque",
+            -1e-3,
+            1e-3,
+            5e-13,
+            _SOURCE,
+            meaning_along="cubic term of position over force",
+        ),
     )
     has_curve_of_torque = True
     needs = ("loads of several sizes",)
@@ -121,12 +139,29 @@ class _TorqueOverAngle(CubicStiffness):
             4e5,
             _CLAMPED,
             ParameterRole.NONLINEAR,
+            meaning_along="slope of force over position at the flank",
         ),
         ParameterSpec(
-            "p2", "N·m/rad²", "quadratic term of torque over angle", -1e14, 1e14, 0.0, _CLAMPED, ParameterRole.NONLINEAR
+            "p2",
+            "N·m/rad²",
+            "quadratic term of torque over angle",
+            -1e14,
+            1e14,
+            0.0,
+            _CLAMPED,
+            ParameterRole.NONLINEAR,
+            meaning_along="quadratic term of force over position",
         ),
         ParameterSpec(
-            "p3", "N·m/rad³", "cubic term of torque over angle", -1e18, 1e18, 0.0, _CLAMPED, ParameterRole.NONLINEAR
+            "p3",
+            "N·m/rad³",
+            "cubic term of torque over angle",
+            -1e18,
+            1e18,
+            0.0,
+            _CLAMPED,
+            ParameterRole.NONLINEAR,
+            meaning_along="cubic term of force over position",
         ),
     )
 

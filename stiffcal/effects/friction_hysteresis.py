@@ -79,7 +79,7 @@ class FrictionHysteresis(DocumentedEffect):
         ParameterSpec(
             "slip", "N·m", "torque at which the part slips", 1e-2, 1e5, 150.0,
             "as c: 1 arc minute; as the friction torque of a loaded robot joint (Lehmann et al. 2013, section 3.2)",
-            ParameterRole.NONLINEAR,
+            ParameterRole.NONLINEAR, meaning_along="force at which the part slips",
         ),
     )  # fmt: skip
     needs = ("loading and unloading in one run",)

@@ -46,6 +46,7 @@ class JointCompliance(DocumentedEffect):
             symbol="c",
             unit="rad/(N·m)",
             meaning="compliance of the drive about the joint's axis",
+            meaning_along="compliance of the drive along the joint's axis",
             lower=0.0,
             # Softer than any joint that carries a tool: harmonic drives of light arms have some 1e4 N·m/rad.
             upper=1e-1,

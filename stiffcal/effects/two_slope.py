@@ -57,8 +57,19 @@ class TwoSlope(DocumentedEffect):
             6e-6,
             _SOURCE,
             compliance=False,
+            meaning_along="additional compliance below the wind-up force",
         ),
-        ParameterSpec("knee", "N·m", "wind-up torque", 1e-2, 1e5, 30.0, _SOURCE, ParameterRole.NONLINEAR),
+        ParameterSpec(
+            "knee",
+            "N·m",
+            "wind-up torque",
+            1e-2,
+            1e5,
+            30.0,
+            _SOURCE,
+            ParameterRole.NONLINEAR,
+            meaning_along="wind-up force",
+        ),
     )
     needs = ("loads of several sizes",)
     looks_like = ("cubic-stiffness", "backlash", "friction-hysteresis")

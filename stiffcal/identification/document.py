@@ -116,7 +116,8 @@ def unidentified_parameters(ambiguity: Ambiguity) -> UnidentifiedParameters:
         known=ambiguity.known or None,
         value=finite(ambiguity.value),
         std=finite(ambiguity.std),
-        reason=ambiguity.reason,
+        reason=ambiguity.cause.sentence,
+        cause=ambiguity.cause,
     )
 
 

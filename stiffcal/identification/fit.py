@@ -9,6 +9,7 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.geometry_prior import GeometryPrior
 from stiffcal.identification.noise import Noise, Whitening
 from stiffcal.identification.readings import Observations
+from stiffcal.identification.undetermined import Undetermined
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole, ParameterSpec, Place
 from stiffcal.uncertainty import is_poorly_known
@@ -91,8 +92,8 @@ class Ambiguity:
     """The parameters."""
     known: str
     """The combination that is known, in words; "" where nothing is."""
-    reason: str
-    """Why, in words."""
+    cause: Undetermined
+    """Why."""
     coefficients: tuple[float, ...] = ()
     """Of the known combination, one per name; empty where nothing is known."""
     value: float | None = None

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from stiffcal.documents import NOT_PROMISED, KeyIf, Number, OrAbsent
 from stiffcal.identification.geometry_prior import GeometrySource
+from stiffcal.identification.undetermined import Undetermined
 from stiffcal.measurements.rms import Applicable
 from stiffcal.model.summary import Where
 
@@ -107,6 +108,8 @@ class UnidentifiedParameters:
     """Standard uncertainty of that value."""
     reason: str
     """Why, in words."""
+    cause: Annotated[Undetermined | None, NOT_PROMISED] = None
+    """Why; None where it is a matter of one joint's motion or curve, which `reason` states."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

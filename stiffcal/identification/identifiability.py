@@ -16,27 +16,12 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.bounded_least_squares import column_scale
 from stiffcal.identification.fit import Ambiguity
+from stiffcal.identification.undetermined import Undetermined
 
 # Regressors that agree to this are one regressor.
 SAME_REGRESSOR = 1e-3
 # In a direction that the data do not determine, parameters with a share above this take part.
 TAKES_PART = 0.1
-
-SAME_MOTION = (
-    "other frames and links produce the same motion in every pose: it is set to 0 by convention and included in "
-    "their values"
-)
-UNDRIVEN = "its joint was not driven while the flange was clamped"
-NO_BETTER = "these poses determine it no better than the assembly tolerance"
-REDUNDANT = (
-    "it is exactly redundant with a common factor of all compliances; only a known weight or torque in a nonlinear "
-    "law determines it"
-)
-TILT_LOADED = "weight loads it no more than a turn of the base within its tolerance would"
-COMMON_SCALE = (
-    "only weight acts: a common scale of moments and compliances is unknown, only compliance times moment is known; "
-    "a known payload in part of the poses, a measured wrench or the motor torques (torque_gain_sigma) determine it"
-)
 
 
 @dataclass(frozen=True)
@@ -121,13 +106,18 @@ def check_identifiability(
     open_before = in_noise | is_redundant | before.same_motion | before.undriven | by_tilt
     for i in np.flatnonzero((reach < 1.0) | open_before):
         identifiable[i], left_out[i] = False, True
-        reason = "only the noise of the force sensor acts on it" if in_noise[i] else "no load in these data acts on it"
-        reason = UNDRIVEN if before.undriven[i] else TILT_LOADED if by_tilt[i] else reason
-        reason = REDUNDANT if is_redundant[i] else SAME_MOTION if before.same_motion[i] else reason
-        ambiguities.append(Ambiguity((names[i],), "", reason))
+        because = (
+            (is_redundant, Undetermined.GAIN_OF_LOAD),
+            (before.same_motion, Undetermined.SAME_MOTION),
+            (before.undriven, Undetermined.UNDRIVEN),
+            (by_tilt, Undetermined.TILT_LOADED),
+            (in_noise, Undetermined.WRENCH_NOISE),
+        )
+        cause = next((cause for applies, cause in because if applies[i]), Undetermined.NO_LOAD)
+        ambiguities.append(Ambiguity((names[i],), "", cause))
     if before.common_scale:
         identifiable[before.common_scale[0]], left_out[before.common_scale[0]] = False, True
-        ambiguities.append(Ambiguity(tuple(names[i] for i in before.common_scale), "", COMMON_SCALE))
+        ambiguities.append(Ambiguity(tuple(names[i] for i in before.common_scale), "", Undetermined.COMMON_SCALE))
     remaining = np.flatnonzero(identifiable)
     condition = np.inf if len(remaining) < p else 1.0
     if len(remaining):
@@ -153,17 +143,17 @@ def check_identifiability(
         hidden = [i for i in remaining if identifiable[i] and spread[i] > upper[i]]
         for i in hidden:
             identifiable[i], left_out[i] = False, True
-            ambiguities.append(Ambiguity((names[i],), "", "its effect cannot be separated from the other parameters"))
+            ambiguities.append(Ambiguity((names[i],), "", Undetermined.INSEPARABLE))
         for number in _no_better_than(factor, left_out, before.tolerance):
             identifiable[number], left_out[number] = False, True
-            ambiguities.append(Ambiguity((names[number],), "", NO_BETTER))
+            ambiguities.append(Ambiguity((names[number],), "", Undetermined.ASSEMBLY))
     identifiable[list(before.common_scale)] = False
     if before.prior is not None and not left_out.all():
         # where data alone would give the prior's deviation, both together give it divided by the root of two
         spread = _std_with_others_free(factor, np.flatnonzero(~left_out))
         for number in np.flatnonzero(identifiable & (spread * np.sqrt(2.0) > before.prior)):
             identifiable[number] = False
-            ambiguities.append(Ambiguity((names[number],), "", NO_BETTER))
+            ambiguities.append(Ambiguity((names[number],), "", Undetermined.ASSEMBLY))
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
 
 
@@ -244,7 +234,7 @@ def _no_better_than(factor: Floats, left_out: Booleans, tolerance: Floats) -> li
 def _name_ambiguity(null: Floats, length: Floats, names: list[str]) -> Ambiguity:
     """Return which combination is known, orthogonal to the null direction."""
     if len(names) == 1:
-        return Ambiguity((names[0],), "", "no load in these data acts on it")
+        return Ambiguity((names[0],), "", Undetermined.NO_LOAD)
     # In scaled parameters y = length × x the data determine what is across ``null``; for two, one combination.
     if len(names) == 2:
         across = np.array([-null[1], null[0]]) * length
@@ -254,10 +244,10 @@ def _name_ambiguity(null: Floats, length: Floats, names: list[str]) -> Ambiguity
         return Ambiguity(
             tuple(names),
             combination(across.tolist(), names),
-            "their regressors are proportional in these poses and loads",
+            Undetermined.PROPORTIONAL,
             tuple(across.tolist()),
         )
-    return Ambiguity(tuple(names), "", "their regressors are linearly dependent in these poses and loads")
+    return Ambiguity(tuple(names), "", Undetermined.DEPENDENT)
 
 
 def combination(coefficients: list[float], names: list[str]) -> str:

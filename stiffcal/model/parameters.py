@@ -67,6 +67,8 @@ class ParameterSpec:
     """What is known of it before any measurement, as a standard uncertainty: an estimate that is no better does not
     count as identifiable. None: the bounds alone decide.
     """
+    meaning_along: str | None = None
+    """In words at a prismatic joint, where the law holds along its axis; None: as ``meaning`` says."""
     prior: float | None = None
     """Standard deviation about the neutral value before any measurement, which the fit counts as a reading: data that
     determine it no better leave it free, and it is not reported. None: nothing is known.

@@ -31,7 +31,6 @@ _ALONG_AXIS = {
     "N·m/rad²": ("N/m²", -3),
     "N·m/rad³": ("N/m³", -4),
 }
-_WORDS = {"torque": "force", "angle": "position", "about the joint's axis": "along the joint's axis"}
 _TURN_ABOUT_Z, _SHIFT_ALONG_Z = 5, 2
 
 
@@ -40,7 +39,8 @@ def spec_along_axis(spec: ParameterSpec) -> ParameterSpec:
 
     Examples
     --------
-    >>> compliance = ParameterSpec("c", "rad/(N·m)", "compliance per torque", 0.0, 1e-1, 2e-6, "measured")
+    >>> words = {"meaning": "compliance per torque", "meaning_along": "compliance per force"}
+    >>> compliance = ParameterSpec("c", "rad/(N·m)", lower=0.0, upper=1e-1, typical=2e-6, source="measured", **words)
     >>> along = spec_along_axis(compliance)
     >>> along.unit, along.meaning, f"{along.typical:.0e}"
     ('m/N', 'compliance per force', '2e-08')
@@ -48,13 +48,11 @@ def spec_along_axis(spec: ParameterSpec) -> ParameterSpec:
     if spec.unit not in _ALONG_AXIS:
         return spec
     unit, power = _ALONG_AXIS[spec.unit]
-    factor, meaning = PINION_RADIUS**power, spec.meaning
-    for word, other in _WORDS.items():
-        meaning = meaning.replace(word, other)
+    factor = PINION_RADIUS**power
     return replace(
         spec,
         unit=unit,
-        meaning=meaning,
+        meaning=spec.meaning if spec.meaning_along is None else spec.meaning_along,
         lower=factor * spec.lower,
         upper=factor * spec.upper,
         typical=factor * spec.typical,

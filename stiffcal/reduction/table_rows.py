@@ -10,7 +10,7 @@ from stiffcal.arrays import Integers
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.reduction.logs import place_of_row
+from stiffcal.reduction.logs import raw_rows_of
 
 MOST_LISTED = 6
 # More places than these are no line to copy.
@@ -42,8 +42,9 @@ class TableRows:
         place = place if run == str(row) else f"run {run}, {place}"
         source, file = self._source(of_angles), self.file(state, of_angles=of_angles)
         if source is not None and (self.campaign.folder / file).is_file():
-            line = place_of_row(self.campaign.folder, self.campaign.manifest.sources[source], file, row)
-            place += "" if line.endswith(f"row {row}") else f" ({line})"
+            found = raw_rows_of(self.campaign.folder, self.campaign.manifest.sources[source], file, (row,))
+            if row in found.lines:  # of formats that are no text a row has no line
+                place += f" (line {found.lines[row][0]})"
         return place + (" and others" if len(chosen) > 1 else "")
 
     def listed(self, chosen: Integers) -> str:

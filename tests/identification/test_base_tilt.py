@@ -14,9 +14,9 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.base_load import loaded_by_tilt
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.identifiability import NO_BETTER, TILT_LOADED
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.observation import evaluate, free_columns, observe
+from stiffcal.identification.undetermined import Undetermined
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
@@ -132,8 +132,8 @@ def test_a_turn_that_no_place_shows_stays_free_and_is_not_reported() -> None:
     fit = fitted(measured_by(CompliantRobot(chain, tuple(drives)), states, 3), chain, springs=(2,))
     assert fit.parameter("frame.base.ry").value is None
     assert {"frame.base.ry", "frame.base.rz"}.isdisjoint(fit.left_at_neutral)
-    reasons = {name: ambiguity.reason for ambiguity in fit.ambiguities for name in ambiguity.names}
-    assert reasons["frame.base.ry"] == NO_BETTER
+    causes = {name: ambiguity.cause for ambiguity in fit.ambiguities for name in ambiguity.names}
+    assert causes["frame.base.ry"] is Undetermined.ASSEMBLY
 
 
 def test_a_joint_that_only_the_turn_loads_has_no_compliance() -> None:
@@ -145,7 +145,7 @@ def test_a_joint_that_only_the_turn_loads_has_no_compliance() -> None:
     assert names == {"joint-compliance.j1.c"}
     fit = fitted(states, chain)
     assert fit.parameter("joint-compliance.j1.c").value is None
-    assert TILT_LOADED in [ambiguity.reason for ambiguity in fit.ambiguities]
+    assert Undetermined.TILT_LOADED in [ambiguity.cause for ambiguity in fit.ambiguities]
 
 
 def test_it_is_a_parameter_where_sags_of_an_inclined_axis_are_measured_from_an_estimated_tracker(
