@@ -151,9 +151,9 @@ def check_identifiability(
     if before.prior is not None and not left_out.all():
         # where data alone would give the prior's deviation, both together give it divided by the root of two
         spread = _std_with_others_free(factor, np.flatnonzero(~left_out))
-        for number in np.flatnonzero(identifiable & (spread * np.sqrt(2.0) > before.prior)):
-            identifiable[number] = False
-            ambiguities.append(Ambiguity((names[number],), "", Undetermined.ASSEMBLY))
+        for i in np.flatnonzero(identifiable & (spread * np.sqrt(2.0) > before.prior)):
+            identifiable[i] = False
+            ambiguities.append(Ambiguity((names[i],), "", Undetermined.ASSEMBLY))
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
 
 
