@@ -225,11 +225,12 @@ def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:
 
     redundant = redundant_geometry(fit.robot, fit.data, frozenset())
     of_frames = redundant_geometry(fit.robot, replace(fit.data, setup=_on_the_axis(fit)), frozenset())
-    compliances = {parameter.name for parameter in fit.parameters if parameter.spec.compliance}
+    # compliances have lines of their own, and what is known beforehand is needed no better
+    elsewhere = {p.name for p in fit.parameters if p.spec.compliance or p.spec.prior is not None}
     open_names: list[str] = []
     on_the_axis: list[str] = []
     for ambiguity in fit.ambiguities:
-        names = [name for name in ambiguity.names if name not in compliances]
+        names = [name for name in ambiguity.names if name not in elsewhere]
         left = [name for name in names if name not in of_frames]
         if not names or (len(names) == 1 and names[0] in redundant):
             continue

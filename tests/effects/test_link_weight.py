@@ -15,6 +15,7 @@ from stiffcal.effects.link_weight import LinkWeight
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.observation import evaluate, free_columns, observe
+from stiffcal.identification.undetermined import Undetermined
 from stiffcal.identification.weights import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
@@ -165,7 +166,7 @@ def test_without_a_payload_one_common_scale_is_unknown() -> None:
     (scale,) = [ambiguity for ambiguity in fit.ambiguities if len(ambiguity.names) > 1]
     assert len(scale.names) == 15
     assert scale.names[0].startswith("link-weight.")
-    assert "payload" in scale.reason
+    assert scale.cause is Undetermined.COMMON_SCALE
     # where the weight acts is known but for that scale: compliance times whole moment is the true robot's
     chain, values = robot_chain(), fit.robot.values()
     own = np.array([[values[f"link-weight.{place.label}.{symbol}"] for symbol in ("mx", "my")] for place in PLACES])
