@@ -20,8 +20,8 @@ from stiffcal.diagnosis.choosing import first_least
 from stiffcal.diagnosis.everywhere_results import EffectEverywhere, ErrorLeftOut
 from stiffcal.diagnosis.judge import f_tail, rms_reduction
 from stiffcal.diagnosis.load_scan import LoadScan
+from stiffcal.diagnosis.load_search_context import LoadSearchContext
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.diagnosis.search_context import LoadSearchContext
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.diagnosis.thresholds import FAMILY_P, LEAST_FALL, STANDARD_ERRORS
 from stiffcal.diagnosis.together import as_one, laws_at_joints

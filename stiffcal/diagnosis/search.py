@@ -19,12 +19,13 @@ from stiffcal.diagnosis.decision import decide
 from stiffcal.diagnosis.deletions import rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import explained_share
 from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values
+from stiffcal.diagnosis.load_search_context import LoadSearchContext
 from stiffcal.diagnosis.naming import look_alikes, near_best, ties_with_named
 from stiffcal.diagnosis.own_weights import with_alike_in_own_weights
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.redundant import without_redundant
 from stiffcal.diagnosis.scan import Scan, Trial
-from stiffcal.diagnosis.search_context import LoadSearchContext, NoBalanceWithError, SearchContext, without
+from stiffcal.diagnosis.search_context import NoBalanceWithError, SearchContext, without
 from stiffcal.diagnosis.search_results import F, MissingEffect, S, Search, SearchOf
 from stiffcal.diagnosis.sufficient import sufficient_alone
 from stiffcal.diagnosis.thresholds import (

@@ -58,9 +58,9 @@ def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
     from stiffcal.campaign.model_file import default_model
     from stiffcal.diagnosis.document import diagnosis_result
     from stiffcal.diagnosis.everywhere import effect_everywhere, everywhere_in_words
+    from stiffcal.diagnosis.load_search_context import LoadSearchContext
     from stiffcal.diagnosis.ranking import effect_at
     from stiffcal.diagnosis.redundant import redundant_effects
-    from stiffcal.diagnosis.search_context import LoadSearchContext
     from stiffcal.identification.identify import Settings, fit_problem
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import all_effects

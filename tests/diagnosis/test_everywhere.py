@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.diagnosis.everywhere import effect_everywhere, everywhere_in_words
 from stiffcal.diagnosis.explained import Explained
-from stiffcal.diagnosis.search_context import LoadSearchContext
+from stiffcal.diagnosis.load_search_context import LoadSearchContext
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_eccentricity import JointEccentricity

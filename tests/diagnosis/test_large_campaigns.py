@@ -13,8 +13,8 @@ import stiffcal.identification.projection
 import stiffcal.identification.regressors
 from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
+from stiffcal.diagnosis.load_search_context import LoadSearchContext
 from stiffcal.diagnosis.search import search_missing
-from stiffcal.diagnosis.search_context import LoadSearchContext
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.search_context import LoadSearchContext
+from stiffcal.diagnosis.load_search_context import LoadSearchContext
 from stiffcal.identification.identify import Settings, fit_problem
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects

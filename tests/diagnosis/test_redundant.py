@@ -8,8 +8,8 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
+from stiffcal.diagnosis.load_search_context import LoadSearchContext
 from stiffcal.diagnosis.redundant import redundant_effects
-from stiffcal.diagnosis.search_context import LoadSearchContext
 from stiffcal.effects.bearing_tilt import BearingTilt
 from stiffcal.effects.cubic_stiffness import CubicStiffness
 from stiffcal.identification.identify import Settings, fit_problem, predict_observations

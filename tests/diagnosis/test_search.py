@@ -15,9 +15,10 @@ from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.heldout_error import left_out_rms, rms_after_choosing
 from stiffcal.diagnosis.load_scan import LoadScan
+from stiffcal.diagnosis.load_search_context import LoadSearchContext
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.search import one_for_two, search_missing
-from stiffcal.diagnosis.search_context import LoadSearchContext, with_trial
+from stiffcal.diagnosis.search_context import with_trial
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.documents import document_of
 from stiffcal.errors import no_progress

@@ -12,9 +12,10 @@ import pytest
 from stiffcal.diagnosis.document import proposed
 from stiffcal.diagnosis.judge import judge_choice
 from stiffcal.diagnosis.load_scan import LoadScan
+from stiffcal.diagnosis.load_search_context import LoadSearchContext
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search import one_for_two
-from stiffcal.diagnosis.search_context import LoadSearchContext, NoBalanceWithError, with_trial
+from stiffcal.diagnosis.search_context import NoBalanceWithError, with_trial
 from stiffcal.diagnosis.search_results import MissingEffect
 from stiffcal.diagnosis.together import as_one, better_set, sets_next_to, with_sets_alike
 from stiffcal.diagnosis.words import candidate_in_words
