@@ -48,7 +48,10 @@ def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
         return [JointExcitation(name, 0.0, np.nan, False, "no load was applied") for name in names]
     torque, design, measured = _first_order_equations(used, chain)
     largest = np.abs(torque).max(axis=0)
-    is_loaded = largest > NO_TORQUE * largest.max()
+    # a force along an axis counts as the torque that it has at the robot's reach
+    reach = float(np.linalg.norm(chain.fixed[:, :3, 3], axis=1).sum()) or 1.0
+    torque_like = largest * np.where(chain.prismatic, reach, 1.0)
+    is_loaded = torque_like > NO_TORQUE * torque_like.max()
     if not is_loaded.any():  # every axis runs along or through every force
         return [
             _verdict(name, float(largest[k]), np.nan, is_loaded=False, prismatic=bool(chain.prismatic[k]))
