@@ -190,7 +190,11 @@ def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult, folde
         line = command_line("plan", folder, "--for", "look-alikes", "--force", largest, store=store)
         console.print(f"to plan runs that decide: {line}", soft_wrap=True, markup=False, highlight=False)
     elif len(result.missing) == 1 and result.missing[0].alternatives:
-        console.print("\nno single feasible load separates the two leading look-alikes by more than the noise")
+        console.print(
+            "\nno load of this campaign's size, in any one pose, separates the two leading look-alikes by more than "
+            "the noise",
+            soft_wrap=True,
+        )
 
 
 def _show_pace(console: AnswerConsole, pace: SearchPace) -> None:

@@ -91,12 +91,14 @@ def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
 def _next_measurement(data: Ingested, search: Search) -> SeparatingMeasurement | None:
     """Return the pose and load that would separate the first missing effect from the nearest look-alike it can.
 
-    None where no load would show a difference beyond the noise: creep that is over at once is compliance; and where
-    joints were clamped alone, whose poses and loads the fixture decides on.
+    None where no load would show a difference beyond the noise: creep that is over at once is compliance; where joints
+    were clamped alone, whose poses and loads the fixture decides on; and of poses under the robot's own weight, where
+    no load was applied whose size could be taken.
     """
-    if data.states.clamped.all():
-        return None
     import numpy as np
+
+    if data.states.clamped.all() or not np.any(data.states.wrench):
+        return None
 
     from stiffcal.diagnosis.document import look_alike_pairs
     from stiffcal.diagnosis.heldout_error import with_values_of

@@ -174,7 +174,7 @@ def test_next_measurement_names_pose_load_and_gain() -> None:
     assert "cannot distinguish backlash (joint 4) from friction-hysteresis (joint 4)" in words(made)
     none = next_measurement.section(content(next_measurement=None))
     assert isinstance(none, LeftOut)
-    assert "no single feasible load" in none.reason
+    assert "no load of this campaign’s size" in none.reason
     alone = next_measurement.section(content(next_measurement=None, missing=[proposed()]))
     assert isinstance(alone, LeftOut)
     assert "no effect has a look-alike" in alone.reason

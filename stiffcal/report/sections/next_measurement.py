@@ -35,7 +35,10 @@ def _no_measurement_reason(diagnosis: DiagnoseResult) -> str:
             "error depends would show its shape"
         )
     if len(diagnosis.missing) == 1 and diagnosis.missing[0].alternatives:
-        return "no single feasible load separates the two leading look-alikes by more than the noise"
+        return (
+            "no load of this campaign’s size, in any one pose, separates the two leading look-alikes by more than the "
+            "noise"
+        )
     return "no effect has a look-alike that another pose would have to exclude"
 
 
