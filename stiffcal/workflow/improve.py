@@ -26,6 +26,9 @@ from stiffcal.workflow.validate import validate_campaign
 
 # More steps than six joints with five effects each: the loop ends by itself long before.
 MOST_STEPS = 36
+# An effect at all joints is a better calibration, no cause, and with each the next search takes longer: with three of
+# them in the model of 1500 measured poses, more than ten minutes.
+MOST_EVERYWHERE = 2
 
 Change = Literal["add", "remove"]
 Decision = Literal["yes", "skip", "stop"] | EffectAt
@@ -171,7 +174,7 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
     DiagnoseResult
         The last diagnosis.
     """
-    removed = False
+    removed, n_everywhere = False, 0
     skipped: list[tuple[Change, str, Where]] = []
     waiting: list[ProposedEffect] = []
     for _ in range(MOST_STEPS):
@@ -180,10 +183,17 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
         if not changes and diagnosed.unexplained:
             changes = [("add", effect) for effect in _still_supported(waiting, diagnosed, skipped)[:1]]
         whole = diagnosed.everywhere
-        if whole is not None and ("add", whole.effect, whole.where) not in skipped:
-            changes = [("add", whole)]
+        further = whole if whole is not None and ("add", whole.effect, whole.where) not in skipped else None
+        if further is not None and n_everywhere < MOST_EVERYWHERE:
+            changes = [("add", further)]
         if not changes or (removed and changes[0][0] == "remove"):
-            return diagnosed
+            if further is None:
+                return diagnosed
+            text = (
+                f"improve adds at most {MOST_EVERYWHERE} effects at all joints: {further.effect} would be the next; "
+                "to go on, run it again"
+            )
+            return replace(diagnosed, warnings=[*diagnosed.warnings, text])
         n_before = len(recorder.steps)
         for change, effect in changes:
             decision = ask(EffectProposal(change, effect, diagnosed))
@@ -194,6 +204,7 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
                 continue
             recorder.edit(change, effect if decision == "yes" else decision)
             removed = change == "remove"
+            n_everywhere += effect is further
             waiting = [other for other in waiting if other != effect]
         if len(recorder.steps) > n_before:
             diagnosed = diagnose_campaign(recorder.folder, recorder.context)
