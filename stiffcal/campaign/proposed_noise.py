@@ -49,19 +49,22 @@ def with_noise_lines(lines: Sequence[ProposedLine], roles: Roles) -> list[Propos
     ----------
     lines : of the source. roles : what the columns are.
     """
-    joints = next((line.toml for line in lines if line.toml.startswith("joints = ")), "")
-    if not serves_absolute(roles) or not joints:
+    if not serves_absolute(roles):
         return list(lines)
-    source = ProposedLine("", noise_source(roles, tomllib.loads(joints)["joints"]["units"]["position"]))
+    keys = [tomllib.loads(line.toml) for line in lines]
+    joints = next((entry["joints"] for entry in keys if "joints" in entry), None)
+    if joints is None:
+        return list(lines)
+    source = ProposedLine("", noise_source(roles, joints["units"]["position"]))
     result: list[ProposedLine] = []
     for number, line in enumerate(lines):
         result.append(line)
-        following = lines[number + 1].toml if number + 1 < len(lines) else ""
-        inline = line.toml.startswith("pose = ")
-        if not (inline or line.toml.startswith("units = { position")) or "sigma =" in line.toml + following:
+        inline = "pose" in keys[number]
+        signal = keys[number].get("pose", keys[number])
+        following = keys[number + 1] if number + 1 < len(lines) else {}
+        written = signal.get("units", {}).get("position")
+        if written is None or "sigma" in signal or "sigma" in following:
             continue
-        signal = tomllib.loads(line.toml)
-        written = (signal["pose"] if inline else signal)["units"]["position"]
         where = "add to the braces of pose: " if inline else ""
         is_first = source not in result
         result.append(ProposedLine(f"# {where}{sigma_entry(written)}", where_from(written) if is_first else None))
