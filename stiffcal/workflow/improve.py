@@ -26,8 +26,7 @@ from stiffcal.workflow.validate import validate_campaign
 
 # More steps than six joints with five effects each: the loop ends by itself long before.
 MOST_STEPS = 36
-# An effect at all joints is a better calibration, no cause, and with each the next search takes longer: with three of
-# them in the model of 1500 measured poses, more than ten minutes.
+# An effect at all joints is a better calibration, no cause, and with each the next search takes longer.
 MOST_EVERYWHERE = 2
 
 Change = Literal["add", "remove"]
