@@ -83,6 +83,7 @@ class FaultCode(StrEnum):
     SOURCE_UNKNOWN = "source-unknown", "A source or a signal that is not described."
     SIGNAL_MISSING = "signal-missing", "A signal that this kind of experiment needs and that is not logged."
     URDF_INVALID = "urdf-invalid", "A URDF whose links and joints do not make the robot that is described."
+    URDF_LOOP = "urdf-loop", "A URDF whose chain from base to tip is part of a closed loop: no serial arm."
     EFFECT_UNKNOWN = "effect-unknown", "An effect that is not in the catalogue."
     EFFECT_ABSENT = "effect-absent", "An effect that the model does not hold."
     HIDDEN_INACTIVE = "hidden-inactive", "A hidden effect that changes nothing in the simulated runs."

@@ -230,15 +230,20 @@ def _urdf_entries(robot: RobotFile, moving: tuple[UrdfJoint, ...]) -> tuple[Join
 def _combine_masses(urdf: UrdfRobot, joint: UrdfJoint) -> tuple[float, Floats]:
     """Sum the masses that ride on a joint up to the next of the chain: (kg, com in the joint frame, m).
 
-    What branches off the chain counts at its zero position. Mass is NaN where no link of it has an inertial.
+    What branches off the chain counts at its zero position, each link once. Mass is NaN where no link of it has an
+    inertial.
     """
     on_path = {joint.name for joint in urdf.moving}
+    counted: set[str] = set()
     total, moment, has_mass = 0.0, np.zeros(3), False
     waiting = [(joint.child, rotation_taking_z_to(joint.axis).T)]
     while waiting:
         name, place = waiting.pop()
-        link = urdf.links.get(name)
-        if link is not None and link.mass is not None:
+        if name in counted:  # the far end of a loop that hangs on this link
+            continue
+        counted.add(name)
+        link = urdf.links[name]
+        if link.mass is not None:
             has_mass = True
             total += link.mass
             moment = moment + link.mass * (place @ np.array([*link.com, 1.0]))[:3]

@@ -6,12 +6,15 @@ Tested against pinocchio. See the URDF XML specification, elements `joint` and `
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from stiffcal.campaign.name_checks import check_name
 from stiffcal.campaign.robot_file import MOST_JOINTS
-from stiffcal.campaign.urdf_elements import UrdfJoint, UrdfLink, joint_of, link_of, parse_urdf
+from stiffcal.campaign.urdf_elements import UrdfJoint, UrdfLink, UrdfMimic
+from stiffcal.campaign.urdf_tree import UrdfTree, read_tree
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
@@ -55,59 +58,38 @@ def read_urdf(path: Path, display_name: str, base_link: str | None = None, tip_l
     Raises
     ------
     InputError
-        Not there, not XML, no chain between the links, or a joint on it of another kind.
+        Not there, not XML, no chain between the links, a chain that is part of a closed loop, or a joint on it of
+        another kind.
     """
-    robot = read_urdf_any_joints(path, display_name, base_link, tip_link)
+    tree = read_tree(path, display_name)
+    robot = chain_between(tree, base_link, tip_link)
+    tree.check_serial(robot.path)
     _check_path(robot, display_name)
     return robot
 
 
-def possible_tips(path: Path, display_name: str) -> list[str]:
+def possible_tips(tree: UrdfTree) -> list[str]:
     """Return the links that could be the tip: the leaves behind the most moving joints.
 
     Raises
     ------
     InputError
-        As `read_urdf`, what the chain's joints are apart.
+        Several links could be the base.
     """
-    root = parse_urdf(path, display_name)
-    joints = [joint_of(element, display_name) for element in root.findall("joint")]
-    links = {link.name for link in (link_of(element, display_name) for element in root.findall("link"))}
-    children: dict[str, tuple[UrdfJoint, ...]] = {}
-    for joint in joints:
-        children[joint.parent] = (*children.get(joint.parent, ()), joint)
-    base = _end(None, sorted(links - {joint.child for joint in joints}), {}, display_name, "base_link")
-    return _leaves(base, children)
+    return _leaves(_end(None, tree.roots, tree, "base_link"), tree.children)
 
 
-def read_urdf_any_joints(
-    path: Path, display_name: str, base_link: str | None = None, tip_link: str | None = None
-) -> UrdfRobot:
-    """Read a URDF as `read_urdf` does; what kind of joints lie on the chain is not checked."""
-    root = parse_urdf(path, display_name)
-    joints = [joint_of(element, display_name) for element in root.findall("joint")]
-    links = {link.name: link for link in (link_of(element, display_name) for element in root.findall("link"))}
-    leaving: dict[str, list[UrdfJoint]] = {}
-    for joint in joints:
-        leaving.setdefault(joint.parent, []).append(joint)
-    children = {link: tuple(below) for link, below in leaving.items()}
-    above = {joint.child: joint for joint in joints}
-    base = _end(base_link, sorted(set(links) - set(above)), links, display_name, "base_link")
-    tip = _end(tip_link, _leaves(base, children), links, display_name, "tip_link")
-    chain: list[UrdfJoint] = []
-    link = tip
-    while link != base:
-        if link not in above or len(chain) > len(joints):
-            raise InputError.at(
-                FaultCode.URDF_INVALID,
-                display_name,
-                f"link {tip}",
-                f"no chain of joints connects it with {base}",
-                "choose other links",
-            )
-        chain.insert(0, above[link])
-        link = above[link].parent
-    return UrdfRobot(root.get("name", "robot"), tuple(chain), links, children, base, tip)
+def chain_between(tree: UrdfTree, base_link: str | None = None, tip_link: str | None = None) -> UrdfRobot:
+    """Return the chain between two links as `read_urdf` does; what kind of joints lie on it is not checked.
+
+    Raises
+    ------
+    InputError
+        A link that is not there, or no chain between the two.
+    """
+    base = _end(base_link, tree.roots, tree, "base_link")
+    tip = _end(tip_link, _leaves(base, tree.children), tree, "tip_link")
+    return UrdfRobot(tree.name, tree.path(base, tip), tree.links, tree.children, base, tip)
 
 
 def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:
@@ -128,22 +110,22 @@ def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:
     return sorted(name for name, moving in leaves.items() if moving == most)
 
 
-def _end(wanted: str | None, ends: list[str], links: dict[str, UrdfLink], display_name: str, key: str) -> str:
+def _end(wanted: str | None, ends: Sequence[str], tree: UrdfTree, key: str) -> str:
     if wanted is not None:
-        if wanted not in links:
+        if wanted not in tree.links:
             raise InputError.at(
                 FaultCode.LINK_UNKNOWN,
-                display_name,
+                tree.file,
                 key,
                 f'there is no link "{wanted}"',
-                "name one of " + ", ".join(links),
+                "name one of " + ", ".join(tree.links),
             )
         return wanted
     if len(ends) != 1:
         names = ", ".join(ends) or "none"
         raise InputError.at(
             FaultCode.URDF_INVALID,
-            display_name,
+            tree.file,
             "",
             f"{len(ends)} links could be the {key}: {names}",
             f"write {key} in the robot file",
@@ -161,6 +143,17 @@ def _mend_for_chain(robot: UrdfRobot, joint: UrdfJoint) -> str:
     return 'if it did not move, make its type "fixed" in the URDF, with its position in <origin>'
 
 
+def _mend_for_mimic(robot: UrdfRobot, joint: UrdfJoint, mimic: UrdfMimic) -> str:
+    """Return how the robot file states what a joint follows, or that the chain must do without it."""
+    if mimic.joint not in {other.name for other in robot.moving}:
+        return 'that joint is not on the chain: if it did not move, make the type of both "fixed" in the URDF'
+    zero = f", theta_deg = {math.degrees(mimic.offset):.6g}" if mimic.offset else ""
+    return (
+        f'delete its <mimic> in the URDF, and write in the robot file [[joints]] name = "{joint.name}", '
+        f"logged = {{ {mimic.joint} = {mimic.multiplier:.6g} }}{zero}"
+    )
+
+
 def _check_path(robot: UrdfRobot, display_name: str) -> None:
     check_name(robot.name, display_name, "robot")
     for link in (robot.base, *(joint.child for joint in robot.path)):
@@ -176,13 +169,13 @@ def _check_path(robot: UrdfRobot, display_name: str) -> None:
                 f"the stiffness of a {joint.kind} joint cannot be identified",
                 _mend_for_chain(robot, joint),
             )
-        if joint.kind != "fixed" and joint.mimics:
+        if joint.kind != "fixed" and joint.mimic is not None:
             raise InputError.at(
                 FaultCode.URDF_INVALID,
                 display_name,
                 place,
-                "a joint of the chain is a mimic of another",
-                "describe it with `logged` in the robot file",
+                f"a joint of the chain follows another ({joint.mimic.joint})",
+                _mend_for_mimic(robot, joint, joint.mimic),
             )
         if joint.kind != "fixed" and not any(joint.axis):
             raise InputError.at(

@@ -9,8 +9,9 @@ from pathlib import Path
 from stiffcal.campaign.joint_columns import columns_of_joints
 from stiffcal.campaign.proposed_lines import ProposedLine, quoted
 from stiffcal.campaign.table_sniffing import SniffedColumn
-from stiffcal.campaign.urdf import MOVING, PRISMATIC, UrdfRobot, possible_tips, read_urdf_any_joints
+from stiffcal.campaign.urdf import MOVING, PRISMATIC, UrdfRobot, chain_between, possible_tips
 from stiffcal.campaign.urdf_elements import UrdfJoint
+from stiffcal.campaign.urdf_tree import read_tree
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
@@ -42,20 +43,23 @@ def arm_of_table(path: Path, columns: Sequence[SniffedColumn]) -> UrdfArm:
     Raises
     ------
     InputError
-        The URDF cannot be read, or a moving joint between two that have columns has none.
+        The URDF cannot be read, the chain is part of a closed loop, or a moving joint between two that have columns
+        has none.
     """
-    tips = possible_tips(path, path.name)
-    chains = [read_urdf_any_joints(path, path.name, None, tip) for tip in tips]
+    tree = read_tree(path, path.name)
+    tips = possible_tips(tree)
+    chains = [chain_between(tree, None, tip) for tip in tips]
     found = [columns_of_joints(columns, [joint.name for joint in chain.moving]) for chain in chains]
     best = max(range(len(tips)), key=lambda k: (len(found[k]), -_preference(tips[k]), -k))
     chain, column_of = chains[best], found[best]
     moving = [joint for joint in chain.path if joint.kind != "fixed"]
     used = [k for k, joint in enumerate(moving) if joint.name in column_of] or [
-        k for k, joint in enumerate(moving) if joint.kind in MOVING and joint.kind != PRISMATIC and not joint.mimics
+        k for k, joint in enumerate(moving) if joint.kind in MOVING and joint.kind != PRISMATIC and joint.mimic is None
     ]
     if not used:
         return UrdfArm((), ())
     before, arm, behind = moving[: used[0]], moving[used[0] : used[-1] + 1], moving[used[-1] + 1 :]
+    tree.check_serial(chain.path[chain.path.index(arm[0]) : chain.path.index(arm[-1]) + 1])
     if column_of:
         _check_complete(arm, column_of, path.name)
     lines = [*_base_line(before), *_tip_line(chain, behind, [tip for tip in tips if tip != chain.tip])]

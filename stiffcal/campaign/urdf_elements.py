@@ -23,6 +23,18 @@ _ZERO: Triple = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
+class UrdfMimic:
+    """What a joint follows: its position is multiplier × that of the other joint + offset."""
+
+    joint: str
+    """Name of the joint that is followed."""
+    multiplier: float
+    """Share of its position."""
+    offset: float
+    """rad, m of a prismatic joint."""
+
+
+@dataclass(frozen=True)
 class UrdfJoint:
     """One joint element."""
 
@@ -42,8 +54,8 @@ class UrdfJoint:
     """In the joint's frame, as written."""
     limits: tuple[float, float] | None
     """rad, m of a prismatic joint, None where not given."""
-    mimics: bool
-    """Follows another joint."""
+    mimic: UrdfMimic | None
+    """What it follows, None where it moves by itself."""
 
 
 @dataclass(frozen=True)
@@ -223,8 +235,18 @@ def joint_of(element: ElementTree.Element, display_name: str) -> UrdfJoint:
         _angles(None if origin is None else origin.get("rpy"), display_name, f"{fault_place}, origin rpy"),
         _triple(None if axis is None else axis.get("xyz"), (1.0, 0.0, 0.0), display_name, f"{fault_place}, axis"),
         limits,
-        element.find("mimic") is not None,
+        _mimic_of(element.find("mimic"), display_name, fault_place),
     )
+
+
+def _mimic_of(element: ElementTree.Element | None, display_name: str, fault_place: str) -> UrdfMimic | None:
+    if element is None:
+        return None
+    multiplier, offset = (
+        _number(element.get(key, default), display_name, f"{fault_place}, mimic {key}") or 0.0
+        for key, default in (("multiplier", "1"), ("offset", "0"))
+    )
+    return UrdfMimic(element.get("joint", ""), multiplier, offset)
 
 
 def link_of(element: ElementTree.Element, display_name: str) -> UrdfLink:
