@@ -79,7 +79,7 @@ def answering(as_json: bool) -> Iterator[Answer]:
     """Hand out an `Answer` and take its progress bar away at the end, however that comes."""
     answer, supervision = Answer(as_json), current()
     if supervision is not None:
-        supervision.before_split = answer.progress.stop
+        supervision.before_child = answer.progress.stop
     try:
         yield answer
     finally:

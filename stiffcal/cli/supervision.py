@@ -1,9 +1,9 @@
 """A command whose campaign brings code along: the answer stays clean, and its end is the command's own.
 
-Before such code first runs, the process splits: the child goes on with the command, the parent waits. The child reports
-through a pipe how the command has ended; where it ends without that word (`os._exit`, a signal, a crash), the code is
-at fault, and the parent ends with exit code 2. Where a process cannot be split safely (Windows, macOS, threads) the
-command is started again in a child process. Commands without such code pay nothing for this.
+Before such code first runs, the command is started again in a child process, and this one waits. The child reports
+in a file how the command has ended; where it ends without that word (`os._exit`, a signal, a crash), the code is at
+fault, and the parent ends with exit code 2. Commands without such code pay nothing for this. Why no fork: libraries
+have threads by then, whose locks a copy of the process would have without them.
 
 From then on standard output belongs to the answer alone: whatever else prints goes to standard error.
 """
@@ -15,7 +15,6 @@ import signal
 import sys
 import tempfile
 import threading
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -44,7 +43,7 @@ class Supervision:
         self.as_json = as_json
         self.files: tuple[str, ...] = ()
         self.answered = False
-        self.before_split: Callable[[], None] | None = None
+        self.before_child: Callable[[], None] | None = None
         self._report: IO[bytes] | None = None
         self._answers: TextIO | None = None
         self._interrupted = False
@@ -56,8 +55,8 @@ class Supervision:
         first, self.files = not self.files, (*self.files, *files)
         if not first:
             return
-        if self.before_split is not None:
-            self.before_split()
+        if self.before_child is not None:
+            self.before_child()
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError, AttributeError):
                 stream.flush()
@@ -67,8 +66,6 @@ class Supervision:
                 self._report = Path(name).open("wb")  # noqa: SIM115 - closed by `end`
                 if int(alive) >= 0:
                     self._follow_parent(int(alive), int(forwarded))
-            elif _can_split():
-                self._split()
             else:
                 self._start_again()
             self._count_interruptions()
@@ -181,32 +178,6 @@ class Supervision:
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             signal.signal(signal.SIGINT, interrupt)
 
-    def _split(self) -> None:
-        """Go on in a child process; the parent waits, and leaves with the child's exit code."""
-        word, report = os.pipe()
-        alive, parent = os.pipe()
-        forwarded, forwards = os.pipe()
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, _FORWARDED)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # of threads in libraries, which take a split well
-            child = os.fork()
-        if child == 0:
-            for descriptor in (word, parent, forwards):
-                os.close(descriptor)
-            self._report = os.fdopen(report, "wb")
-            self._follow_parent(alive, forwarded)
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-            return
-        _close_all_but(word, parent, forwards)
-        sent: list[int] = []
-        for number in _FORWARDED:
-            if signal.getsignal(number) is not signal.SIG_IGN:
-                signal.signal(number, lambda number, frame: _forward(child, number, sent, forwards))
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        with os.fdopen(word, "rb") as pipe:
-            self._leave(pipe.read(), status, sent)
-
     def _start_again(self) -> None:
         """Start the command anew in a child process, and leave with its exit code."""
         import subprocess
@@ -287,12 +258,6 @@ def _ended(files: tuple[str, ...], how: str) -> InputError:
         reason,
         "correct the code, or check whether memory ran out",
     )
-
-
-def _can_split() -> bool:
-    """Return whether a copy of this process works: not where a thread holds what it needs, as clients of S3 do."""
-    is_remote = any("://" in word for word in sys.argv[1:])
-    return sys.platform == "linux" and threading.active_count() == 1 and not is_remote
 
 
 def _close_all_but(*kept: int) -> None:

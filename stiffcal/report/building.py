@@ -23,7 +23,7 @@ from stiffcal.report.blocks import (
     TableBlock,
 )
 from stiffcal.report.content import ReportContent
-from stiffcal.report.drawing_processes import Picture, draw_pictures
+from stiffcal.report.drawing import Picture, draw_pictures
 from stiffcal.report.sections import all_sections
 from stiffcal.report.typesetting import set_pages
 

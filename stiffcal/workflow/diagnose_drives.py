@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stiffcal.diagnosis.merging import PartialDiagnosis, Subject
 from stiffcal.diagnosis.refits import RefitSummary, refits_of
-from stiffcal.processes import run_in_processes
 from stiffcal.workflow.evidence import Columns, evidence_of, refit_columns
 from stiffcal.workflow.load_search import diagnosis_of, search_now
 from stiffcal.workflow.steps import Ingested, RunContext
@@ -45,12 +44,10 @@ def diagnose_drives(
     loss : of the fit.
     context : store, progress and so on.
     """
-
-    def task(drive: DrivePart) -> Callable[[], _DriveAnswer]:
-        return lambda: _diagnose_drive(data, drive, len(drives), index, loss)
-
-    context.progress(f"{len(drives)} joints, each separately", 0.1)
-    answers = run_in_processes([task(drive) for drive in drives])
+    answers = []
+    for number, drive in enumerate(drives):
+        context.progress(f"joint {drive.joint}, separately", 0.1 + 0.8 * number / len(drives))
+        answers.append(_diagnose_drive(data, drive, len(drives), index, loss))
     return DriveDiagnoses(
         [answer.part for answer in answers],
         _stacked([answer.evidence for answer in answers]),

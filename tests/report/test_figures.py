@@ -15,10 +15,8 @@ import numpy as np
 import pytest
 
 from stiffcal.compensation.predict_result import LoadPath
-from stiffcal.errors import no_progress
 from stiffcal.measurements.rms import Rms
 from stiffcal.report.content import ResidualCovariate
-from stiffcal.report.drawing_processes import draw_pictures
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.ladder import draw_ladder
 from stiffcal.report.figures.load_deformation import (
@@ -196,24 +194,6 @@ def test_content_and_building_load_neither_matplotlib_nor_typst() -> None:
     code = "import sys, stiffcal.report.building; print([m for m in ('matplotlib', 'typst') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
-
-
-def test_pictures_have_the_same_bytes_however_many_processes_draw_them(tmp_path: Path) -> None:
-    for count in (1, 3):
-        (tmp_path / str(count)).mkdir()
-        pictures = [(name, draw, tmp_path / str(count) / f"{name}.svg") for name, draw in FIGURES.items()]
-        draw_pictures(pictures, no_progress, processes=count)
-    for name in FIGURES:
-        assert (tmp_path / "1" / f"{name}.svg").read_bytes() == (tmp_path / "3" / f"{name}.svg").read_bytes()
-
-
-def test_a_fault_in_a_process_of_its_own_is_reported_here(tmp_path: Path) -> None:
-    def broken() -> Figure:
-        raise RuntimeError("nothing to draw")
-
-    pictures = [(str(k), broken if k == 3 else FIGURES["load_path"], tmp_path / f"{k}.svg") for k in range(4)]
-    with pytest.raises(RuntimeError, match="nothing to draw"):
-        draw_pictures(pictures, no_progress, processes=2)
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -21,13 +21,6 @@ from tests.laboratory.small_campaign import write_small_campaign
 from tests.security.test_plugins import IN_TERMS
 
 posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-AGAIN = """
-import sys
-from stiffcal.cli import supervision
-supervision._can_split = lambda: False
-from stiffcal.cli.app import main
-main()
-"""
 
 
 @pytest.fixture
@@ -87,16 +80,6 @@ def test_what_it_writes_to_standard_output_by_number_does_not_get_into_the_answe
     assert "program" in done.stderr
 
 
-@pytest.mark.parametrize(("code", "expected"), [("", 0), ("import os; os._exit(0)", 2)])
-def test_where_a_process_cannot_be_split_the_command_starts_again(folder: Path, code: str, expected: int) -> None:
-    write_plugin(folder, f"\n{code}\n")
-    command = [sys.executable, "-P", "-c", AGAIN, *prediction(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert done.returncode == expected, done.stderr
-    document = json.loads(done.stdout)
-    assert ("error" in document) is (expected == 2)
-
-
 WAITS = """
 import time
 from pathlib import Path
@@ -151,11 +134,10 @@ except KeyboardInterrupt:
 
 
 @posix
-@pytest.mark.parametrize("start", [["-m", "stiffcal"], ["-c", AGAIN]])
-def test_one_interruption_is_one_however_late_the_parent_sends_it_on(folder: Path, start: list[str]) -> None:
+def test_one_interruption_is_one_however_late_the_parent_sends_it_on(folder: Path) -> None:
     """A terminal interrupts both processes; here the parent stands still until its child is half a second further."""
     write_plugin(folder, ENDS_SLOWLY)
-    command = [sys.executable, "-P", *start, *prediction(folder)]
+    command = [sys.executable, "-P", "-m", "stiffcal", *prediction(folder)]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, process_group=0
     ) as process:
@@ -176,10 +158,9 @@ def test_one_interruption_is_one_however_late_the_parent_sends_it_on(folder: Pat
 
 
 @posix
-@pytest.mark.parametrize("start", [["-m", "stiffcal"], ["-c", AGAIN]])
-def test_a_killed_command_leaves_no_process_behind(folder: Path, start: list[str]) -> None:
+def test_a_killed_command_leaves_no_process_behind(folder: Path) -> None:
     write_plugin(folder, WAITS)
-    command = [sys.executable, "-P", *start, *prediction(folder)]
+    command = [sys.executable, "-P", "-m", "stiffcal", *prediction(folder)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         while not ran(folder):
             assert process.poll() is None, process.communicate()
@@ -200,7 +181,9 @@ def test_a_reader_that_has_gone_is_no_fault_of_the_code(folder: Path) -> None:
     assert error == ""
 
 
-def test_a_campaign_without_code_is_not_split(state: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_campaign_without_code_has_no_child_process(
+    state: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.model.campaign_effects import all_effects, model_effects
 

@@ -29,7 +29,6 @@ def make_first_fail(monkeypatch: pytest.MonkeyPatch, code: FaultCode) -> None:
         return fit_series(data, with_lag=with_lag)
 
     monkeypatch.setattr(analysis, "fit_series", fit)
-    monkeypatch.setattr(analysis, "MANY_RUNS", 1000)
     monkeypatch.setattr(parts, "_LAST", {})
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +25,6 @@ from stiffcal.experiments.clamped.sweeps import Sweeps, cut_sweeps
 from stiffcal.experiments.clamped.torque_angle import PlaySegment, TorqueAngleLaw, play_segment
 from stiffcal.experiments.clamped.torque_angle_fit import SeriesFit, fit_series
 from stiffcal.fault_codes import FaultCode
-from stiffcal.processes import run_in_processes
 from stiffcal.uncertainty import NORMAL_95
 
 N_BINS = 120
@@ -38,8 +36,6 @@ LEAST_MOTION = 1.3
 # Whole chain: passes over all joints until the drives' shares of each other's motion stand still.
 # Passes over joints that look alike, at least; and at most, until no drive's give moves by more than this share of it.
 PASSES, MOST_PASSES, SETTLED = 3, 20, 1e-3
-# Runs from which sharing them out to processes takes less time than it costs.
-MANY_RUNS = 6
 
 
 @dataclass(frozen=True)
@@ -116,13 +112,12 @@ def analyse_runs(
     runs: list[ClampedRun] = []
     for number in range(1, MOST_PASSES + 1):
         before = laws
-        tasks = [
-            partial(_analyse_run, run_readings, chain, laws)
-            if chain.is_excited
-            else partial(_unusable_run, run_readings, chain)
-            for run_readings, chain in zip(readings, chains, strict=True)
-        ]
-        runs = judged(run_in_processes(tasks, processes=None if len(tasks) >= MANY_RUNS else 1))
+        runs = judged(
+            [
+                _analyse_run(run_readings, chain, laws) if chain.is_excited else _unusable_run(run_readings, chain)
+                for run_readings, chain in zip(readings, chains, strict=True)
+            ]
+        )
         laws = {joint: widest(runs, joint).fit.law for joint in sorted({run.joint for run in runs if not run.left_out})}
         if not coupled or (number >= PASSES and _agree(before, laws)):
             return runs
