@@ -103,6 +103,7 @@ class FaultCode(StrEnum):
     KINEMATICS_MISMATCH = "kinematics-mismatch", "Measured poses that the kinematics of the robot does not meet."
     WRENCH_MISMATCH = "wrench-mismatch", "Forces and deflections that contradict each other."
     WRENCH_REZEROED = "wrench-rezeroed", "A force sensor that was zeroed in the middle of a run."
+    WRENCH_DRIFTED = "wrench-drifted", "A force sensor whose zero drifted within a run."
     MOTION_WRONG = "motion-wrong", "A joint that did not move where it should have, or moved where it should not."
     POSE_UNREACHABLE = "pose-unreachable", "A pose beyond the reach or the limits of the joints."
     PATH_INVALID = "path-invalid", "A path of poses or loads that the command cannot follow."

@@ -18,12 +18,12 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics, miss_words
 from stiffcal.reduction.displacement_measured import check_displacement_measured
+from stiffcal.reduction.force_zero_faults import force_zero_faults
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.reading_bounds import check_displacements
 from stiffcal.reduction.repeated_rows import repeated_rows
-from stiffcal.reduction.rezeroed import rezeroed_runs
 from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
 
@@ -105,10 +105,10 @@ def check_load_states(
         faults = check_displacement_measured(states)
     if faults:
         return faults, []
-    rezeroed, perhaps = rezeroed_runs(chosen, chain)
+    zeros = force_zero_faults(chosen, chain)
     repeated = repeated_rows(states.select((loads[states.run] | states.absolute) & states.used))
     warnings = loaded_references(chosen) + rezeroed_table(chosen, chain) + repeated + rows_without_place(states)
-    warnings += [f"{fault.place}: {fault.reason}; {fault.mend}" for fault in (*rezeroed, *perhaps)]
+    warnings += [f"{fault.place}: {fault.reason}; {fault.mend}" for fault in zeros]
     if not states.deflection_given and states.setup.targets:
         faults += check_kinematics(states, chain, estimated)
         match = match_kinematics(states, chain)
@@ -120,7 +120,7 @@ def check_load_states(
     warnings += rods_that_cannot_be_right(chosen, chain)
     faults = faults or check_work(chosen, chain, manifest, *_wrench_of(campaign))
     # a zero that moved under load is enough to turn the work's sign: the cause before its consequence
-    return (rezeroed + faults if faults else []), warnings + doubts
+    return (zeros + faults if faults else []), warnings + doubts
 
 
 def rods_that_cannot_be_right(states: LoadStates, chain: Chain) -> list[str]:

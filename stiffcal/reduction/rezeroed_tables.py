@@ -29,7 +29,7 @@ def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml"
     n = len(states)
     if not states.deflection_given or not states.has_poses or n < 2 * LEAST_ROWS:
         return []
-    reading, per_reading, columns = _springs(states, chain)
+    reading, per_reading, columns = joint_springs(states, chain)
     measured = motion_of(states, chain, all_targets=True).measured
     size = float(np.linalg.norm(states.wrench[:, :3], axis=1).max())
     rows = np.isfinite(measured)
@@ -51,7 +51,7 @@ def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml"
     return [line]
 
 
-def _springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
+def joint_springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
     """Return readings (n, q), torque per unit of reading (n, J, q) and displacement per unit of torque (n, 3, J)."""
     angles = chain.model_angles(states.joints)
     _, axes = attached_poses(chain, angles, states.setup.wrench_axes)

@@ -13,7 +13,7 @@ from stiffcal.errors import no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.rezeroed_tables import _springs, rezeroed_table
+from stiffcal.reduction.rezeroed_tables import joint_springs, rezeroed_table
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed
 
 COMPLIANCE = 1.0 / np.array([7e5, 5e5, 4e5, 6e4, 6e4, 2e4])  # rad/(N·m)
@@ -34,7 +34,7 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> tuple[LoadStates, Chain]:
     (folder / "raw" / "table.csv").write_text("\n".join(lines) + "\n")
     campaign = load_campaign(Path(folder))
     states, chain = reduce_campaign(campaign, no_progress).states, campaign.chain
-    reading, per_reading, columns = _springs(states, chain)
+    reading, per_reading, columns = joint_springs(states, chain)
     torque = (per_reading @ reading[:, :, None])[:, :, 0]
     deflection = states.deflection.copy()
     deflection[:, 0, :3] = np.einsum("ncj,nj->nc", columns, torque * COMPLIANCE)

@@ -1,0 +1,295 @@
+"""A force sensor whose zero moved within a run: it was reset there, or it drifted.
+
+Differences to the run's reference are then wrong by what the zero moved. It shows in what the sensor reads whenever
+the load is taken off: these readings have to agree within their noise. The motion of the robot is not consulted, as
+play and friction keep an unloaded robot from its first place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from itertools import pairwise
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.reduction.load_cycles import UNLOADED_SHARE
+
+LEAST_STEP = 0.012  # of the largest force: smaller ones matter less than the sensor's own gain
+CLEARLY = 6.0  # times the scatter of the unloaded readings
+# Loads are set in steps of a tenth of the largest and more: a smaller change is none of them.
+LEAST_LEVEL = 0.1
+ALONG = np.cos(np.radians(15.0))  # as of directions in `load_cycles`
+LEAST_RETURNS = 2  # to a zero that has moved by as much as a load
+# |Δ| of two readings of three components of unit noise has the median √2 · 1.538 (that of χ with three degrees).
+MEDIAN_OF_DIFFERENCES = 1.538 * np.sqrt(2.0)
+
+
+class ZeroChange(StrEnum):
+    """How a force sensor's zero moved."""
+
+    STEP = "step"
+    DRIFT = "drift"
+    STEPS = "steps"
+    UNCLEAR = "unclear"
+
+
+@dataclass(frozen=True)
+class MovedZero:
+    """One account of how the sensor's zero moved in a run."""
+
+    run: int
+    """Number of the run."""
+    kind: ZeroChange
+    """How it moved."""
+    between: tuple[int, int]
+    """Two states, as indices: the unloaded ones around the step; else the first one, and that which differs most."""
+    change: Floats
+    """(3,) N, what is read more in the second of these than in the first."""
+    n_unloaded: int
+    """How many unloaded readings there are."""
+    members: Integers
+    """(m,) the run's states, as indices."""
+    zero: Floats
+    """(m, 3) N, what the sensor reads too much in each of them, against the reference."""
+    earliest: int | None = None
+    """Of a step as large as a load, the first of ``members`` that it may have been before; None where that is known."""
+    single: bool = False
+    """Whether one reading alone shows it, which a load that remained would show as well."""
+
+
+@dataclass(frozen=True)
+class _Unloaded:
+    """Unloaded readings of one run."""
+
+    members: Integers
+    """(m,) the run's states, as indices."""
+    places: Integers
+    """(u,) which of them are unloaded."""
+    force: Floats
+    """(m, 3) N, against the reference."""
+    time: Floats
+    """(m,) s, or the number of the state where no time is known."""
+    largest: float
+    """N, of all forces."""
+
+    @property
+    def readings(self) -> Floats:
+        """(u, 3) N."""
+        return np.asarray(self.force[self.places])
+
+
+def moved_zeros(states: LoadStates) -> list[list[MovedZero]]:
+    """Return, for each run in which the force sensor's zero seems to have moved, the accounts of it.
+
+    A load that the rig left on looks the same in the forces alone.
+
+    Parameters
+    ----------
+    states : load states that are used, of load runs.
+    """
+    if states.setup.load_is_weight or not len(states):
+        return []
+    runs = [run for run in (_unloaded_of(states, members) for members in members_of(states.run)) if run is not None]
+    largest = max((run.largest for run in runs), default=0.0)
+    runs = [run for run in runs if run.largest > UNLOADED_SHARE * largest]
+    scatters = [_scatter(run) for run in runs]
+    known = [scatter for scatter in scatters if scatter is not None]
+    usual = float(np.median(known)) if known else None
+    found = []
+    for run, own in zip(runs, scatters, strict=True):
+        floors = [value for value in (own, usual, _noise_of_sensor(states, run.members)) if value is not None]
+        if floors:
+            found.append(_accounts(states, run, max(floors)))
+    return [accounts for accounts in found if accounts]
+
+
+def started_at(moved: MovedZero, start: int) -> MovedZero:
+    """Return an account of one step with the step before another one of the run's states."""
+    after = np.arange(moved.members.size)[:, None] >= start
+    first = moved.between[0]
+    if moved.earliest is not None and moved.members[start] <= first:
+        first = int(moved.members[moved.earliest - 1])
+    return replace(moved, zero=np.where(after, moved.change, 0.0), between=(first, moved.between[1]))
+
+
+def without_zeros(states: LoadStates, moved: Sequence[MovedZero]) -> LoadStates:
+    """Return the states with what the zeros moved taken off the forces."""
+    wrench = states.wrench.copy()
+    for run in moved:
+        wrench[run.members, :3] -= run.zero
+    return replace(states, wrench=wrench)
+
+
+def _unloaded_of(states: LoadStates, members: Integers) -> _Unloaded | None:
+    """Return one run's unloaded readings; None where there is nothing to compare."""
+    members = members[np.isfinite(states.wrench[members, :3]).all(axis=1)]
+    if members.size < 3:
+        return None
+    own = np.flatnonzero(states.reference[members])
+    start = np.zeros(3) if own.size != 1 else states.wrench[members[own[0]], :3]
+    force = states.wrench[members, :3] - start
+    largest = float(np.linalg.norm(force, axis=1).max())
+    if largest <= 0.0 or (states.setup.tared != "no" and np.linalg.norm(start) > UNLOADED_SHARE * largest):
+        return None
+    time = states.time[members]
+    if not (np.isfinite(time).all() and (np.diff(time) > 0.0).all()):
+        time = np.arange(members.size, dtype=np.float64)
+    places = np.array(_returns(force, np.zeros(3), LEAST_LEVEL * largest), dtype=np.int64)
+    return _Unloaded(members, places, force, time, largest)
+
+
+def _returns(force: Floats, zero: Floats, near: float) -> list[int]:
+    """Return the unloaded states of a run, in order: the nearest to the zero of each time that the load was taken off.
+
+    Parameters
+    ----------
+    force : (m, 3) N. zero : (3,) N, what the sensor reads unloaded at first; it is followed from one time to the next.
+    near : N, less than any load that is set.
+    """
+    places: list[int] = []
+    inside: list[tuple[float, int]] = []
+    for k, reading in enumerate(force):
+        away = float(np.linalg.norm(reading - zero))
+        if away >= near and inside:
+            places.append(min(inside)[1])
+            inside, zero = [], force[places[-1]]
+            away = float(np.linalg.norm(reading - zero))
+        if away < near:
+            inside.append((away, k))
+    return [*places, min(inside)[1]] if inside else places
+
+
+def _accounts(states: LoadStates, run: _Unloaded, scatter: float) -> list[MovedZero]:
+    """Return the accounts of what the sensor reads in a run whenever the load is taken off; none where that agrees."""
+    ends = [*run.places.tolist(), run.members.size]
+    gaps = [place for start, end in pairwise(ends) for place in _new_zero(run, start, end)]
+    several = replace(run, places=np.array(sorted([*run.places.tolist(), *gaps]), dtype=np.int64))
+    accounts = [_moved(states, readings, scatter) for readings in ([run, several] if gaps else [run])]
+    return [account for account in (*accounts, *_large_steps(states, run, scatter)) if account is not None]
+
+
+def _large_steps(states: LoadStates, run: _Unloaded, scatter: float) -> list[MovedZero]:
+    """Return accounts of one step as large as a load, after which readings near the old zero are loads."""
+    n, number = run.members.size, int(states.run[run.members[0]])
+    groups = [(k, _new_zero(run, int(place), n)) for k, place in enumerate(run.places)]
+    groups = [(k, group) for k, group in groups if len(group) > run.places.size - 1 - k]
+    if groups:
+        k, group = max(groups, key=lambda entry: entry[0] + len(entry[1]))
+    elif run.places.size and run.places[-1] < n - 1:
+        k, group = run.places.size - 1, [n - 1]
+    else:
+        return []
+    before = run.force[run.places[: k + 1]]
+    change = run.force[group].mean(axis=0) - before.mean(axis=0)
+    if np.linalg.norm(change) < max(LEAST_LEVEL * run.largest, CLEARLY * scatter):
+        return []
+    between = (int(run.members[run.places[k]]), int(run.members[group[0]]))
+    account = MovedZero(
+        number, ZeroChange.STEP, between, change, k + 1 + len(group), run.members, np.zeros((n, 3)),
+        earliest=int(run.places[max(k - 1, 0)]) + 1, single=len(group) == 1,
+    )  # fmt: skip
+    return [started_at(account, group[0])]
+
+
+def _new_zero(run: _Unloaded, start: int, end: int) -> list[int]:
+    """Return the states between two at which the load is off, though the zero has moved by as much as a load.
+
+    They are what the load returns to, between loads in directions other than that of the change.
+
+    Parameters
+    ----------
+    start : an unloaded state. end : the next one, or the number of states.
+    """
+    force = run.force[start + 1 : end] - run.force[start]
+    alike = np.linalg.norm(force[:, None] - force[None], axis=2) < LEAST_STEP * run.largest
+    # of those returned to most often, the nearest
+    for k in np.lexsort((np.linalg.norm(force, axis=1), -alike.sum(axis=1))):
+        group = np.flatnonzero(alike[k])
+        if group.size < LEAST_RETURNS:
+            return []
+        step = force[group].mean(axis=0)
+        between = force[group[0] : group[-1] + 1] - step
+        size = np.linalg.norm(between, axis=1)
+        aside = np.abs(between @ step) < ALONG * size * np.linalg.norm(step)
+        if np.linalg.norm(step) > LEAST_LEVEL * run.largest and ((size > LEAST_LEVEL * run.largest) & aside).any():
+            return [start + 1 + int(place) for place in group]
+    return []
+
+
+def _scatter(run: _Unloaded) -> float | None:
+    """Return the scatter, N, of one component of the unloaded readings about their best account; None: too few."""
+    readings = run.readings
+    if len(readings) < 3:
+        return None
+    at = run.time[run.places]
+    steps = np.linalg.norm(np.diff(readings, axis=0), axis=1)
+    between = float(np.median(steps) / MEDIAN_OF_DIFFERENCES)
+    return min(_step_of(readings)[2], _line_of(at, readings)[1], between)
+
+
+def _noise_of_sensor(states: LoadStates, members: Integers) -> float | None:
+    """Return the noise of a state's force, N, as the manifest states it or the log shows it; None: neither does."""
+    scatter = states.wrench_scatter[members, :3] / np.sqrt(np.maximum(states.n_readings[members], 1))[:, None]
+    finite = scatter[np.isfinite(scatter)]
+    shown = float(np.sqrt(np.mean(finite**2))) if finite.size else 0.0
+    stated = states.setup.sigma.force or 0.0
+    return max(shown, stated) or None
+
+
+def _step_of(readings: Floats) -> tuple[int, Floats, float]:
+    """Part readings (u, 3), in order, into two groups that scatter least: where, the step, the scatter about both."""
+    u = len(readings)
+
+    def left(k: int) -> float:
+        return float(sum(((piece - piece.mean(axis=0)) ** 2).sum() for piece in (readings[:k], readings[k:])))
+
+    k = min(range(1, u), key=left)
+    step = readings[k:].mean(axis=0) - readings[:k].mean(axis=0)
+    return k, step, float(np.sqrt(left(k) / (3 * max(u - 2, 1))))
+
+
+def _line_of(time: Floats, readings: Floats) -> tuple[Floats, float]:
+    """Return the slope (3,) of readings (u, 3) over time (u,), N/s, and their scatter about that line, N."""
+    at = time - time.mean()
+    slope = at @ readings / (at @ at)
+    rest = readings - readings.mean(axis=0) - at[:, None] * slope
+    return slope, float(np.sqrt(np.sum(rest**2) / (3 * max(len(readings) - 2, 1))))
+
+
+def _moved(states: LoadStates, run: _Unloaded, scatter: float) -> MovedZero | None:
+    """Return how the zero moved in a run; None where its unloaded readings agree."""
+    readings, places, time = run.readings, run.places, run.time
+    if len(readings) < 2:
+        return None
+    least = max(LEAST_STEP * run.largest, CLEARLY * scatter)
+    if np.linalg.norm(readings - readings[0], axis=1).max() < least:
+        return None
+    k, step, about_step = _step_of(readings)
+    slope, about_line = _line_of(time[places], readings)
+    first, last = int(places[0]), int(places[-1])
+    # what neither a step nor a trend explains is several steps, each of which the readings around it show
+    if len(readings) == 2:
+        kind = ZeroChange.UNCLEAR
+    elif min(about_step, about_line) > 2.0 * scatter:
+        kind = ZeroChange.STEPS
+    else:
+        kind = ZeroChange.STEP if about_step <= about_line else ZeroChange.DRIFT
+    if kind is ZeroChange.STEP:
+        change, around = step, (int(places[k - 1]), int(places[k]))
+        zero = np.where(np.arange(run.members.size)[:, None] < places[k], 0.0, step)
+    elif kind is ZeroChange.STEPS:
+        far = int(np.argmax(np.linalg.norm(readings - readings[0], axis=1)))
+        change, around = readings[far] - readings[0], (first, int(places[far]))
+        zero = np.stack([np.interp(time, time[places], column - column[0]) for column in readings.T], axis=1)
+    else:
+        change, around = slope * (time[last] - time[first]), (first, last)
+        zero = (time - time[first])[:, None] * slope
+    if kind is not ZeroChange.STEPS and np.linalg.norm(change) < least:
+        return None
+    between = (int(run.members[around[0]]), int(run.members[around[1]]))
+    number = int(states.run[run.members[0]])
+    return MovedZero(number, kind, between, change, len(readings), run.members, zero)

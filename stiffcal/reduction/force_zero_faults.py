@@ -1,0 +1,198 @@
+"""Force sensors whose zero moved within a run, as faults: where, by how much, and what it does to the stiffnesses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.errors import Fault
+from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.mechanics.chain import Chain
+from stiffcal.reduction.force_zero import LEAST_LEVEL, MovedZero, ZeroChange, moved_zeros, started_at, without_zeros
+from stiffcal.reduction.motion import motion_of
+from stiffcal.reduction.rezeroed_tables import joint_springs
+
+# A change of stiffness that no one would act on.
+LEAST_CHANGE = 0.001
+# Of the evidence: five standard errors, odds of e^12.5.
+CLEAR = 25.0
+
+
+def force_zero_faults(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> list[Fault]:
+    """Return a fault for every run in which the force sensor's zero moved.
+
+    Parameters
+    ----------
+    states : load states that are used, of load runs. chain : the robot's.
+    """
+    runs = moved_zeros(states)
+    if not runs:
+        return []
+    motion = motion_of(states, chain, all_targets=True).measured
+    judged = [_best(states, accounts, motion) for accounts in runs]
+    moved = [judgement for judgement in judged if judgement is not None]
+    if not moved:
+        return []
+    bias = _bias_words(stiffness_bias(states, [zero for zero, _ in moved], chain), chain)
+    return [_fault(states, zero, evidence, bias, file) for zero, evidence in moved]
+
+
+def _best(states: LoadStates, accounts: Sequence[MovedZero], motion: Floats) -> tuple[MovedZero, float] | None:
+    """Return the account that the robot's motion supports most, and how much; None where it contradicts all."""
+    best: tuple[MovedZero, float] | None = None
+    for account in accounts:
+        trials = [account]
+        if account.earliest is not None:
+            latest = int(np.flatnonzero(account.members == account.between[1])[0])
+            trials = [account, *(started_at(account, start) for start in range(account.earliest, latest))]
+        weighed = max(((trial, _evidence(states, trial, motion)) for trial in trials), key=lambda entry: entry[1])
+        needed = CLEAR if account.single else -CLEAR
+        if weighed[1] > needed and (best is None or weighed[1] > best[1]):
+            best = weighed
+    return best
+
+
+def _evidence(states: LoadStates, moved: MovedZero, motion: Floats) -> float:
+    """Return twice the logarithm of how many times likelier the motion is with the zero moved than with a load left on.
+
+    In one pose the motion is a linear map of the force, whatever the robot's springs and geometry; what play and
+    friction leave of that counts as noise. 0 where no motion was measured.
+
+    Parameters
+    ----------
+    motion : (n, k) m, of all states.
+    """
+    force = states.wrench[moved.members, :3]
+    as_read, without = _directed(force), _directed(force - moved.zero)
+    evidence = 0.0
+    for target in motion[moved.members].T:
+        seen = np.isfinite(target)
+        squares = [_misfit(design[seen], target[seen]) for design in (as_read, without)]
+        free = int(seen.sum()) - as_read.shape[1]
+        evidence += max(free, 0) * float(np.log(max(squares[0], 1e-300) / max(squares[1], 1e-300)))
+    return evidence
+
+
+def _directed(force: Floats) -> Floats:
+    """Return (m, 1 + d) a constant and the parts of forces (m, 3) in the directions that are loaded.
+
+    Along the others a change of zero would be all the load there is, and any motion would do for it.
+    """
+    _, _, axes = np.linalg.svd(force - force.mean(axis=0), full_matrices=False)
+    parts = force @ axes.T
+    loaded = np.ptp(parts, axis=0) > LEAST_LEVEL * np.linalg.norm(force, axis=1).max()
+    return np.hstack([np.ones((len(force), 1)), parts[:, loaded]])
+
+
+def _misfit(design: Floats, target: Floats) -> float:
+    scale = np.maximum(np.abs(design).max(axis=0, initial=0.0), 1e-300)
+    return float(np.sum((target - design @ (np.linalg.lstsq(design / scale, target, rcond=1e-9)[0] / scale)) ** 2))
+
+
+def _fault(states: LoadStates, moved: MovedZero, evidence: float, bias: str, file: str) -> Fault:
+    before, after = (int(states.row[k]) for k in moved.between)
+    numbers = ", ".join(f"{value:.0f}" if abs(value) >= 9.5 else f"{value:.1f}" for value in moved.change)
+    how, instead = {
+        ZeroChange.STEP: ("was reset", "a load remained"),
+        ZeroChange.DRIFT: ("drifted", "a growing load remained"),
+        ZeroChange.STEPS: ("changed several times", "loads remained"),
+        ZeroChange.UNCLEAR: ("was reset or drifted", "a load remained"),
+    }[moved.kind]
+    cause = how if evidence > CLEAR else f"{how}, or {instead}"
+    reason = (
+        f"between states {before} and {after} the force sensor's zero {cause}: unloaded it reads ({numbers}) N more "
+        f"than before, in {moved.n_unloaded} unloaded states; forces are used as they are{bias}"
+    )
+    if moved.kind is ZeroChange.STEP:
+        code = FaultCode.WRENCH_REZEROED
+        mend = "split the run there (two [[runs]], each with its own reference), or remove the step in a copy"
+    else:
+        code = FaultCode.WRENCH_DRIFTED
+        mend = "subtract what the sensor reads unloaded, interpolated over time, in a copy, or measure the run again"
+    return Fault(code, file, f"run {states.runs[moved.run].name}", reason, mend)
+
+
+@dataclass(frozen=True)
+class _Springs:
+    """Joint springs alone, fitted to what was measured, to first order, with an offset for each run."""
+
+    compliance: Floats
+    """(J,) of the drives, rad/(N·m) or m/N."""
+    std: Floats
+    """(J,) their standard errors; infinite where no load acts, and of all where they cannot be separated."""
+    left: float
+    """Sum of squares that they leave, m²."""
+    free: int
+    """Degrees of freedom of that."""
+
+
+@dataclass(frozen=True)
+class StiffnessBias:
+    """What moved zeros do to the stiffness that they change most clearly."""
+
+    drive: int
+    """Its drive, from 0."""
+    share: float
+    """By what share it comes out too large."""
+
+
+def stiffness_bias(states: LoadStates, moved: Sequence[MovedZero], chain: Chain) -> StiffnessBias | None:
+    """Return what moved zeros do to the stiffness whose change is most standard errors.
+
+    None where no motion is measured that springs would explain.
+    """
+    as_read, corrected = _springs_of(states, chain), _springs_of(without_zeros(states, moved), chain)
+    if as_read is None or corrected is None:
+        return None
+    known = (corrected.compliance > 0.0) & (as_read.compliance > 0.0) & np.isfinite(corrected.std)
+    if not known.any():
+        return None
+    change = np.where(known, corrected.compliance - as_read.compliance, 0.0)
+    drive = int(np.argmax(np.abs(change) / corrected.std))
+    return StiffnessBias(drive, float(change[drive] / as_read.compliance[drive]))
+
+
+def _springs_of(states: LoadStates, chain: Chain) -> _Springs | None:
+    """Return the joint springs that explain the states best; None where they are not determined."""
+    reading, per_reading, columns = joint_springs(states, chain)
+    measured = motion_of(states, chain, all_targets=True).measured
+    design = columns * (per_reading @ reading[:, :, None])[:, None, :, 0]
+    offset = 0.0 if states.deflection_given else 1.0
+    rows, targets = [], []
+    for members in members_of(states.run):
+        for component in range(measured.shape[1]):
+            seen = members[np.isfinite(measured[members, component])]
+            if seen.size:
+                rows.append(design[seen, component] - offset * design[seen, component].mean(axis=0))
+                targets.append(measured[seen, component] - offset * measured[seen, component].mean())
+    if not rows:
+        return None
+    matrix, target = np.concatenate(rows), np.concatenate(targets)
+    free = len(target) - matrix.shape[1] - len(rows)
+    scale = np.linalg.norm(matrix, axis=0)
+    acting = scale > 1e-9 * max(float(scale.max(initial=0.0)), 1e-300)
+    if free < 1 or not acting.any():
+        return None
+    scaled = matrix[:, acting] / scale[acting]
+    found, _, rank, _ = np.linalg.lstsq(scaled, target, rcond=1e-9)
+    left = float(np.sum((target - scaled @ found) ** 2))
+    compliance, std = np.zeros(len(scale)), np.full(len(scale), np.inf)
+    compliance[acting] = found / scale[acting]
+    if rank == acting.sum():
+        std[acting] = np.sqrt(left / free * np.diag(np.linalg.inv(scaled.T @ scaled))) / scale[acting]
+    return _Springs(compliance, std, left, free)
+
+
+def _bias_words(bias: StiffnessBias | None, chain: Chain) -> str:
+    """Return what the moved zeros do to the stiffness that changes most, as the end of a sentence."""
+    if bias is None:
+        return ""
+    if abs(bias.share) < LEAST_CHANGE:
+        return "; no joint's stiffness changes by more than 0.1 %"
+    size = "large" if bias.share > 0.0 else "small"
+    name = chain.joint_names[bias.drive]
+    return f"; with these zeros the stiffness of joint {name} comes out {100.0 * abs(bias.share):.2g} % too {size}"

@@ -1,0 +1,150 @@
+"""A force sensor whose zero moves within a run: its unloaded readings tell, whether or not the robot comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stiffcal.arrays import Floats
+from stiffcal.fault_codes import FaultCode
+from stiffcal.identification.identify import identify_parameters
+from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.reduction.force_zero import ZeroChange, moved_zeros, without_zeros
+from stiffcal.reduction.force_zero_faults import force_zero_faults, stiffness_bias
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.simulated_states import cycles_of, joint_springs, played
+
+LARGEST = 400.0  # N
+NOISE = Sigma(translation=16e-6, force=0.3)
+RUNS = 4
+CHANGED = 2  # number of the run in which the zero moves
+WIDTH = 3e-4  # rad of play in three joints: half a millimetre at the tool, a third of the deflection
+
+
+def robot_with_play(chain: Chain) -> CompliantRobot:
+    springs = joint_springs(chain, np.array(SIX_STIFFNESS))
+    play = find_effects()["backlash"]
+    parts = [PlacedEffect(play, Place("joints", (k,)), {"width": WIDTH, "band": 5.0}) for k in (1, 2, 3)]
+    return CompliantRobot(chain, (*springs.placed, *parts))
+
+
+def loads(rng: np.random.Generator) -> list[Floats]:
+    """Return runs of five directions up and down, of which each returns to no load."""
+    directions = [np.array(way, dtype=float) for way in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1])]
+    return [cycles_of(np.array(directions) + 0.02 * rng.normal(size=(5, 3)), 1, LARGEST) for _ in range(RUNS)]
+
+
+@pytest.fixture(scope="module")
+def states() -> LoadStates:
+    """Unloaded are the states 0, 4, 8, … 20 of each run of 21."""
+    rng = np.random.default_rng(3)
+    return played(robot_with_play(six_axes()), RUNS, wrench=loads(rng), noise=NOISE, full_pose=False, load_scatter=0.02)
+
+
+def moved(states: LoadStates, zero: Callable[[Floats], Floats]) -> LoadStates:
+    """Return the states with a zero, (m, 3) N of the parts of the run's time, added to the forces of one run."""
+    wrench = states.wrench.copy()
+    own = np.flatnonzero(states.run == CHANGED)
+    wrench[own, :3] += zero(np.linspace(0.0, 1.0, own.size)[:, None])
+    return replace(states, wrench=wrench)
+
+
+def step(at: float, *size: float) -> Callable[[Floats], Floats]:
+    return lambda part: np.where(part >= at, np.array(size), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("zero", "kind", "change"),
+    [
+        (step(0.5, -36.0, 0.0, 0.0), ZeroChange.STEP, (-36.0, 0.0, 0.0)),
+        (step(0.1, -36.0, 0.0, 0.0), ZeroChange.STEP, (-36.0, 0.0, 0.0)),
+        (step(0.9, 0.0, 8.0, 0.0), ZeroChange.STEP, (0.0, 8.0, 0.0)),
+        (step(0.45, 30.0, -90.0, 0.0), ZeroChange.STEP, (30.0, -90.0, 0.0)),
+        (step(0.35, 0.0, 0.0, -300.0), ZeroChange.STEP, (0.0, 0.0, -300.0)),
+        (lambda part: part * np.array([25.0, 0.0, -15.0]), ZeroChange.DRIFT, (25.0, 0.0, -15.0)),
+        (lambda part: part * np.array([0.0, 7.0, 0.0]), ZeroChange.DRIFT, (0.0, 7.0, 0.0)),
+        (lambda part: part * np.array([0.0, 130.0, 0.0]), ZeroChange.DRIFT, (0.0, 130.0, 0.0)),
+        (lambda part: step(0.3, 0.0, 20.0, 0.0)(part) - step(0.7, 0.0, 20.0, 0.0)(part), ZeroChange.STEPS, (0, 20, 0)),
+    ],
+)
+@pytest.mark.parametrize("timed", [True, False], ids=["logged", "table"])
+def test_is_named_though_the_robot_has_play(
+    zero: Callable[[Floats], Floats], kind: ZeroChange, change: tuple[float, ...], timed: bool, states: LoadStates
+) -> None:
+    table = moved(states, zero)
+    if not timed:
+        unknown = np.full(len(states), np.nan)
+        table = replace(table, time=unknown)
+    (fault,) = force_zero_faults(table, six_axes())
+    assert fault.place == f"run {states.runs[CHANGED].name}"
+    assert fault.code is (FaultCode.WRENCH_REZEROED if kind is ZeroChange.STEP else FaultCode.WRENCH_DRIFTED)
+    best = [account for accounts in moved_zeros(table) for account in accounts if account.kind is kind]
+    assert min(float(np.abs(account.change - change).max()) for account in best) < 5.0 * 0.3 * np.sqrt(2.0)
+
+
+def test_the_step_lies_between_the_unloaded_states_around_it(states: LoadStates) -> None:
+    ((account, *_),) = moved_zeros(moved(states, step(0.5, -36.0, 0.0, 0.0)))
+    assert [int(states.row[k]) for k in account.between] == [2 * 21 + 9, 2 * 21 + 13]
+    assert account.n_unloaded == 6
+
+
+def test_nothing_is_said_of_good_runs(states: LoadStates) -> None:
+    assert moved_zeros(states) == []
+    # nor where a rig leaves a few per cent of each load on, nor of a drift that is less than a sensor's gain
+    rng = np.random.default_rng(4)
+    left_on = states.wrench.copy()
+    left_on[::4, :3] += 0.02 * LARGEST * rng.normal(size=(len(states.wrench[::4]), 3))
+    assert moved_zeros(replace(states, wrench=left_on)) == []
+    assert moved_zeros(moved(states, lambda part: part * np.array([3.0, 0.0, 0.0]))) == []
+    for seed in range(3):
+        at_random = LARGEST * np.random.default_rng(seed).normal(size=(len(states), 3))
+        at_random[states.reference] = 0.0
+        assert force_zero_faults(replace(states, wrench=np.hstack([at_random, 0.0 * at_random])), six_axes()) == []
+
+
+def test_a_load_that_stays_on_is_no_zero() -> None:
+    """A preload from the third direction on: the robot gives way to it, which no zero makes it do."""
+    rng = np.random.default_rng(5)
+    preloaded = loads(rng)
+    for wrench in preloaded:
+        wrench[10:, :3] += [0.0, 0.0, 200.0]
+    springs = joint_springs(six_axes(), np.array(SIX_STIFFNESS))
+    table = played(springs, RUNS, wrench=preloaded, noise=NOISE, full_pose=False, load_scatter=0.02)
+    assert moved_zeros(table)
+    assert force_zero_faults(table, six_axes()) == []
+
+
+def test_what_it_does_to_the_stiffness(states: LoadStates) -> None:
+    table = moved(states, lambda part: part * np.array([25.0, 0.0, -15.0]))
+    accounts = [accounts[0] for accounts in moved_zeros(table)]
+    bias = stiffness_bias(table, accounts, six_axes())
+    assert bias is not None
+    mended = without_zeros(table, accounts)
+    np.testing.assert_allclose(mended.wrench, states.wrench, atol=5.0 * 0.3)
+    # a fit of the springs on the deformed robot, weighted by the instruments' noise
+    fits = [identify_parameters(one, joint_springs(six_axes())) for one in (table, mended)]
+    as_read, corrected = (fit.parameters[bias.drive].value for fit in fits)
+    assert as_read is not None
+    assert corrected is not None
+    assert bias.share == pytest.approx(corrected / as_read - 1.0, rel=0.25)
+    assert abs(bias.share) > 0.01
+
+
+def test_two_unloaded_states_are_compared_with_the_sensors_noise(states: LoadStates) -> None:
+    few = states.select(np.isin(np.arange(len(states)) % 21, [0, 1, 2, 3, 4]))
+    table = replace(few, wrench=few.wrench.copy())
+    last = np.flatnonzero(few.run == CHANGED)[-1]
+    table.wrench[last, :3] += [0.0, 12.0, 0.0]
+    stated = replace(few.setup, sigma=Sigma(force=0.3))
+    (fault,) = force_zero_faults(replace(table, setup=stated), six_axes())
+    assert fault.place == f"run {states.runs[CHANGED].name}"
+    assert force_zero_faults(replace(few, setup=stated), six_axes()) == []
+    # of a table that states none, and of which no run has three, nothing is known
+    assert moved_zeros(table) == []
