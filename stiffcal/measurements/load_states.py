@@ -18,6 +18,12 @@ from stiffcal.measurements.set_aside import SetAsideCode
 
 # What the frame is called by which a clamped robot is held, among the targets.
 HELD = "held"
+# Fields of `LoadStates` with a row for each state.
+PER_STATE = (
+    "run", "time", "hold", "joints", "wrench", "position", "rotation", "deflection", "reference", "temperature", "row",
+    "n_readings", "wrench_scatter", "position_scatter", "set_aside", "lengths", "displacement", "markers_measured",
+    "sigma", "motor_sigma", "wrench_sigma", "joint_torque", "approach", "set_aside_code",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -234,7 +240,10 @@ class LoadStates:
         if self.set_aside_code.size == 0:
             excluded = np.where(self.set_aside == "", SetAsideCode.NONE.value, SetAsideCode.EXCLUDED.value)
             object.__setattr__(self, "set_aside_code", excluded)
-        elif ((self.set_aside_code == "") != (self.set_aside == "")).any():
+        lengths = {name: len(getattr(self, name)) for name in PER_STATE}
+        if others := {name: rows for name, rows in lengths.items() if rows != len(self)}:
+            raise ValueError(f"{len(self)} states, but rows of {others}")
+        if ((self.set_aside_code == "") != (self.set_aside == "")).any():
             raise ValueError("a state that is set aside has a code and a text, one that is used has neither")
 
     def __len__(self) -> int:
@@ -267,15 +276,7 @@ class LoadStates:
 
     def select(self, keep: Booleans | Integers) -> LoadStates:
         """Return the states picked by a mask or by indices; runs keep their numbers."""
-        arrays = {
-            name: getattr(self, name)[keep]
-            for name in (
-                "run", "time", "hold", "joints", "wrench", "position", "rotation", "deflection", "reference",
-                "temperature", "row", "n_readings", "wrench_scatter", "position_scatter", "set_aside",
-                "lengths", "displacement", "markers_measured", "sigma", "motor_sigma", "wrench_sigma",
-                "joint_torque", "approach", "set_aside_code",
-            )
-        }  # fmt: skip
+        arrays = {name: getattr(self, name)[keep] for name in PER_STATE}
         return replace(self, **arrays)
 
     @property

@@ -65,7 +65,8 @@ body = "tool"
 position = ["X", "Y", "Z"]
 units = { position = "mm" }
 sigma = { position = 0.015 }
-[[runs]]
+"""
+ABSOLUTE = """[[runs]]
 id = "poses"
 experiment = "absolute"
 """
@@ -88,19 +89,22 @@ def make_load_campaign(folder: Path, n_runs: int) -> Path:
 
 
 def make_pose_campaign(folder: Path, n_rows: int) -> Path:
-    """Write a table of unloaded full poses, a run each; where tracker and target stand is left to be found."""
-    text = MANIFEST.format(tracker="estimate = true", tool="estimate = true", run='{ each = "row" }')
-    return _written(folder, text + POSE, n_rows, 1)
+    """Write a table of absolute full poses; where tracker and target stand is left to be found."""
+    return _written(folder, _absolute() + POSE + ABSOLUTE, n_rows, 1)
 
 
 def make_place_campaign(folder: Path, n_rows: int) -> Path:
     """Write a table of absolute places without orientation, as of a tracker; two joints' angles err by a sine."""
-    text = MANIFEST.format(tracker="estimate = true", tool="estimate = true", run='""').replace('run = ""\n', "")
     errors = [
         PlacedEffect(find_effects()["joint-eccentricity"], Place("joints", (joint,)), {"a": a, "b": -a, "order": order})
         for joint, a, order in ((2, 1e-4, 2.0), (3, 2e-4, 1.0))
     ]
-    return _written(folder, text + PLACES, n_rows, 1, errors)
+    return _written(folder, _absolute() + PLACES + ABSOLUTE, n_rows, 1, errors)
+
+
+def _absolute() -> str:
+    """Return the manifest's beginning of absolute places: all rows in one run, tracker and target to be found."""
+    return MANIFEST.format(tracker="estimate = true", tool="estimate = true", run='""').replace('run = ""\n', "")
 
 
 def _written(folder: Path, manifest: str, n_runs: int, per_run: int, more_effects: Sequence[PlacedEffect] = ()) -> Path:

@@ -19,13 +19,14 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.observation import evaluate, free_columns, observe
-from stiffcal.measurements.load_states import LoadStates, RunInfo
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values
 from stiffcal.model.equilibrium import solve_balance
-from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign, turn_by
-from tests.laboratory.robots import SIX_STIFFNESS, six_axes, six_axis_joints
+from tests.laboratory.mujoco_states import NOISE, turn_by
+from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
+from tests.laboratory.unread_states import unread_states
 
 FIRST_ORDER, BALANCED, GIGABYTES = 3.0, 8.0, 1.5
 STATES_PER_RUN = 100
@@ -65,43 +66,20 @@ def many_states(n: int) -> LoadStates:
     """Make n full-pose load states, each run a pose and 100 random loads; the noise is stated."""
     rng = np.random.default_rng(7)
     chain = six_axes()
-    few = simulate_campaign(rng, Plan(poses=2)).states
+    setup = replace(force_sensor_setup(chain, 12.0, (0.01, -0.02, 0.09)), sigma=NOISE)
     n_runs = max(2, n // STATES_PER_RUN)
     run = np.repeat(np.arange(n_runs), STATES_PER_RUN)
     n = len(run)
-    joints = six_axis_joints(rng, n_runs)[run]
+    joints = six_axis_joints(rng, n_runs)
     wrench = rng.normal(size=(n, 6)) * np.repeat([300.0, 40.0], 3)
-    first = np.arange(n) % STATES_PER_RUN == 0
-    wrench[first] = 0.0
-    balance = solve_balance(springs(chain, True, True), chain.model_angles(joints), wrench, few.setup)
+    wrench[::STATES_PER_RUN] = 0.0
+    balance = solve_balance(springs(chain, True, True), chain.model_angles(joints[run]), wrench, setup)
     assert NOISE.translation is not None
     assert NOISE.rotation is not None
-    shape: dict[str, Floats] = {
-        "position": balance.target_position + NOISE.translation * rng.normal(size=(n, 1, 3)),
-        "rotation": (turn_by(NOISE.rotation * rng.normal(size=(n, 3))) @ balance.target_rotation[:, 0])[:, None],
-    }
-    return replace(
-        few,
-        runs=tuple(RunInfo(f"pose{number}") for number in range(n_runs)),
-        run=run,
-        time=np.arange(0.0, 8.0 * n, 8.0),
-        hold=np.full(n, 2.0),
-        joints=joints,
-        wrench=wrench,
-        position=shape["position"],
-        rotation=shape["rotation"],
-        deflection=np.full((n, 1, 6), np.nan),
-        reference=first,
-        temperature=np.zeros((n, 0)),
-        row=np.arange(1, n + 1),
-        n_readings=np.ones(n, dtype=np.int64),
-        motor_sigma=np.full(n, np.nan),
-        wrench_sigma=np.full((n, 6), np.nan),
-        wrench_scatter=np.full((n, 6), np.nan),
-        position_scatter=np.full((n, 1, 3), np.nan),
-        set_aside=np.full(n, "", dtype=np.str_),
-        set_aside_code=np.full(n, "", dtype=np.str_),
-    )
+    position = balance.target_position + NOISE.translation * rng.normal(size=(n, 1, 3))
+    rotation = (turn_by(NOISE.rotation * rng.normal(size=(n, 3))) @ balance.target_rotation[:, 0])[:, None]
+    planned = unread_states(joints, wrench.reshape(n_runs, STATES_PER_RUN, 6), setup)
+    return replace(planned, hold=np.full(n, 2.0), position=position, rotation=rotation)
 
 
 def finished_matrix(states: LoadStates) -> tuple[Floats, Floats]:

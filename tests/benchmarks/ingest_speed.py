@@ -22,6 +22,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -200,26 +201,17 @@ def run_once(name: str, log: Path) -> None:
     print(json.dumps({**took, "memory": peak}))
 
 
-def main() -> int:
-    """Print the ratios; return 1 where a limit is not met."""
-    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    options.add_argument("--gigabytes", type=float, default=1.0)
-    options.add_argument("--turns", type=int, default=3)
-    options.add_argument("--run", help=argparse.SUPPRESS)
-    options.add_argument("--log", type=Path, help=argparse.SUPPRESS)
-    chosen = options.parse_args()
-    if chosen.run:
-        run_once(chosen.run, chosen.log)
-        return 0
+def main(gigabytes: float = 1.0, turns: int = 3) -> bool:
+    """Make the campaigns, measure in turns, print; return whether the limits are met."""
     folder = Path(tempfile.mkdtemp(prefix="ingest-speed-"))
     try:
-        return report(folder, int(chosen.gigabytes * 1e9), chosen.turns)
+        return report(folder, int(gigabytes * 1e9), turns)
     finally:
         shutil.rmtree(folder)
 
 
-def report(folder: Path, size: int, turns: int) -> int:
-    """Make the campaigns, measure in turns, print; return 1 where a limit is not met."""
+def report(folder: Path, size: int, turns: int) -> bool:
+    """Make the campaigns, measure in turns, print; return whether the limits are met."""
     log, double = make_campaign(folder / "single", size), make_campaign(folder / "double", 2 * size)
     print(f"a log of {log.stat().st_size / 1e9:.2f} GB, and one of twice the size; best of {turns} turns", flush=True)
     taken: dict[str, list[dict[str, float]]] = {name: [] for name in RUNS}
@@ -239,8 +231,22 @@ def report(folder: Path, size: int, turns: int) -> int:
     print(f"ingest over pyarrow: {ratio:.2f} (at least {LEAST_RATIO})")
     print(f"peak memory of ingest at twice the size: {growth:.3f} times (at most {MOST_MEMORY_GROWTH})")
     print("met" if good else "NOT MET")
-    return 0 if good else 1
+    return good
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run the comparison, or one of `RUNS` in a process that is measured."""
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options.add_argument("--gigabytes", type=float, default=1.0)
+    options.add_argument("--turns", type=int, default=3)
+    options.add_argument("--run", help=argparse.SUPPRESS)
+    options.add_argument("--log", type=Path, help=argparse.SUPPRESS)
+    chosen = options.parse_args(arguments)
+    if chosen.run:
+        run_once(chosen.run, chosen.log)
+        return 0
+    return 0 if main(chosen.gigabytes, chosen.turns) else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run())

@@ -6,14 +6,20 @@ import numpy as np
 import pytest
 
 from tests.benchmarks import clamped_coverage, compensation_coverage, coverage, fit_speed, step_speed
-from tests.benchmarks.__main__ import main
+from tests.benchmarks.__main__ import SMOKE, main
 from tests.laboratory.hidden_arrays import scatter_within_runs
 from tests.laboratory.mujoco_robot import MujocoRobot
 from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign
 
 
-def test_every_benchmark_runs() -> None:
-    assert main(["--smoke"]) == 0
+@pytest.mark.parametrize("name", SMOKE)
+def test_every_benchmark_runs(name: str) -> None:
+    assert main(["--smoke", "--only", name]) == 0
+
+
+def test_a_benchmark_that_raises_did_not_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SMOKE, "jacobian_speed", ("no number",))
+    assert main(["--smoke", "--only", "jacobian_speed"]) == 2
 
 
 def test_coverage_prints_its_table(capsys: pytest.CaptureFixture[str]) -> None:
