@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -26,6 +25,7 @@ from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.table_purpose import check_purpose, serves_absolute
 from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable, sniff_table
 from stiffcal.campaign.templates import chosen_robot, write_folder
+from stiffcal.campaign.toml_reading import parse_toml
 from stiffcal.campaign.urdf import PRISMATIC
 from stiffcal.campaign.urdf_arm import UrdfArm, arm_of_table
 from stiffcal.errors import InputError
@@ -120,7 +120,7 @@ def arm_of_given(urdf: Path | None, robot: str | None, columns: Sequence[Sniffed
     InputError : there is no such file, or the chain does not fit the columns.
     """
     if robot is not None:
-        joints = RobotFile.model_validate(tomllib.loads(chosen_robot(robot))).joints
+        joints = RobotFile.model_validate(parse_toml(chosen_robot(robot), "robot.toml")).joints
         names = [entry.name for entry in joints]
         found = columns_of_joints(columns, names)
         prismatic = frozenset(found[entry.name] for entry in joints if entry.type == PRISMATIC and entry.name in found)
@@ -244,7 +244,7 @@ def check_robot_fits(proposal: Proposal, roles: Roles, urdf: Path | None) -> Non
     InputError : their numbers differ.
     """
     assert roles.joints is not None
-    document = tomllib.loads(proposal.robot)
+    document = parse_toml(proposal.robot, "robot.toml")
     path = urdf if urdf is not None else Path("robot.toml")
     count = len(outline_of(RobotFile.model_validate(document), path).joint_names)
     columns = len(roles.joints.columns)

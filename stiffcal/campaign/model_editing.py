@@ -9,14 +9,13 @@ from typing import Any, TypeAlias
 import tomlkit
 from tomlkit.items import AoT, Comment, Table, Whitespace
 
-from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile, default_model_text, place_names
+from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, check_model, default_model_text, place_names
 from stiffcal.campaign.moved_parameters import move_in_document
 from stiffcal.campaign.reach import check_own
-from stiffcal.campaign.toml_reading import read_toml, validate
+from stiffcal.campaign.toml_reading import parse_for_editing, read_toml, toml_text
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import read_regular, replacing
-from stiffcal.limits import TOML
+from stiffcal.files import replacing
 
 Places: TypeAlias = dict[str, list[Any]]
 """``joints``, ``links`` and ``pairs``, as far as they are not empty."""
@@ -166,11 +165,10 @@ def _document(folder: Path, n_joints: int) -> tomlkit.TOMLDocument:
     path = folder / MODEL_FILE
     check_own(folder, MODEL_FILE)
     if path.exists():
-        validate(read_toml(path, MODEL_FILE), MODEL_FILE, ModelFile)
-        existing = tomlkit.parse(read_regular(path, MODEL_FILE, limit=TOML).decode("utf-8-sig"))
+        existing = parse_for_editing(toml_text(path, MODEL_FILE), MODEL_FILE, check_model)
         move_in_document(existing)
         return existing
-    document = tomlkit.parse(default_model_text(_experiments(folder)))
+    document = parse_for_editing(default_model_text(_experiments(folder)), MODEL_FILE, check_model)
     for entry in document["effects"]:
         if entry.get("joints") == "all":
             entry["joints"] = list(range(1, n_joints + 1))
@@ -281,4 +279,4 @@ def _save(folder: Path, document: tomlkit.TOMLDocument) -> None:
     text = tomlkit.dumps(document)
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
-        validate(read_toml(temporary, MODEL_FILE), MODEL_FILE, ModelFile)
+        check_model(read_toml(temporary, MODEL_FILE))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
@@ -13,7 +12,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from stiffcal.campaign.experiment_kinds import experiment_kind
 from stiffcal.campaign.moved_parameters import with_moved_parameters
 from stiffcal.campaign.reach import check_own
-from stiffcal.campaign.toml_reading import read_toml, validate
+from stiffcal.campaign.toml_reading import parse_toml, read_toml, validate
 from stiffcal.campaign.typed import Counting, Name, TomlTable, WrongValueError
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -158,7 +157,7 @@ def load_model(folder: Path, n_joints: int, experiments: Collection[str] = ()) -
         return default_model(n_joints, experiments)
     check_own(folder, MODEL_FILE)
     document = read_toml(path, MODEL_FILE)
-    return _with_all_joints(validate(document, MODEL_FILE, ModelFile), document, n_joints)
+    return _with_all_joints(check_model(document), document, n_joints)
 
 
 def default_model(n_joints: int, experiments: Collection[str] = ()) -> ModelFile:
@@ -171,7 +170,7 @@ def default_model(n_joints: int, experiments: Collection[str] = ()) -> ModelFile
     >>> [effect.type for effect in default_model(6, {"load", "friction"}).effects]
     ['joint-compliance', 'joint-friction']
     """
-    document = tomllib.loads(default_model_text(experiments))
+    document = parse_toml(default_model_text(experiments), "default_model.toml")
     return _with_all_joints(validate(document, "default_model.toml", ModelFile), document, n_joints)
 
 
@@ -197,8 +196,13 @@ def model_of_text(text: str, n_joints: int) -> ModelFile:
     ------
     InputError : the text is no model file.
     """
-    document = tomllib.loads(text)
-    return _with_all_joints(validate(document, MODEL_FILE, ModelFile), document, n_joints)
+    document = parse_toml(text, MODEL_FILE)
+    return _with_all_joints(check_model(document), document, n_joints)
+
+
+def check_model(document: dict[str, Any]) -> ModelFile:
+    """Return a document of model.toml as its type; raises `InputError` with one fault per wrong key."""
+    return validate(document, MODEL_FILE, ModelFile)
 
 
 def _with_all_joints(model: ModelFile, document: dict[str, Any], n_joints: int) -> ModelFile:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -184,4 +184,9 @@ def load_plan(folder: Path) -> PlanFile:
     if not path.exists():
         return PlanFile.model_validate({})
     check_own(Path(folder), PLAN_FILE)
-    return validate(read_toml(path, PLAN_FILE), PLAN_FILE, PlanFile)
+    return check_plan(read_toml(path, PLAN_FILE))
+
+
+def check_plan(document: dict[str, Any]) -> PlanFile:
+    """Return a document of plan.toml as its type; raises `InputError` with one fault per wrong key."""
+    return validate(document, PLAN_FILE, PlanFile)

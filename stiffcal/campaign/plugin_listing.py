@@ -10,9 +10,8 @@ from tomlkit.items import Array
 from stiffcal.campaign.manifest_type import validate_manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import check_own
-from stiffcal.campaign.toml_reading import read_toml
-from stiffcal.files import read_regular, replacing
-from stiffcal.limits import TOML
+from stiffcal.campaign.toml_reading import parse_for_editing, read_toml, toml_text
+from stiffcal.files import replacing
 
 
 def list_plugin(folder: Path, name: str) -> None:
@@ -29,7 +28,7 @@ def list_plugin(folder: Path, name: str) -> None:
     """
     path = folder / MANIFEST_FILE
     check_own(folder, MANIFEST_FILE)
-    document = tomlkit.parse(read_regular(path, MANIFEST_FILE, limit=TOML).decode("utf-8-sig"))
+    document = parse_for_editing(toml_text(path, MANIFEST_FILE), MANIFEST_FILE, validate_manifest)
     plugins = document.get("plugins")
     if isinstance(plugins, Array):
         plugins.append(name)

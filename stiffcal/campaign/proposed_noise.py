@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 
 import numpy as np
 
 from stiffcal.campaign.column_roles import Roles
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.proposed_lines import ProposedLine
 from stiffcal.campaign.table_purpose import serves_absolute
 from stiffcal.campaign.table_sniffing import ROWS_LOOKED_AT
+from stiffcal.campaign.toml_reading import parse_toml
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.quantities import UnknownUnitError, unit
 
@@ -51,7 +52,7 @@ def with_noise_lines(lines: Sequence[ProposedLine], roles: Roles) -> list[Propos
     """
     if not serves_absolute(roles):
         return list(lines)
-    keys = [tomllib.loads(line.toml) for line in lines]
+    keys = [parse_toml(line.toml, MANIFEST_FILE) for line in lines]
     joints = next((entry["joints"] for entry in keys if "joints" in entry), None)
     if joints is None:
         return list(lines)

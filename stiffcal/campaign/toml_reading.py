@@ -1,13 +1,19 @@
-"""Reading a TOML file: syntax faults with line and column, then the types, every fault at once."""
+"""Reading a TOML file: syntax faults with line and column, then the types, every fault at once.
+
+All TOML is parsed here, and nowhere else: both parsers, Python's own and the one that keeps comments, need time and
+memory that grow with the square of the parts of a dotted key and more, so none of them is given a text before its keys
+have been counted.
+"""
 
 from __future__ import annotations
 
 import math
 import re
 import tomllib
+from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -19,11 +25,13 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.limits import ENTRIES, RUNS, TOML
 
+if TYPE_CHECKING:
+    from tomlkit import TOMLDocument
+
 Model = TypeVar("Model", bound=BaseModel)
 
 LARGEST = 1e30  # in SI: what is larger overflows somewhere in the physics, and is a slip
 SMALLEST = 1e-100  # its square is still a number; below it only slips are written
-MOST_DOTS = 100  # in one key
 MOST_ODD_NAMES = 20  # that are shown, each on its line
 MOST_NESTED = 20  # tables in tables: twice what any of our files needs
 WHOLE_NUMBERS = range(-(2**63), 2**63)  # TOML 1.0: what a reader has to hold
@@ -31,6 +39,19 @@ _MANY = frozenset({"runs", "exclude", "rows", "campaigns", "parameters"})
 """Keys of lists and tables that grow with what was measured; all others are a robot's or an instrument's."""
 _SYNTAX_MEND = "correct that line: text in quotes, decimal points, each key and table once"
 _DEEP = "tables or lists are nested too deeply"
+_STRINGS = re.compile(
+    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)'
+    r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|\Z)"
+    r'|"(?:[^"\\\n]|\\[^\n])*+"?'
+    r"|'[^'\n]*+'?"
+    r"|#[^\n]*+",
+    re.DOTALL,
+)
+"""Strings and comments, in which a dot is no dot; one that is not closed reaches to where the parser refuses it."""
+_DEEP_KEY = re.compile(rf"(?:\.[^.=,\[\]{{}}\n]*+){{{MOST_NESTED}}}")
+"""More dots between two signs of TOML's grammar than a key has whose tables may be nested so deeply."""
+_DOTTED_KEY = re.compile(r"\.[^.=,\[\]{}\n]*+=")
+_EMPTY_LINES = re.compile(r"(?:[ \t\r]*+\n)++")
 
 _PLACE = re.compile(r"\s*\(at (?P<place>line \d+, column \d+|end of document)\)$")
 
@@ -49,9 +70,14 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
     InputError
         No such file, no regular one, not UTF-8, or not TOML; with the line.
     """
+    return parse_toml(toml_text(path, file, from_user=from_user), file)
+
+
+def toml_text(path: Path, file: str, *, from_user: bool = False) -> str:
+    """Return the text of a TOML file, not looked into yet; the parameters and errors are those of `read_toml`."""
     try:
         content = read_given(path, TOML) if from_user else read_regular(path, file, limit=TOML)
-        text = content.decode("utf-8-sig")  # Windows editors write a byte-order mark
+        return content.decode("utf-8-sig")  # Windows editors write a byte-order mark
     except FileNotFoundError:
         raise InputError.at(
             FaultCode.FILE_MISSING, file, "", "no such file", f"write it, or correct the path ({path.parent})"
@@ -76,10 +102,35 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
         raise InputError.at(
             FaultCode.NAME_INVALID, repr(file), "", "no such file: its name contains a NUL", "correct the name"
         ) from None
-    for number, row in enumerate(text.splitlines(), start=1):  # the parser's time grows with the square of these
-        key = row.partition("=")[0] if "=" in row else row if row.startswith("[") and "," not in row else ""
-        if key.count(".") > MOST_DOTS:
-            raise InputError.at(FaultCode.SIZE_EXCEEDED, file, f"line {number}", _DEEP, "reduce the nesting")
+
+
+def parse_toml(text: str, file: str) -> dict[str, Any]:
+    """Return what a text of TOML holds, in a time that grows with its length alone.
+
+    Parameters
+    ----------
+    text : of the file.
+    file : how to call it in a fault.
+
+    Raises
+    ------
+    InputError
+        It is not TOML, or nests or holds more than any of our files needs.
+
+    Examples
+    --------
+    >>> parse_toml('a."b.c" = "1.2.3"', "x.toml")
+    {'a': {'b.c': '1.2.3'}}
+    >>> parse_toml("[" + ".".join("a" * 99) + "]", "x.toml")
+    Traceback (most recent call last):
+    stiffcal.errors.InputError: x.toml: line 1: tables or lists are nested too deeply; reduce the nesting \
+[size-exceeded]
+    """
+    keys = _without_strings(text)
+    deep = _DEEP_KEY.search(keys)
+    if deep is not None:
+        place = f"line {keys.count(chr(10), 0, deep.start()) + 1}"
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, file, place, _DEEP, "reduce the nesting")
     try:
         document = tomllib.loads(text)
     except RecursionError:
@@ -104,6 +155,37 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
     _check_sizes(document, file)
     raise_faults(list(islice(name_faults(document, file), MOST_ODD_NAMES)))
     return document
+
+
+def _without_strings(text: str) -> str:
+    """Return a text of TOML on the same lines without what its strings and comments hold."""
+    return _STRINGS.sub(lambda string: '"' + "\n" * string[0].count("\n"), text)
+
+
+def parse_for_editing(text: str, file: str, check: Callable[[dict[str, Any]], object]) -> TOMLDocument:
+    """Return a text of TOML with its comments, to be changed and written again.
+
+    Parameters
+    ----------
+    text : of the file.
+    file : how to call it in a fault.
+    check : raises where the document is none of its kind. Only one that passes, with no more dotted keys, nor empty
+        lines in a row, than a table has entries, is parsed with its comments: that parser's time grows with the cube
+        of a key's parts, and with the square of both numbers (1000 dotted keys: 2 s).
+
+    Raises
+    ------
+    InputError
+        As `parse_toml` and `check` raise it.
+    """
+    check(parse_toml(text, file))
+    n_dotted = sum(1 for _ in _DOTTED_KEY.finditer(_without_strings(text)))
+    ENTRIES.check(n_dotted, file, "keys with dots", "write tables, [a.b], in place of them")
+    n_empty = max((lines[0].count("\n") for lines in _EMPTY_LINES.finditer(text)), default=0)
+    ENTRIES.check(n_empty, file, "empty lines in a row", "delete empty lines")
+    import tomlkit
+
+    return tomlkit.parse(text)
 
 
 def _check_sizes(document: dict[str, Any], file: str) -> None:

@@ -131,9 +131,9 @@ class ExperimentKind:
         """Return the names of the effects that a model of this kind begins with, and that are never superfluous."""
         if self.default_model is None:
             return ()
-        import tomllib
+        from stiffcal.campaign.toml_reading import read_toml
 
-        document = tomllib.loads(self.default_model.read_text(encoding="utf-8"))
+        document = read_toml(self.default_model, self.default_model.name)
         return tuple(effect["type"] for effect in document.get("effects", ()))
 
     def overview(self, identified: IdentifiedModel) -> Overview | None:

@@ -22,15 +22,15 @@ import tomlkit
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Manifest
-from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.model_file import MODEL_FILE, check_model
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import check_inside
 from stiffcal.campaign.source import Source
+from stiffcal.campaign.toml_reading import parse_for_editing, toml_text
 from stiffcal.documents import Document
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular, open_regular, read_regular, replacing, write_whole
-from stiffcal.limits import TOML
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.controller import compensated
@@ -261,7 +261,7 @@ def _digest_to_be(campaign: Campaign, name: str, hidden: Sequence[str]) -> str:
     """Return the digest of a document as it would be written."""
     if name != MODEL_FILE:
         return _digest(campaign.folder / name, name)
-    content = read_regular(campaign.model_path, MODEL_FILE, limit=TOML).decode("utf-8-sig")
+    content = toml_text(campaign.model_path, MODEL_FILE)
     return hashlib.sha256(without_values(content, hidden).encode()).hexdigest()
 
 
@@ -346,9 +346,9 @@ def _document_names(campaign: Campaign) -> list[str]:
 def _copy_documents(campaign: Campaign, out: Path, hidden: Sequence[str]) -> list[str]:
     """Copy manifest, robot and plugins as they are, and the model file without its values and hidden effects."""
     names = _document_names(campaign)
-    content = read_regular(campaign.model_path, MODEL_FILE, limit=TOML) if campaign.model_written else None
+    content = toml_text(campaign.model_path, MODEL_FILE) if campaign.model_written else None
     if content is not None:
-        write_whole(out / MODEL_FILE, without_values(content.decode("utf-8-sig"), hidden))
+        write_whole(out / MODEL_FILE, without_values(content, hidden))
     for name in names:
         check_inside(out, name)
         check_regular(campaign.folder / name, name)
@@ -369,7 +369,7 @@ def without_values(model: str, hidden: Sequence[str] = ()) -> str:
     type = "creep"
     joints = [2]
     """
-    document = tomlkit.parse(model)
+    document = parse_for_editing(model, MODEL_FILE, check_model)
     effects: Any = document.get("effects", [])
     for index in reversed(range(len(effects))):
         if effects[index]["type"] in hidden:

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiffcal.campaign.manifest_type import validate_manifest
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.plan_file import PLAN_FILE
+from stiffcal.campaign.plan_file import PLAN_FILE, check_plan
+from stiffcal.campaign.toml_reading import parse_for_editing, toml_text
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
@@ -57,7 +59,8 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult, f
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         mend = "use a folder that does not exist yet"
         raise InputError.at(FaultCode.FILE_EXISTS, str(folder), "", "the folder is not empty", mend)
-    document = tomlkit.parse(_without_head((campaign.folder / MANIFEST_FILE).read_text(encoding="utf-8")))
+    manifest = _without_head(toml_text(campaign.folder / MANIFEST_FILE, MANIFEST_FILE))
+    document = parse_for_editing(manifest, MANIFEST_FILE, validate_manifest)
     document.pop("exclude", None)
     if plan.experiment != "absolute":
         document.pop("runs", None)
@@ -121,10 +124,10 @@ def _plan_text(source: Path, force: float | None) -> str:
     import tomlkit
 
     file = source / PLAN_FILE
-    text = file.read_text(encoding="utf-8") if file.exists() else 'schema = "stiffcal/plan-input/1"\n'
+    text = toml_text(file, PLAN_FILE) if file.exists() else 'schema = "stiffcal/plan-input/1"\n'
     if force is None:
         return text
-    document = tomlkit.parse(text)
+    document = parse_for_editing(text, PLAN_FILE, check_plan)
     document.setdefault("load", tomlkit.table())["force_N"] = force
     return tomlkit.dumps(document)
 

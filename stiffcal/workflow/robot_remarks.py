@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,7 +11,9 @@ from stiffcal.campaign.column_roles import Roles
 from stiffcal.campaign.from_table import Proposal
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.table_purpose import serves_absolute
+from stiffcal.campaign.toml_reading import parse_toml
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quantities import unit
 from stiffcal.wording import listing
@@ -30,7 +31,7 @@ def remarks_of(folder: Path, proposal: Proposal, file: str) -> list[str]:
     """
     assert proposal.roles is not None
     chain = chain_of(load_robot(folder / "robot.toml"), folder)
-    units = tomllib.loads(proposal.manifest)["sources"]["table"]["joints"]["units"]["position"]
+    units = parse_toml(proposal.manifest, MANIFEST_FILE)["sources"]["table"]["joints"]["units"]["position"]
     units = [units] * chain.n_joints if isinstance(units, str) else units
     return robot_remarks(chain, proposal.roles, units, file, absolute=serves_absolute(proposal.roles))
 

@@ -15,10 +15,14 @@ import pyarrow as pa
 import pytest
 
 from stiffcal import limits
-from stiffcal.campaign.toml_reading import read_toml
+from stiffcal.campaign.model_editing import add_effect, remove_effect
+from stiffcal.campaign.toml_reading import parse_toml, read_toml
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import WantedColumns, find_reader
+
+DOTS = ".".join("a" * 2000)
 
 
 class TestTheTableOfLimits:
@@ -176,11 +180,66 @@ class TestToml:
         with pytest.raises(InputError, match="robot.toml: more than 1 KiB of TOML; .* STIFFCAL_MAX_TOML"):
             read_toml(tmp_path / "robot.toml", "robot.toml")
 
-    @pytest.mark.parametrize("text", ["a = " + "[" * 20_000, "a" + ".a" * 20_000 + " = 1", "[a" + ".a" * 20_000 + "]"])
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "a = " + "[" * 20_000,
+            f"{DOTS} = 1",
+            f"[{DOTS}]",
+            f"[[{DOTS}]]",
+            f'"=".{DOTS} = 1',
+            f"[{DOTS}] # ,",
+            f"  [{DOTS}]",
+            f"x = [1, {{ {DOTS} = 1 }}]",
+            f"x = {{ y = 1, {DOTS} = 1 }}",
+            f'x = """ \\""" """""\n{DOTS} = 1',
+            f"x = ''' '''''\n{DOTS} = 1",
+            f"x = '\\'\n{DOTS} = 1 # '",
+            f'x = 1 # """\n{DOTS} = 1',
+            "a" + " . 'a'" * 25 + " = 1",
+            "a" + '\t.\t"a."' * 25 + " = 1",
+        ],
+    )
     def test_its_depth(self, tmp_path: Path, text: str) -> None:
         (tmp_path / "robot.toml").write_text(text)
-        with pytest.raises(InputError, match="are nested too deeply"):
+        with pytest.raises(InputError) as refused:
             read_toml(tmp_path / "robot.toml", "robot.toml")
+        assert refused.value.code is FaultCode.SIZE_EXCEEDED
+
+    def test_dots_in_words_remarks_and_numbers_are_none_of_keys(self) -> None:
+        words = ".".join("w" * 30)
+        text = f'"{words}" = "{words}" # {words}\nwhy = """\n{words} = {words}\n"""\nc = [{", ".join(["1.5"] * 60)}]\n'
+        assert parse_toml(text, "x.toml") == {words: words, "why": f"{words} = {words}\n", "c": [1.5] * 60}
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "".join(f'parameters."backlash.j3.c{n}".value = 1.0\n' for n in range(1100)),
+            "parameters = {" + ", ".join(f'"backlash.j3.c{n}".value = 1.0' for n in range(1100)) + "}",
+            "\n" * 1100,
+            " \n\t\r\n" * 600,
+        ],
+    )
+    def test_what_the_parser_that_keeps_comments_needs_minutes_for(self, tmp_path: Path, text: str) -> None:
+        model = 'schema = "stiffcal/model/1"\n[[effects]]\ntype = "backlash"\njoints = [3]\n' + text
+        (tmp_path / "model.toml").write_bytes(model.encode())
+        for edit in (add_effect, remove_effect):
+            with pytest.raises(InputError) as refused:
+                edit(tmp_path, "backlash", joints=(2,), n_joints=6)
+            assert refused.value.code is FaultCode.SIZE_EXCEEDED
+        assert (tmp_path / "model.toml").read_bytes() == model.encode()
+
+    def test_all_of_it_is_parsed_in_one_place(self) -> None:
+        package = Path(limits.__file__).parent
+        parsing = re.compile(
+            r"\b(?:tomllib|tomlkit)\.(?:loads?|parse)\(|from (?:tomllib|tomlkit) import [^\n]*(?:load|parse)"
+        )
+        found = [
+            path.relative_to(package).as_posix()
+            for path in package.rglob("*.py")
+            if parsing.search(path.read_text("utf-8"))
+        ]
+        assert found == ["campaign/toml_reading.py"]
 
 
 def rows(path: Path, log_format: str = "csv", column: str = "Fx") -> int:
