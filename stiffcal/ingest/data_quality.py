@@ -7,11 +7,13 @@ from functools import partial
 import numpy as np
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.signals import Deflection, JointSignals, Wrench
+from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.signals import DeadWeight, Deflection, JointSignals, Wrench
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
+from stiffcal.ingest.constant_signals import constant_signals
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
@@ -75,9 +77,14 @@ class DataQuality:
             for remark in watch.still_channels()
         ]
 
+    def constant_signal_faults(self) -> list[Fault]:
+        """Return a fault for every signal that is the same in all rows of the campaign; all logs were read."""
+        return constant_signals(self.logs)[0]
+
     def remarks(self) -> list[str]:
         """Return warnings: doubts that are no faults."""
         remarks = [remark for watch in self.logs.values() for remark in watch.remarks()]
+        remarks += constant_signals(self.logs)[1]
         for (source, _, _), watch in self.logs.items():
             other_logs = [log for (name, _, _), log in self.logs.items() if name == source and log is not watch]
             remarks += [
@@ -102,7 +109,7 @@ def check_load_states(
     chosen = states.select(loads[states.run] & states.used)
     faults = check_displacements([run.name for run in states.runs], chosen.run, chosen.position, manifest)
     if not faults and not partial_logs:
-        faults = check_displacement_measured(states)
+        faults = check_displacement_measured(states) + _unloaded(chosen, campaign)
     if faults:
         return faults, []
     zeros = force_zero_faults(chosen, chain)
@@ -121,6 +128,20 @@ def check_load_states(
     faults = faults or check_work(chosen, chain, manifest, *_wrench_of(campaign))
     # a zero that moved under load is enough to turn the work's sign: the cause before its consequence
     return (zeros + faults if faults else []), warnings + doubts
+
+
+def _unloaded(states: LoadStates, campaign: Campaign) -> list[Fault]:
+    """Return a fault where the load that the manifest names is zero in every state of the load runs."""
+    signals = [
+        f"sources.{source}.{name}"
+        for source, name, signal in campaign.manifest.signals()
+        if isinstance(signal, Wrench | DeadWeight)
+    ]
+    if len(states) == 0 or not signals or np.any(states.wrench):
+        return []
+    reason = f"all loads are zero in all {len(states)} states of the load runs: nothing deforms the robot"
+    mend = "check the sensor and its columns; states without a load alone identify no stiffness"
+    return [Fault(FaultCode.READING_IMPLAUSIBLE, MANIFEST_FILE, ", ".join(signals), reason, mend)]
 
 
 def rods_that_cannot_be_right(states: LoadStates, chain: Chain) -> list[str]:

@@ -98,6 +98,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
             FaultCode.KEY_MISSING, "campaign.toml", "[[runs]]", "no run has a file",
             'add [[runs]] with files = { … }, or run = { column = "run" }',
         )  # fmt: skip
+    raise_faults(quality.constant_signal_faults())
     progress("reducing to load states", None)
     states, registration = placed_states(campaign, gathered)
     swept = {run.states.run[0] for run in runs if run.passes}

@@ -305,7 +305,7 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
     rms, deflection = rms_of(heldout.residual, heldout.data), rms_of(heldout.displacement, heldout.data)
     error, whole = rms["translation"], deflection["translation"]
     if error is None or not whole:
-        motor = rms["motor_angle"]
+        motor = rms.get("motor_angle")
         if motor is None:
             return Rms.of(rms), "no displacement was measured: no error can be estimated"
         text = f"expected error in positions or cycles that were not measured: {angle(motor, significant)} rms"
