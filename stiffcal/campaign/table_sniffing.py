@@ -6,10 +6,8 @@ For `init --from` alone, which only proposes; the readers then read exactly what
 from __future__ import annotations
 
 import csv
-import gzip
 import math
 import re
-import zlib
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,13 +17,13 @@ from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.scope_export import PROPERTIES, TIME, TIME_UNIT, is_scope_header, scope_columns, scope_units
 from stiffcal.measurements.timestamps import seconds_of_times
+from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
 from stiffcal.quantities import UnknownUnitError, quantities, unit
 
 # So many rows show a column's unit by their size; a longer log is not read to its end.
 ROWS_LOOKED_AT = 5000
 BYTES_LOOKED_AT = 1 << 22
 
-_GZIP_MAGIC = b"\x1f\x8b"
 _DELIMITERS = (";", "\t", ",", "|")
 _BRACKETED = re.compile(r"^(?P<name>.*?)(?:\[(?P<a>[^\]]*+)\]|\((?P<b>[^)]*+)\)|\s/\s*+(?P<c>\S++))\s*+$")
 _LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which takes the square of its length
@@ -149,21 +147,17 @@ def _scope_header(rows: list[list[str]]) -> tuple[int, list[str], list[str], int
 def _decoded(path: Path, display_name: str) -> tuple[str, str]:
     try:
         with path.open("rb") as file:
-            content = file.read(BYTES_LOOKED_AT)
-        if content.startswith(_GZIP_MAGIC):
-            with gzip.open(path) as file_in_gzip:
-                content = file_in_gzip.read(BYTES_LOOKED_AT)
+            content = unpacked_stream(file).read(BYTES_LOOKED_AT)
         if len(content) == BYTES_LOOKED_AT:  # a long log: whole lines of its beginning
             content = content[: content.rfind(b"\n") + 1]
     except FileNotFoundError:
         raise InputError.at(
             FaultCode.FILE_MISSING, str(path), "", "no such file", "correct the path after --from"
         ) from None
-    except (EOFError, zlib.error, gzip.BadGzipFile):
-        raise InputError.at(
-            FaultCode.FILE_INCOMPLETE, str(path), "", "the compressed file is damaged or incomplete", "copy it again"
-        ) from None
-    except OSError as error:
+    except UNPACKING_ERRORS as error:
+        if not isinstance(error, OSError) or error.errno is None:
+            reason = "the compressed file is damaged or incomplete"
+            raise InputError.at(FaultCode.FILE_INCOMPLETE, str(path), "", reason, "copy it again") from None
         raise InputError.at(
             FaultCode.FILE_UNREADABLE, str(path), "", f"cannot be read: {error.strerror}", "give a table"
         ) from None

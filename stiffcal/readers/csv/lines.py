@@ -6,23 +6,20 @@ that swallows lines can only be detected here. All steps are on whole chunks of 
 
 from __future__ import annotations
 
-import bz2
 import codecs
-import gzip
 import io
-import lzma
 import os
 import re
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from threading import Lock
-from typing import IO, cast
+from typing import IO
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.limits import LINE, check_unpacked
+from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
 
 CHUNK = 1 << 20
 TAIL = 1 << 14
@@ -211,7 +208,7 @@ class LogText(io.RawIOBase):
     def _decoded(self, size: int) -> bytes:
         try:
             raw = self._file.read(size)
-        except (EOFError, OSError, lzma.LZMAError, zlib.error) as error:
+        except UNPACKING_ERRORS as error:
             if not self._packed:
                 raise
             reason = f"the compressed file is damaged or cut off ({error})"
@@ -242,8 +239,7 @@ def _open_bytes(path: Path, display_name: str) -> tuple[IO[bytes], IO[bytes]]:
     """Return the bytes of the log, and of the file itself, which are others where it is packed."""
     try:
         file = open_regular(path, display_name, buffering=0)
-        start = file.read(6)
-        file.seek(0)
+        return unpacked_stream(file), file
     except OSError as error:
         raise InputError.at(
             FaultCode.FILE_UNREADABLE,
@@ -252,19 +248,3 @@ def _open_bytes(path: Path, display_name: str) -> tuple[IO[bytes], IO[bytes]]:
             f"cannot be read: {error.strerror}",
             "correct the file's name or rights",
         ) from None
-    return cast("IO[bytes]", _unpacked(file, start)), file
-
-
-def _unpacked(file: IO[bytes], start: bytes) -> object:
-    """Return the decompressor of a file that begins with `start`: packed files are known by their first bytes."""
-    if start.startswith(b"\x1f\x8b"):
-        return gzip.GzipFile(fileobj=file)
-    if start.startswith(b"\xfd7zXZ\x00"):
-        return lzma.LZMAFile(file)
-    if start.startswith(b"BZh") and start[3:4].isdigit():
-        return bz2.BZ2File(file)
-    if start.startswith(b"\x28\xb5\x2f\xfd"):
-        import pyarrow as pa
-
-        return pa.CompressedInputStream(pa.PythonFile(file, mode="r"), "zstd")
-    return file
