@@ -31,8 +31,8 @@ NUMERICAL = (
 # texts of the code, made and read logs.
 NO_KERNEL = (
     "compensation/test_c_code.py", "compensation/test_st_code.py", "contracts/test_dropped_in.py",
-    "contracts/test_names.py", "contracts/test_no_searched_sentences.py", "contracts/test_one_quantile.py",
-    "contracts/test_opaque_texts.py", "contracts/test_readers.py", "experiments/test_clamped_sigma.py",
+    "contracts/test_opaque_texts.py", "contracts/test_readers.py", "contracts/test_sources.py",
+    "experiments/test_clamped_sigma.py",
     "identification/test_absolute_speed.py", "independent/test_friction_motion.py",
     "independent/test_practice_truth.py", "planning/test_efficiency.py", "reduction/test_clocks.py",
     "reduction/test_recordings.py", "simulation/test_schema.py", "simulation/test_simulate.py",
