@@ -73,7 +73,7 @@ rates: $(VENV)/test.stamp
 campaigns: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal simulate build/ci/irb4400 --from campaigns/irb4400 --json >/dev/null
 	$(BIN)/python -P -m stiffcal batch campaigns/hidden build/ci/irb4400 --thresholds campaigns/thresholds.toml \
-		--store build/ci/stores --no-report --junit build/ci/junit.xml --markdown build/ci/summary.md
+		--store build/ci/stores --reports build/ci/reports --junit build/ci/junit.xml --markdown build/ci/summary.md
 
 # faults at random points of every command that writes: kills, full disks, revoked rights, truncated files
 FAULTS ?= 400

@@ -14,6 +14,7 @@ from urllib.parse import quote
 from stiffcal.batch.results import (
     BROKEN,
     HELD,
+    IDLE_TIMEOUT_S,
     NOT_HELD,
     BatchCounts,
     BatchResult,
@@ -54,6 +55,8 @@ class BatchOptions:
     """False: no PDFs."""
     scheduler: str | None = None
     """The address of a Dask cluster that is to do the work; None: this machine."""
+    idle_timeout_s: float = IDLE_TIMEOUT_S
+    """After so long without progress a campaign's process is given up, s."""
     progress: Progress = no_progress
     """Called with what is being done."""
     finished: Callable[[CampaignOutcome, int, int], None] = no_outcome
@@ -64,7 +67,7 @@ def batch_campaigns(folders: Sequence[Path], options: BatchOptions | None = None
     """Run ingest, identify, validate and report on many campaigns.
 
     What has not changed since the last time is not computed again. A campaign that is wrong, or whose process is
-    killed twice, is named in the summary and does not stop the others.
+    killed twice or makes no progress, is named in the summary and does not stop the others.
 
     Parameters
     ----------
@@ -206,6 +209,7 @@ def _tasks(
                 report_file=report_file,
                 thresholds=thresholds,
                 allowed_paths=allowed_paths,
+                idle_timeout_s=options.idle_timeout_s,
             )
         )
     return tasks

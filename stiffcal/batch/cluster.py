@@ -42,9 +42,11 @@ def cluster_task(task: BatchTask) -> CampaignOutcome:
         worker = _kept.worker = WorkerProcess()
     try:
         outcome = worker.do(task)
-    except WorkerLostError:
+    except WorkerLostError as error:
         _kept.worker = None
         worker.stop()
+        if error.silent:
+            return outcome_of_lost_worker(task, error)
         raise
     if (outcome.memory_bytes or 0) > LARGE_BYTES:
         _kept.worker = None

@@ -1,41 +1,43 @@
 """Tasks of a batch on this machine's cores: a process per core, one BLAS thread in each, one campaign at a time.
 
 Memory is bounded: a process holds one campaign, and one that has grown large is replaced by a fresh one. A process that
-is killed costs its task a second try in another.
+is killed costs its task a second try in another; one that makes no progress is ended, and its campaign is lost.
 """
 
 from __future__ import annotations
 
 import json
-import os
 import queue
-import subprocess
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from dataclasses import dataclass, field, replace
 
-from stiffcal.batch.results import BROKEN, LOST, BatchTask, CampaignOutcome, outcome_of
+from stiffcal.batch.results import BROKEN, LOST, STEPS, BatchStep, BatchTask, CampaignOutcome, outcome_of
+from stiffcal.batch.worker import work
 from stiffcal.documents import document_of, result_from_values
 from stiffcal.errors import Fault
 from stiffcal.escapes.terminal import escaped
 from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import mask
-from stiffcal.module_path import child_environment, child_options, without_current_folder
+from stiffcal.processes import ChildEndedError, ChildProcess, ChildSilentError
 
 ATTEMPTS = 2
 LARGE_BYTES = 1 << 30
-STOP_S = 5.0
-LAST_BYTES = 4000
-SAID, PLUGINS = b'{"said":', b'{"plugins":'
-_NEW_GROUP = 0x200  # CREATE_NEW_PROCESS_GROUP of Windows
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
-)
-# The child finds stiffcal, and all else, where this process has found it; until then it takes nothing from the current
-# folder.
-_START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from stiffcal.batch.worker import main; main()"
+
+
+@dataclass
+class Heard:
+    """What a worker process has reported of its task."""
+
+    plugins: tuple[str, ...] = ()
+    """Files of the campaign whose code it had begun to run."""
+    step: str = STEPS[0]
+    """The step that it had begun."""
+    steps: dict[str, BatchStep] = field(default_factory=dict)
+    """The steps that had ended."""
+    place: str = ""
+    """The function in which it was last seen to make progress; "" where that is not known."""
 
 
 class WorkerLostError(Exception):
@@ -43,13 +45,14 @@ class WorkerLostError(Exception):
 
     Parameters
     ----------
-    how : it ended. plugins : files of the campaign whose code it had begun to run.
+    how : it ended. heard : what it had reported of the task. silent : True where it made no progress and was ended.
     """
 
-    def __init__(self, how: str, plugins: tuple[str, ...] = ()) -> None:
-        super().__init__(how, plugins)
+    def __init__(self, how: str, heard: Heard, silent: bool = False) -> None:
+        super().__init__(how, heard, silent)
         self.how = how
-        self.plugins = plugins
+        self.heard = heard
+        self.silent = silent
 
     def __str__(self) -> str:
         return self.how
@@ -59,18 +62,7 @@ class WorkerProcess:
     """A process of `stiffcal.batch.worker`. Used by one thread at a time."""
 
     def __init__(self) -> None:
-        self._words = tempfile.TemporaryFile()  # noqa: SIM115  (closed by `stop`)
-        windows = sys.platform == "win32"
-        # Of a group of its own: Ctrl-C in a terminal reaches the one who started it, who then stops it in order.
-        self._process: subprocess.Popen[bytes] = subprocess.Popen(
-            [sys.executable, *child_options(), "-c", _START, json.dumps(without_current_folder(sys.path))],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._words,
-            env={**child_environment(), **ONE_THREAD},
-            process_group=None if windows else 0,
-            creationflags=_NEW_GROUP if windows else 0,
-        )
+        self._process = ChildProcess(work)
 
     @property
     def pid(self) -> int:
@@ -82,53 +74,38 @@ class WorkerProcess:
 
         Raises
         ------
-        WorkerLostError : the process ended before it answered, with its exit status and its last output; or it answered
-            with something else than an outcome.
+        WorkerLostError : the process ended before it answered, with its exit status and its last output; it answered
+            with something else than an outcome; or it made no progress for the task's idle timeout.
         """
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        line, plugins = b"", ()
-        with suppress(OSError, ValueError):
-            self._process.stdin.write(json.dumps(document_of(task)).encode() + b"\n")
-            self._process.stdin.flush()
-            while (line := self._process.stdout.readline()).startswith((SAID, PLUGINS)):
-                if line.startswith(PLUGINS):
-                    plugins = tuple(json.loads(line)["plugins"])
-                    continue
-                sys.stderr.write(escaped(mask(json.loads(line)["said"])) + "\n")
-                sys.stderr.flush()
-        if not line.endswith(b"\n"):
-            raise WorkerLostError(self._last_words(), plugins)
+        heard = Heard()
+        self._process.send(json.dumps(document_of(task)).encode())
         try:
-            return result_from_values(CampaignOutcome, json.loads(line))
-        except ValueError as error:  # of pydantic too
-            raise WorkerLostError("its process returned something other than a result", plugins) from error
-
-    def _last_words(self) -> str:
-        try:
-            code = self._process.wait(STOP_S)
-        except subprocess.TimeoutExpired:
-            return "its process stopped responding"
-        # its end alone: of what a library or a campaign's code writes there the amount is unknown
-        self._words.seek(max(0, self._words.seek(0, os.SEEK_END) - LAST_BYTES))
-        lines = self._words.read(LAST_BYTES).decode("utf-8", "replace").split("\n")
-        message = next((line.strip() for line in reversed(lines) if line.strip()), "")
-        ending = f"was ended by signal {-code}" if code < 0 else f"ended with code {code}"
-        return f"its process {ending}" + (f": {message}" if message else "")
+            while True:
+                message = json.loads(self._process.receive(task.idle_timeout_s))
+                if "progress" in message:
+                    heard.place = str(message["progress"])
+                elif "step" in message:
+                    heard.step = str(message["step"])
+                    heard.steps = {name: result_from_values(BatchStep, step) for name, step in message["steps"].items()}
+                elif "plugins" in message:
+                    heard.plugins = tuple(map(str, message["plugins"]))
+                elif "said" in message:
+                    sys.stderr.write(escaped(mask(message["said"])) + "\n")
+                    sys.stderr.flush()
+                else:
+                    return result_from_values(CampaignOutcome, message)
+        except ChildEndedError as error:
+            raise WorkerLostError(str(error), heard) from None
+        except ChildSilentError:
+            where = f" in {heard.place}" if heard.place else ""
+            how = f"its process made no progress for {task.idle_timeout_s:g} s{where}"
+            raise WorkerLostError(how, heard, silent=True) from None
+        except (ValueError, TypeError, AttributeError) as error:  # of pydantic too
+            raise WorkerLostError("its process returned something other than a result", heard) from error
 
     def stop(self) -> None:
         """End the process: what it is writing to a store is taken away or was complete."""
-        with suppress(OSError):
-            self._process.terminate()
-        try:
-            self._process.wait(STOP_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout, self._words):
-            with suppress(OSError):
-                if stream is not None:
-                    stream.close()
+        self._process.stop()
 
 
 class _Pool:
@@ -171,8 +148,8 @@ class _Pool:
                 self._ended(worker)
 
     def _again(self, task: BatchTask, attempt: int, error: WorkerLostError) -> None:
-        """Try a task once more, after all others; give it up when that ended in the same way."""
-        if attempt < ATTEMPTS:
+        """Try a task once more, after all others; give it up when that ended in the same way, or in silence."""
+        if attempt < ATTEMPTS and not error.silent:
             self.waiting.put((task, attempt + 1))
         else:
             self.outcomes.put(outcome_of_lost_worker(task, error))
@@ -201,19 +178,25 @@ class _Pool:
 
 
 def outcome_of_lost_worker(task: BatchTask, error: WorkerLostError) -> CampaignOutcome:
-    """Return the outcome of a task whose process was lost each time; by its campaign's own code, where that ran."""
-    mend = "check whether memory is short (fewer --jobs), and run it alone: stiffcal run DIR"
-    reason = f"{error.how}, {ATTEMPTS} times"
-    if not error.plugins:
-        return outcome_of(task, LOST, Fault(FaultCode.PROCESS_LOST, task.folder, "", reason, mend))
-    fault = Fault(
-        FaultCode.PLUGIN_FAILED,
-        ", ".join(error.plugins),
-        "plugins",
-        f"{reason}, after code of this campaign began to run",
-        f"correct the code, or {mend}",
-    )
-    return outcome_of(task, BROKEN, fault)
+    """Return the outcome of a task whose process was lost; its campaign's own code is at fault, where that ran."""
+    heard = error.heard
+    if error.silent:
+        reason = error.how
+        mend = "run it alone: stiffcal run DIR; where it needs more time for one call: --idle-timeout"
+    else:
+        reason = f"{error.how}, {ATTEMPTS} times"
+        mend = "check whether memory is short (fewer --jobs), and run it alone: stiffcal run DIR"
+    fault = Fault(FaultCode.PROCESS_LOST, task.folder, "", reason, mend)
+    if heard.plugins:
+        fault = Fault(
+            FaultCode.PLUGIN_FAILED,
+            ", ".join(heard.plugins),
+            "plugins",
+            f"{reason}, after code of this campaign began to run",
+            f"correct the code, or {mend}",
+        )
+    outcome = outcome_of(task, BROKEN if heard.plugins and not error.silent else LOST, fault)
+    return replace(outcome, steps=heard.steps, failed_at=heard.step)
 
 
 def run_on_this_machine(tasks: Sequence[BatchTask], jobs: int, finished: Callable[[CampaignOutcome], None]) -> None:

@@ -16,7 +16,7 @@ from stiffcal.workflow.error_result import FaultEntry
 
 CampaignState: TypeAlias = Literal["held", "not held", "broken", "fault", "lost"]
 """Held and not held: its thresholds; broken: its files are wrong; fault: stiffcal's own; lost: its process was ended
-each time.
+each time, or made no progress.
 """
 HELD: Final = "held"
 NOT_HELD: Final = "not held"
@@ -24,6 +24,9 @@ BROKEN: Final = "broken"
 FAULT: Final = "fault"
 LOST: Final = "lost"
 STEPS = ("ingest", "identify", "validate", "report")
+IDLE_TIMEOUT_S = 600.0
+"""After so long without progress a process is given up, s. The longest that passes without is one call that waits: a
+store of 100 MB goes to an object store at 0.2 MB/s in that time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,6 +47,8 @@ class BatchTask:
     """A file of thresholds, as read; None where there is none."""
     allowed_paths: list[str] = field(default_factory=list)
     """What the user has named: a manifest may point to a baseline in it."""
+    idle_timeout_s: float = IDLE_TIMEOUT_S
+    """After so long without progress its process is given up, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

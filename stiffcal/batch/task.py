@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -60,6 +60,14 @@ from stiffcal.workflow.validate import current_validation, validate_now, with_pr
 REPORT = "report"
 
 
+OnStep = Callable[[str, dict[str, BatchStep]], None]
+"""`on_step(name, finished)`: a step begins, others have ended."""
+
+
+def no_report_of_steps(name: str, finished: dict[str, BatchStep]) -> None:
+    """Let a step pass; the default of `run_task`."""
+
+
 @dataclass
 class _Run:
     """What a task has done so far."""
@@ -74,6 +82,8 @@ class _Run:
     """True where the step had something to do."""
     choices: list[AuthorChoice] = field(default_factory=list)
     """Choices of the campaign's author, as soon as they are known."""
+    on_step: OnStep = no_report_of_steps
+    """Called at the beginning of each step."""
 
     def starting(self, step: str, reason: str) -> None:
         """Take note of why a step, or an earlier one that it needs, is run."""
@@ -88,19 +98,24 @@ class _Run:
     def doing(self, step: str) -> Iterator[None]:
         """Time a step; what `starting` was given meanwhile is why it ran."""
         self.step, self.why, self.began, began = step, "", False, time.monotonic()
+        self.on_step(step, self.steps)
         yield
         self.steps[step] = BatchStep(done=self.began, why=self.why, seconds=round(time.monotonic() - began, 3))
 
 
-def run_task(task: BatchTask) -> CampaignOutcome:
+def run_task(task: BatchTask, on_step: OnStep = no_report_of_steps) -> CampaignOutcome:
     """Run a task; whatever goes wrong becomes part of its outcome.
+
+    Parameters
+    ----------
+    task : the campaign. on_step : called at the beginning of each step.
 
     Returns
     -------
     CampaignOutcome
         With the digests of the generations that were committed.
     """
-    began, run, before = time.monotonic(), _Run(), len(committed_by_this_process())
+    began, run, before = time.monotonic(), _Run(on_step=on_step), len(committed_by_this_process())
     use_own_results()
     try:
         outcome = _all_steps(task, run)

@@ -49,6 +49,15 @@ def batch(
         str | None,
         typer.Option("--scheduler", metavar="ADDRESS", help="Run on this Dask cluster (needs stiffcal[dask])."),
     ] = None,
+    idle_timeout: Annotated[
+        float,
+        typer.Option(
+            "--idle-timeout",
+            metavar="SECONDS",
+            min=1.0,
+            help="Give a campaign up whose process makes no progress for this long.",
+        ),
+    ] = 600.0,
     as_json: AsJson = False,
     store: StoreAt = None,
 ) -> int:
@@ -72,6 +81,7 @@ def batch(
             reports,
             not no_report,
             scheduler,
+            idle_timeout,
             progress=answer.progress,
             finished=printer.finished,
         )

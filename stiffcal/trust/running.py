@@ -45,6 +45,16 @@ def running() -> tuple[str, ...]:
     return tuple(_running.values())
 
 
+def display_name_of(file: str) -> str | None:
+    """Return the name for messages of a plugin file that has run; None where it is none.
+
+    Parameters
+    ----------
+    file : its name in tracebacks.
+    """
+    return _running.get(file)
+
+
 def forget() -> None:
     """Forget them, at the end of a command in a process that goes on."""
     _running.clear()

@@ -27,10 +27,12 @@ from stiffcal.batch.task import run_task
 from stiffcal.cli.app import main
 from stiffcal.documents import document_of, result_from_values
 from stiffcal.errors import InputError, Progress
+from stiffcal.fault_codes import FaultCode
 from stiffcal.report.content import ReportContent
 from stiffcal.store import Store
 from stiffcal.trust.record import open_record
 from stiffcal.validation.results import ThresholdCheck
+from tests.laboratory import children
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.long
@@ -259,6 +261,16 @@ def test_stores_and_reports_elsewhere(tmp_path: Path) -> None:
     assert done(outcome) == ["report"]
 
 
+def test_with_default_options_a_batch_ends(tmp_path: Path) -> None:
+    """Everything in processes of its own, with the pages; where one of them waits for ever, the time limit ends it."""
+    folder = write_small_campaign(tmp_path / "cell", poses=2)
+    command = [sys.executable, "-P", "-m", "stiffcal", "batch", str(folder), "--json"]
+    done = subprocess.run(command, stdout=subprocess.PIPE, timeout=LONGEST_S, check=True)
+    (outcome,) = json.loads(done.stdout)["campaigns"]
+    assert outcome["report"] == str(folder / "report.pdf")
+    assert (folder / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
 def test_a_killed_process_costs_a_retry(copied: Path) -> None:
     once = f"if not (HERE / 'killed').exists():\n    (HERE / 'killed').touch()\n    {KILLED}"
     with_plugin(copied / "a", once)
@@ -292,15 +304,45 @@ def test_a_process_that_has_grown_is_replaced(
     assert not any(alive(worker.pid) for worker in started)
 
 
-def test_what_is_no_outcome_counts_as_a_lost_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    answer = "import sys; sys.stdin.readline(); print('{\"campaign\": 1}')"
-    monkeypatch.setattr(batch_processes, "_START", answer)
+@pytest.mark.parametrize("answer", ['{"campaign": 1}', "[1]", "{", '{"step": "report", "steps": 3}', "1"])
+def test_what_is_no_outcome_counts_as_a_lost_process(answer: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(batch_processes, "work", children.answer_with_the_campaigns_name)
     worker = WorkerProcess()
     try:
         with pytest.raises(WorkerLostError, match="something other than a result"):
-            worker.do(BatchTask(folder="a", campaign="b"))
+            worker.do(BatchTask(folder="a", campaign=answer))
     finally:
         worker.stop()
+
+
+def test_a_process_without_progress_is_lost_and_the_others_go_on(copied: Path) -> None:
+    """One waits for what does not come, one computes in its plugin without end, one is stopped by the system."""
+    shutil.rmtree(copied / "broken")
+    for name, hang in (
+        ("waits", "time.sleep(600)"),
+        ("computes", "while True:\n    pass"),
+        ("stands", "os.kill(os.getpid(), signal.SIGSTOP)"),
+    ):
+        with_plugin(Path(shutil.copytree(copied / "a", copied / name)), hang)
+    shutil.rmtree(copied / "b" / "store")
+    result = batch_campaigns([copied], BatchOptions(jobs=2, report=False, idle_timeout_s=5.0))
+    found = by_name(result)
+    lost = ("waits", "computes", "stands")
+    assert {name: outcome.state for name, outcome in found.items()} == {
+        "a": "held",
+        "b": "held",
+        **dict.fromkeys(lost, "lost"),
+    }
+    assert result.counts == BatchCounts(campaigns=5, held=2, not_held=0, broken=3, unchanged=1)
+    for name in lost:
+        outcome = found[name]
+        assert outcome.error is not None
+        assert (outcome.error.code, outcome.error.file) == (FaultCode.PLUGIN_FAILED, "own.py")
+        assert "made no progress for 5 s" in outcome.error.reason
+        assert (outcome.failed_at, list(outcome.steps)) == ("identify", ["ingest"])
+        # once: a second try would only wait as long again
+        assert len((copied / name / "pids").read_text().splitlines()) == 1
+        assert not alive(int((copied / name / "pids").read_text()))
 
 
 @pytest.mark.usefixtures("in_this_process")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
@@ -14,6 +15,12 @@ def answer_everything(channel: Channel) -> None:
     """Send back what comes."""
     for request in channel.requests():
         channel.send(request)
+
+
+def answer_with_the_campaigns_name(channel: Channel) -> None:
+    """Send back what stands where a task has its campaign's name."""
+    for request in channel.requests():
+        channel.send(str(json.loads(request)["campaign"]).encode())
 
 
 def print_and_answer(channel: Channel) -> None:
