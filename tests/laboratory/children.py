@@ -39,6 +39,14 @@ def end(channel: Channel) -> None:
         os._exit(3)
 
 
+def write_much_and_end(channel: Channel) -> None:
+    """Write 64 MB to standard error, and be killed."""
+    for _ in range(64):
+        os.write(2, bytes(1 << 20))
+    os.write(2, b"\nno memory is left\n")
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
 def leave_a_process_behind(channel: Channel) -> None:
     """End while a process that this one has started keeps all its pipes open."""
     for _ in channel.requests():

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 import time
 import tomllib
 import tracemalloc
@@ -17,8 +16,6 @@ from typing import Any
 
 import pytest
 
-from stiffcal.batch.processes import WorkerLostError, WorkerProcess
-from stiffcal.batch.results import BatchTask
 from stiffcal.campaign.loading import load_campaign, load_manifest
 from stiffcal.campaign.row_filter import parse_rows
 from stiffcal.campaign.table_sniffing import sniff_table
@@ -28,9 +25,11 @@ from stiffcal.errors import InputError
 from stiffcal.ingest.proposals import propose_sources
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import built_in_effects
+from stiffcal.processes import ChildEndedError, ChildProcess
 from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.settings import parse_settings
 from stiffcal.workflow.plan import plan_campaign
+from tests.laboratory import children
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 SECONDS = 10.0
@@ -192,18 +191,14 @@ def test_first_lines_of_a_log_that_nearly_state_a_rate(campaign: Path, words: st
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals end a process otherwise there")
-def test_a_worker_that_has_written_without_end_is_reported_by_its_last_words() -> None:
-    """All that was written was read into memory: here 256 MB, of which the end is shown."""
-    worker = WorkerProcess()
-    os.kill(worker.pid, signal.SIGKILL)
-    worker._words.truncate(1 << 28)
-    worker._words.seek(0, os.SEEK_END)
-    worker._words.write(b"\nno memory is left\n")
+def test_a_process_that_has_written_without_end_is_reported_by_its_last_words() -> None:
+    """All that was written was read into memory: here 64 MB, of which the end is shown."""
     tracemalloc.start()
+    child = ChildProcess(children.write_much_and_end)
     try:
-        with pytest.raises(WorkerLostError, match="^its process was ended by signal 9: no memory is left$"):
-            worker.do(BatchTask(folder="a", campaign="b"))
-        assert tracemalloc.get_traced_memory()[1] < 1 << 20
+        with pytest.raises(ChildEndedError, match="^its process was ended by signal 9: no memory is left$"):
+            child.receive(SECONDS * 60)
+        assert tracemalloc.get_traced_memory()[1] < 1 << 21
     finally:
         tracemalloc.stop()
-        worker.stop()
+        child.stop()

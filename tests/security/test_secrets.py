@@ -154,10 +154,10 @@ def test_a_batch_shows_no_secret_in_any_of_its_outputs(
     folder = write_small_campaign(tmp_path / "cell")
 
     def lose(tasks: list[BatchTask], jobs: int, finished: Any) -> None:
-        from stiffcal.batch.processes import WorkerLostError, outcome_of_lost_worker
+        from stiffcal.batch.processes import Heard, WorkerLostError, outcome_of_lost_worker
 
         for task in tasks:
-            outcome = outcome_of_lost_worker(task, WorkerLostError(f"its process ended: {SECRET}"))
+            outcome = outcome_of_lost_worker(task, WorkerLostError(f"its process ended: {SECRET}", Heard()))
             finished(replace(outcome, warnings=[f"w {SECRET}"]))
 
     monkeypatch.setattr("stiffcal.batch.processes.run_on_this_machine", lose)
