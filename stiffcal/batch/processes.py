@@ -81,19 +81,21 @@ class WorkerProcess:
         self._process.send(json.dumps(document_of(task)).encode())
         try:
             while True:
-                message = json.loads(self._process.receive(task.idle_timeout_s))
-                if "progress" in message:
-                    heard.place = str(message["progress"])
-                elif "step" in message:
-                    heard.step = str(message["step"])
-                    heard.steps = {name: result_from_values(BatchStep, step) for name, step in message["steps"].items()}
-                elif "plugins" in message:
-                    heard.plugins = tuple(map(str, message["plugins"]))
-                elif "said" in message:
-                    sys.stderr.write(escaped(mask(message["said"])) + "\n")
+                document = json.loads(self._process.receive(task.idle_timeout_s))
+                if "progress" in document:
+                    heard.place = str(document["progress"])
+                elif "step" in document:
+                    heard.step = str(document["step"])
+                    heard.steps = {
+                        name: result_from_values(BatchStep, step) for name, step in document["steps"].items()
+                    }
+                elif "plugins" in document:
+                    heard.plugins = tuple(map(str, document["plugins"]))
+                elif "said" in document:
+                    sys.stderr.write(escaped(mask(document["said"])) + "\n")
                     sys.stderr.flush()
                 else:
-                    return result_from_values(CampaignOutcome, message)
+                    return result_from_values(CampaignOutcome, document)
         except ChildEndedError as error:
             raise WorkerLostError(str(error), heard) from None
         except ChildSilentError:
