@@ -14,9 +14,9 @@ OPTIONS = {
     "history": "--restore --store --yes",
     "plot": "--against --no-update --output --run --store",
     "report": "--no-update --output --store",
-    "view": "--no-raw --no-update --open --output --store",
+    "view": "--live --no-raw --no-update --open --output --store",
     "run": "--store",
-    "batch": "--jobs --junit --markdown --no-report --reports --scheduler --store --thresholds",
+    "batch": "--idle-timeout --jobs --junit --markdown --no-report --reports --scheduler --store --thresholds",
     "export": (
         "--convention --cycle-ms --filter --leave-out --no-update --output --raw-text --sensor --store --strict "
         "--target --tool --zeroed-at"

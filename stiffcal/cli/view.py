@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering
+from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import after_pictures
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rich.console import Console
 
-    from stiffcal.workflow.command_results import ViewResult
+    from stiffcal.workflow.command_results import LiveResult, ViewResult
+    from stiffcal.workflow.steps import RunContext
 
 
 def view(
@@ -22,6 +28,10 @@ def view(
     output: Output = None,
     no_raw: Annotated[bool, typer.Option("--no-raw", help="Omit raw readings and log names, for customers.")] = False,
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Serve it on this machine: effects are ticked and refitted. Ctrl-C ends it."),
+    ] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
@@ -29,15 +39,23 @@ def view(
     """Write one HTML file for a browser (DIR/view.html).
 
     It shows the robot, residuals against any variable, every fit, the effects of the model, poses and readings; it
-    needs no server and no network.
+    needs no server and no network. With --live it is served on this machine alone, under an address that only this
+    terminal shows: tick an effect, and the model is fitted again.
 
     Example: stiffcal view demo -o view.html
     """
+    if live and output is not None:
+        reason, mend = "a page that is served is no file", "leave one of --live and -o out"
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "-o", reason, mend)
     with answering(as_json) as answer:
         from stiffcal.workflow.steps import RunContext
-        from stiffcal.workflow.view import view_campaign
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        if live:
+            _serve(answer, folder, context, not no_raw, open_page)
+            return OK
+        from stiffcal.workflow.view import view_campaign
+
         result = view_campaign(folder, context, output=output, raw=not no_raw)
         if open_page:
             import webbrowser
@@ -46,6 +64,27 @@ def view(
             webbrowser.open(Path(result.file).resolve().as_uri())
         answer.give(result, show_view, after_pictures(folder, context, store, ("export", "-o", "model.json")))
     return OK
+
+
+def _serve(answer: Answer, folder: Path, context: RunContext, raw: bool, open_page: bool) -> None:
+    """Serve the page until the user ends it."""
+    from stiffcal.live.page import live_server
+    from stiffcal.workflow.command_results import LiveResult
+
+    server = live_server(folder, context, raw)
+    answer.give(LiveResult(warnings=[], address=server.address), show_live)
+    if open_page:
+        import webbrowser
+
+        webbrowser.open(server.address)
+    with suppress(KeyboardInterrupt):
+        server.serve()
+
+
+def show_live(console: Console, result: LiveResult) -> None:
+    """Name the address."""
+    console.print(f"open {result.address}", soft_wrap=True)
+    console.print("Ctrl-C ends it; model.toml is changed only by the button on the page", soft_wrap=True)
 
 
 def show_view(console: Console, result: ViewResult) -> None:

@@ -18,10 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.diagnosis.folds import fold_products
-from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
-from stiffcal.diagnosis.normal_equations import solve_within
-from stiffcal.identification.observation import ParameterColumn, free_columns
+from stiffcal.diagnosis.forecast import contribution_of, heldout_residual, lowest_step, scan_columns
+from stiffcal.diagnosis.load_scan import LoadScan
+from stiffcal.identification.observation import ParameterColumn
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.identification.rows import GAUGE, ROTATION, TRANSLATION
@@ -29,8 +28,7 @@ from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.varying import varies
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import Effect, ParameterRole
-from stiffcal.validation.heldout import corrected_for_freedom
+from stiffcal.model.effect import Effect
 from stiffcal.validation.validate import rms_of
 
 # A turn read off a lever four times shorter than the mean is four times as noisy.
@@ -95,10 +93,7 @@ def evidence_for(
         In the order of the model; effects without free parameters are passed over.
     """
     state = Linearised.about(scan.fit.robot, scan.fit.data)
-    columns = free_columns(
-        scan.fit.robot,
-        frozenset(scan.fit.left_at_neutral | {parameter.name for parameter in scan.fit.parameters if parameter.fixed}),
-    )
+    columns = scan_columns(scan)
     for number, placed_effect in enumerate(scan.fit.robot.placed):
         if f"{placed_effect.effect.name} {placed_effect.place.label}" in chosen and any(
             column.placed == number for column in columns
@@ -111,42 +106,18 @@ def evidence_for(
             yield _evidence(scan, state, columns, number, included)
 
 
-def refitted_without(scan: LoadScan, number: int, fold: Integers | None = None) -> Floats | None:
-    """Return (m, n) residuals in held-out data of the model refitted without one of its effects.
-
-    Parameters
-    ----------
-    scan : of the model that holds the effect.
-    number : the effect's in ``scan.fit.robot.placed``.
-    fold : (n,) number of what is left out with each state; None: the poses of the scan.
-
-    Returns
-    -------
-    array or None
-        None where the effect has no free parameter.
-    """
-    fixed = frozenset(scan.fit.left_at_neutral | {entry.name for entry in scan.fit.parameters if entry.fixed})
-    columns = free_columns(scan.fit.robot, fixed)
-    others = np.array([column.placed != number for column in columns], dtype=np.bool_)
-    if others.all():
-        return None
-    state = Linearised.about(scan.fit.robot, scan.fit.data)
-    low = np.array([_lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
-    added = _contribution(state, scan.fit.robot.placed[number])
-    return _heldout_residual(scan, scan.own_columns[others], scan.residual + added, low[others], fold)
-
-
 def _evidence(
     scan: LoadScan, state: Linearised, columns: list[ParameterColumn], number: int, included: list[Regressor]
 ) -> EffectEvidence:
     placed_effect, data = scan.fit.robot.placed[number], scan.fit.data
-    added = _contribution(state, placed_effect)
+    added = contribution_of(state, placed_effect)
     other_columns = np.array([column.placed != number for column in columns], dtype=np.bool_)
-    low = np.array([_lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
+    low = np.array([lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
     pieces = [scan.own_columns[other_columns], *(regressor.columns for regressor in included)]
     edges = [low[other_columns], *(np.zeros(len(regressor.columns)) for regressor in included)]
-    before = _heldout_residual(scan, np.concatenate(pieces), scan.residual + added, np.concatenate(edges))
-    after = _heldout_residual(scan, scan.own_columns, scan.residual, low)
+    base, edge = np.concatenate(pieces), np.concatenate(edges)
+    before = heldout_residual(scan, base, scan.residual + added, edge, np.full(len(edge), np.inf))
+    after = heldout_residual(scan, scan.own_columns, scan.residual, low, np.full(len(low), np.inf))
     rows = _rows_with_largest_signal(scan, added, after)
     value, covariate, unit = _covariate(state, placed_effect)
     direction, lever = _directions(state, placed_effect, added, rows, value if covariate else None)
@@ -164,38 +135,6 @@ def _evidence(
         _by_run(data.run, before[rows], after[rows], np.any(data.measured_mask[rows], axis=0)),
         _vectors(data, direction, rows),
     )  # fmt: skip
-
-
-def _contribution(state: Linearised, placed_effect: PlacedEffect) -> Floats:
-    """Return (m, n) what an effect adds to the displacements with the values it has in the model."""
-    regressor = state.regressor(placed_effect.effect, placed_effect.place, placed_effect.shape())
-    total = regressor.fixed.copy()
-    for symbol, column in zip(regressor.symbols, regressor.columns, strict=True):
-        total += placed_effect.amplitude(symbol) * column
-    return np.asarray(np.where(state.data.measured_mask, total, 0.0))
-
-
-def _lowest_step(placed_effect: PlacedEffect, column: ParameterColumn) -> float:
-    """Return how far down a parameter can go from where it is: what cannot be negative stops at zero."""
-    spec = placed_effect.effect.spec(column.symbol)
-    if column.role is ParameterRole.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
-        return min(0.0, -placed_effect.amplitude(column.symbol))
-    return -np.inf
-
-
-def _heldout_residual(
-    scan: LoadScan, columns: Floats, residual: Floats, low: Floats, fold: Integers | None = None
-) -> Floats:
-    """Return (m, n) residuals, each fold (by default each pose) by a fit without it, its run's offset taken out."""
-    remaining, fold = residual.copy(), scan.fold_of_state if fold is None else fold
-    if len(columns):
-        rows = np.concatenate([scan.space.rows(columns), scan.space.rows(residual[None])])
-        products = fold_products(rows, fold_rows(scan.fit.data, fold))
-        rest = products.sum(axis=0) - products if len(products) > 1 else products
-        step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], low, np.full(len(low), np.inf))
-        for number, members in enumerate(members_of(fold)):
-            remaining[:, members] -= np.tensordot(step[number], columns[:, :, members], axes=1)
-    return corrected_for_freedom(scan.space.centred(remaining[None])[0], scan.fit.data)
 
 
 def _rows_with_largest_signal(scan: LoadScan, contribution: Floats, residual_after: Floats) -> Integers:

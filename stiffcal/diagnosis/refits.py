@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.evidence import refitted_without
+from stiffcal.diagnosis.forecast import forecast_residual
 from stiffcal.diagnosis.heldout_error import left_out_residual, residual_without_folds, with_values_of
 from stiffcal.diagnosis.refit_values import RefitValue, refit_values
 from stiffcal.diagnosis.results import DiagnoseResult
@@ -107,7 +107,7 @@ def refits_of(search: Search, diagnosis: DiagnoseResult) -> Iterator[Refit]:
         yield Refit(_summary("with", candidate.effect.name, candidate.place, rms, _values_with(scan, trial)), residual)
     robot: CompliantRobot = scan.fit.robot
     for number, placed in enumerate(robot.placed):
-        left = refitted_without(scan, number, fold)
+        left = forecast_residual(scan, removed=(number,), fold=fold)
         if left is not None:
             yield Refit(
                 _summary("without", placed.effect.name, placed.place, Rms.of(rms_of(left, data)), []), np.asarray(left)

@@ -68,11 +68,22 @@ class TrialSnapshot(Snapshot):
         return document
 
 
+class NoRecording:
+    """Takes the place of `TableStream`: recordings of logs, which may be large, are those of the store beneath."""
+
+    def append(self, columns: Columns | pa.RecordBatch) -> None:
+        """Let rows pass."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
 class TrialWriting:
     """Takes the place of `Writing`: what is committed is kept in memory, and nothing on the disk changes."""
 
     def __init__(self, store: TrialStore) -> None:
         self.origin = OWN
+        self.sources_state: str | None = None
         self.needed: Callable[[str], bool] = lambda name: False
         self._store = store
         self._made = TrialResults()
@@ -85,9 +96,24 @@ class TrialWriting:
         """Take tables and documents by name; a function makes the documents from those that stand there."""
         new_documents = documents(self._stored) if callable(documents) else documents
         for name, table in (tables or {}).items():
-            self._made.tables[name] = table if isinstance(table, pa.Table) else table_of(table)
+            self.write_table(name, table)
         for name, document in (new_documents or {}).items():
-            self._made.documents[name] = json.dumps(document)
+            self.write_document(name, document)
+
+    def write_table(self, name: str, table: pa.Table | Columns) -> None:
+        """Take a table, or columns that are to become one."""
+        self._made.tables[name] = table if isinstance(table, pa.Table) else table_of(table)
+
+    def stream(self, name: str, schema: pa.Schema | Sequence[str]) -> NoRecording:
+        """Begin a recording, which is not kept."""
+        return NoRecording()
+
+    def write_document(self, name: str, document: Mapping[str, Any]) -> None:
+        """Take a document of JSON values."""
+        self._made.documents[name] = json.dumps(document)
+
+    def keep(self, *names: str) -> None:
+        """Do nothing: all else stands as it is."""
 
     def keep_rest(self) -> None:
         """Do nothing: all else stands as it is."""

@@ -1,5 +1,7 @@
 (function (S) {
   const MOST_LEVELS = 8;
+  /** Ends of the axes by what they show. */
+  S.scales = new Map();
 
   S.againstPanel = function () {
     const { data } = S, states = data.states;
@@ -16,7 +18,7 @@
       id: "against", title: "2 Residual against any variable", height: 420,
       about: "Band: noise, ± 2σ. Points outside it are what the model does not explain.",
       how: "Drag a rectangle: select states in all panels; with Shift they are added. Left and right arrows: step through the states; Enter selects one; Escape clears the selection.",
-      controls: [x, y, colour, kind], draw, table,
+      controls: [x, y, colour, kind, S.button({ onclick: () => { S.scales.clear(); S.ghost = null; S.frame++; S.redraw(); } }, "Rescale")], draw, table,
       key: S.onKeys({ ArrowRight: () => S.goTo(S.state.at + 1), ArrowLeft: () => S.goTo(S.state.at - 1) }, () => [S.state.at]),
       depends: () => S.everything() + (brush?.key() ?? ""),
     });
@@ -57,6 +59,24 @@
       return { across, up, count, stateOf, valueOf };
     }
 
+    /** Where a residual other than the one that is shown has its points; null where the axes are of none. */
+    function drawnOf(other, count, stateOf, valueOf) {
+      if (!other || ![S.state.x, S.state.y].some((key) => key.startsWith("r."))) return null;
+      const [x, y] = [S.state.x, S.state.y].map((key) => {
+        const quantity = S.quantity(key, other);
+        return Float64Array.from({ length: count }, (_, p) => (states.used[stateOf(p)] ? valueOf(quantity, p) : NaN));
+      });
+      return { x, y };
+    }
+    const joined = (...lists) => lists.flatMap((list) => (list ? [...list] : []));
+    /** Scales stay, so that a fall looks as large as it is: each axis grows to the worst model that was shown. */
+    function locked(axis, ends) {
+      const key = `${axis}/${S.part}/${S.state[axis]}`, before = S.scales.get(key);
+      const now = before ? [Math.min(before[0], ends[0]), Math.max(before[1], ends[1])] : ends;
+      S.scales.set(key, now);
+      return [...now];
+    }
+
     function draw(canvas) {
       for (const [entry, value] of [[x, S.state.x], [y, S.state.y], [colour, S.state.colour], [kind, S.residual().heldout ? "heldout" : "fit"]]) entry.select.value = value;
       kind.select.options[0].disabled = !S.residual().model.residual_heldout;
@@ -69,13 +89,14 @@
         xs[p] = valueOf(across, p);
         shown[p] = used ? valueOf(up, p) : NaN;
       }
+      const ghost = drawnOf(S.ghost, count, stateOf, valueOf), hollow = drawnOf(S.hollow, count, stateOf, valueOf), t = S.moved();
       const palette = scale ? theme.scale : theme.series;
       const top = scale ? 26 : S.legend(g, { x: 74, w: width - 92 }, legend, palette, scale);
       const box = { x: 74, y: top, w: width - 92, h: height - 44 - top }, named = up.levels.length > 0;
-      const yEnds = named ? [-0.5, up.levels.length - 0.5] : S.span(shown), oneSided = S.state.y === "r.length";
+      const yEnds = named ? [-0.5, up.levels.length - 0.5] : locked("y", S.span(joined(shown, ghost?.y, hollow?.y))), oneSided = S.state.y === "r.length";
       const sigma = up.sigma > 0 ? 2 * up.sigma : 0;
       if (sigma && !oneSided) { yEnds[0] = Math.min(yEnds[0], -1.2 * sigma); yEnds[1] = Math.max(yEnds[1], 1.2 * sigma); }
-      const ends = across.levels.length ? [-0.5, across.levels.length - 0.5] : S.span(xs.map((value, p) => (Number.isFinite(shown[p]) ? value : NaN)));
+      const ends = across.levels.length ? [-0.5, across.levels.length - 0.5] : locked("x", S.span(joined(xs.map((value, p) => (Number.isFinite(shown[p]) ? value : NaN)), ghost?.x, hollow?.x)));
       const { toX, toY } = S.axes(g, box, { x: ends, y: yEnds, xLabel: S.withUnit(across), yLabel: S.withUnit(up), xNames: across.levels, yNames: up.levels });
       if (sigma) {
         g.fillStyle = theme.band;
@@ -85,6 +106,15 @@
         g.fillStyle = theme.band;
         const left = toX(Math.max(-2 * across.sigma, ends[0])), right = toX(Math.min(2 * across.sigma, ends[1]));
         g.fillRect(left, box.y, right - left, box.h);
+      }
+      if (ghost) {
+        g.beginPath();
+        for (let p = 0; p < count; p++) if (Number.isFinite(ghost.x[p] + ghost.y[p])) S.marker(g, 0, toX(ghost.x[p]), toY(ghost.y[p]), 1.6);
+        g.fillStyle = theme.line; g.fill();
+        for (let p = 0; p < count && t < 1; p++) {
+          if (Number.isFinite(ghost.x[p])) xs[p] = ghost.x[p] + t * (xs[p] - ghost.x[p]);
+          if (Number.isFinite(ghost.y[p])) shown[p] = ghost.y[p] + t * (shown[p] - ghost.y[p]);
+        }
       }
       const px = new Float64Array(count), py = new Float64Array(count);
       const spread = (p) => 0.3 * (((p * 0.618034) % 1) - 0.5);
@@ -103,6 +133,11 @@
           drawn++;
         }
         if (drawn) { g.fillStyle = group < 0 ? theme.line : palette[group]; g.fill(); }
+      }
+      if (hollow) {
+        g.beginPath();
+        for (let p = 0; p < count; p++) if (Number.isFinite(hollow.x[p] + hollow.y[p])) { const [hx, hy] = [toX(hollow.x[p]), toY(hollow.y[p])]; g.moveTo(hx + 3, hy); g.arc(hx, hy, 3, 0, 6.2832); }
+        g.strokeStyle = theme.accent; g.lineWidth = 1; g.stroke();
       }
       g.beginPath();
       for (let p = 0; p < count; p++) if (S.selected[stateOf(p)] && Number.isFinite(px[p] + py[p])) { g.moveTo(px[p] + 5, py[p]); g.arc(px[p], py[p], 5, 0, 6.2832); }

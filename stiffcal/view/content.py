@@ -6,7 +6,7 @@ Fields are written to the page under their own names; the scripts read them by t
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.experiments.presentation import Page
@@ -127,6 +127,44 @@ class ViewEffect:
     """(n, 3) or (n, 6): prediction less that of the model without it, m and rad."""
 
 
+CandidateStanding: TypeAlias = Literal["missing", "alike", "undecided", "possible", "rejected"]
+"""What the diagnosis says of a candidate: missing, not to be distinguished from one that is, one of several between
+which poses decide, possible, or rejected.
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewCandidate:
+    """An effect at a place that the model lacks, or may lack."""
+
+    name: str
+    """``effect place``."""
+    standing: CandidateStanding
+    """What the diagnosis says of it."""
+    first_in: float | None
+    """Share of resamplings in which it comes first; None where that is not known."""
+    heldout_rms: Rms | None
+    """In held-out data by a linear refit with it; None where none was made."""
+    why: str
+    """The verdict's reason, "" for none."""
+    command: str
+    """The line for a terminal that adds it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewLive:
+    """What the page shows of models that are tried on a server."""
+
+    added: list[str]
+    """Effects, ``effect place``, that model.toml does not hold."""
+    removed: list[str]
+    """Effects that it holds and the shown model does not."""
+    excluded: list[str]
+    """Lines ``[[exclude]]`` for campaign.toml, one block each, without which the shown model was fitted."""
+    forecasts: bool
+    """Whether forecasts can be asked for."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ViewEvidence:
     """An effect that is missing, with what it follows and the direction in which it acts."""
@@ -145,6 +183,8 @@ class ViewEvidence:
 class ViewStates:
     """n load states, grouped by run, in the order in which they were reached."""
 
+    index: Integers
+    """(n,) numbers among all states or rows of the campaign, from 0, ascending."""
     run: Integers
     """(n,) index into the runs."""
     row: Integers
@@ -226,6 +266,12 @@ class ViewContent:
     """What other kinds of experiment show."""
     refits_missing: str
     """Why candidates cannot be shown, "" where they can."""
+    candidates: list[ViewCandidate] = field(default_factory=list)
+    """What the diagnosis says could be added, the most likely first."""
+    diagnosis_of: str = ""
+    """Of which model the verdict and the candidates are, where it is not the present one; "" where it is."""
+    live: ViewLive | None = None
+    """What is tried on a server; None of a page by itself."""
     fitted_rows: Integers | None = None
     """Of each row of the fit's table the drawn one, −1 where it is not drawn; None where states are drawn."""
     others: list[ViewContent] = field(default_factory=list)

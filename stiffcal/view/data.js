@@ -51,12 +51,14 @@ const stiffcal = {};
   }
 
   let cached = { key: "", value: null };
-  /** Read the data of the page: its parts, one of each kind of readings. */
-  S.load = async function () {
-    const whole = await inflate(bytesOf(document.getElementById("data").textContent));
+  /** What Python packed. @param {string} packed @returns {Promise<any>} */
+  S.unpacked = async function (packed) {
+    const whole = await inflate(bytesOf(packed));
     const length = new DataView(whole.buffer).getUint32(0, true);
-    const text = new TextDecoder().decode(whole.subarray(4, 4 + length));
-    const data = resolve(JSON.parse(text), whole.subarray(4 + length));
+    return resolve(JSON.parse(new TextDecoder().decode(whole.subarray(4, 4 + length))), whole.subarray(4 + length));
+  };
+  /** Take data for the page: its parts, one of each kind of readings. @param {any} data */
+  S.take = function (data) {
     S.parts = [data, ...data.others];
   };
   /** Name of a part, by what was measured. */
@@ -141,15 +143,15 @@ const stiffcal = {};
 
   /**
    * Numbers to draw or to colour by: a variable, a residual ("r.x"), or the component of a residual ("component").
-   * @param {string} key
+   * @param {string} key @param {{move: Float64Array, turn: Float64Array|null, heldout: boolean}} [shown] the residual, if not the one that is shown
    * @returns {{values: Float64Array|null, label: string, unit: string, levels: string[], sigma: number, wide: boolean}}
    *   sigma: of the noise, in the unit, 0 where none belongs to it; wide: three values of each state, null: its component
    */
-  S.quantity = function (key) {
+  S.quantity = function (key, shown = S.residual()) {
     const variable = S.variableByName.get(key);
     if (variable) return { ...variable, sigma: 0, wide: false };
     if (key === "component") return { values: null, label: "component of the residual", unit: "", levels: ["x", "y", "z"], sigma: 0, wide: true };
-    const shown = S.residual(), name = key.slice(2), axis = S.components.indexOf(name), { noise } = S.data;
+    const name = key.slice(2), axis = S.components.indexOf(name), { noise } = S.data;
     const kind = shown.heldout ? "held-out residual" : "residual of the fit", length = S.units.length, sigma = S.sigma();
     const { factor, unit } = S.scalar ? S.units.main : axis < 3 ? length : S.units.angle;
     if (key === "r.all") {

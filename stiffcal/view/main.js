@@ -2,25 +2,12 @@
   const say = (text) => { document.getElementById("status").textContent = S.visible(text); };
   const bar = document.getElementById("bar");
 
-  /** Buttons from the present model to the one with all that is missing, and back. */
-  function steps() {
-    const { data } = S, present = data.models.find((model) => model.present), all = data.models.find((model) => model.kind === "all" && S.isDrawable(model));
-    if (!present || !all || !S.isDrawable(present)) return [];
-    const button = (model, text) => {
-      const made = S.button({ className: "step", onclick: () => S.set({ model: model.id, off: [] }) }, `${text}: ${S.error(model.heldout_rms)}`);
-      S.onChange(() => made.setAttribute("aria-pressed", String(S.state.model === model.id && !S.state.off.length)));
-      return made;
-    };
-    return [S.make("span", { className: "steps", role: "group", "aria-label": "Error before and after adding what is missing" },
-      button(present, "Present model"), "→", button(all, `With ${all.effect}`)), S.make("span", {}, `noise ${S.error(data.noise)}`)];
-  }
-
   function controls(drawable) {
     const { data } = S;
     const model = S.choice("Model shown in all panels", drawable.map((entry) => [entry.id, entry.label]), (value) => S.set({ model: value, off: [] }));
     const clear = S.button({ onclick: () => S.select([]) }, "Clear the selection");
     const count = S.make("span", { id: "count", role: "status" });
-    bar.append(...steps(), model.element, clear, count);
+    bar.append(model.element, clear, count);
     S.onChange(() => {
       model.select.value = S.state.model;
       count.textContent = `${S.count(S.nSelected)} of ${S.count(S.n)} drawn states selected` + (data.n_states > S.n ? `; shown ${S.count(S.n)} of ${S.count(data.n_states)}; errors are of all` : "");
@@ -39,6 +26,8 @@
       bar.append(readings.element);
     }
     S.state.model = (data.models.find((entry) => entry.present) || data.models[0] || { id: "" }).id;
+    S.ghost = S.hollow = null;
+    S.startTryout();
     if (S.n && drawable.length) {
       S.readHash();
       controls(drawable);
@@ -59,11 +48,39 @@
       say("");
     });
   }
+  /** Where each state of the data stands in other data of the same campaign, by run and row; −1 where it is not there. */
+  function statesIn(other) {
+    const name = (data, i) => JSON.stringify([data.runs[data.states.run[i]].name, data.states.row[i]]);
+    const places = new Map(Array.from(other.states.run, (_, i) => [name(other, i), i]));
+    return Array.from({ length: S.n }, (_, i) => places.get(name(S.data, i)) ?? -1);
+  }
+  /** Three numbers of each state, of the states that other data hold. */
+  const inOrder = (values, places) => values && Float64Array.from({ length: 3 * places.length }, (_, k) => (places[(k / 3) | 0] < 0 ? NaN : values[3 * places[(k / 3) | 0] + (k % 3)]));
+
+  /** Show new data of the same campaign: what was shown stays as a ghost, and points move. @param {any} data */
+  S.showContent = function (data) {
+    const before = { ...S.state }, old = S.data, ghost = S.asGhost();
+    const panels = document.getElementById("panels"), { scrollTop } = panels;
+    const open = [...panels.querySelectorAll("details[open]")].map((entry) => entry.closest("section").id + entry.className);
+    S.take(data);
+    build(before.part);
+    const present = S.data.models.find((entry) => entry.present);
+    Object.assign(S.state, before, { model: present ? present.id : before.model, off: [], mode: "part" });
+    S.repair();
+    for (const entry of panels.querySelectorAll("details")) entry.open = open.includes(entry.closest("section").id + entry.className);
+    document.getElementById("verdict").textContent = S.visible(data.verdict);
+    if (ghost && S.n) {
+      const places = statesIn(old);
+      S.moveFrom({ ...ghost, move: inOrder(ghost.move, places), turn: inOrder(ghost.turn, places) });
+    }
+    S.redraw();
+    panels.scrollTop = scrollTop;
+  };
   const partOfHash = () => Number(new URLSearchParams(location.hash.slice(1)).get("part")) || 0;
 
   try {
     if (typeof DecompressionStream === "undefined") throw new Error("this browser cannot unpack the data; a version from 2023 or later can");
-    await S.load();
+    S.take(await S.unpacked(document.getElementById("data").textContent));
     S.readTheme();
     const data = S.parts[0];
     document.title = S.visible(`${data.campaign}: stiffcal view`);
@@ -74,6 +91,7 @@
     addEventListener("resize", S.redraw);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { S.readTheme(); S.redraw(); });
     S.redraw();
+    S.startLive?.();
   } catch (error) {
     say(`The page cannot be shown: ${error.message}`);
     document.body.dataset.failed = "true";

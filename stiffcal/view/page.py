@@ -13,27 +13,36 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.documents import Document
-from stiffcal.view.content import ViewContent, ViewVariable
+from stiffcal.view.content import ViewContent, ViewModel, ViewVariable
 from stiffcal.view.packing import NOISE_SHARE, Packer
 
 SCRIPTS = (
     "data.js", "words.js", "state.js", "draw.js", "panel.js", "robot.js", "against.js", "ladder.js", "effects.js",
-    "poses.js", "reading.js", "kinds.js", "main.js",
+    "poses.js", "reading.js", "kinds.js", "tryout.js", "main.js",
 )  # fmt: skip
 """In the order in which they are run; each adds to the one name ``stiffcal``."""
+LIVE_SCRIPT = "live.js"
+"""Before the last of them where a server sends the page: nothing else asks for anything."""
 
 _ROTATIONS = 3
 
 
-def build_page(content: ViewContent) -> str:
-    """Return the HTML file as a text; the same content gives the same text."""
+def build_page(content: ViewContent, live: bool = False) -> str:
+    """Return the HTML file as a text; the same content gives the same text.
+
+    Parameters
+    ----------
+    content : what it shows. live : whether it may ask the server that it came from.
+    """
     folder = files("stiffcal.view")
     style = (folder / "style.css").read_text("utf-8")
-    script = "\n".join((folder / name).read_text("utf-8") for name in SCRIPTS)
+    names = (*SCRIPTS[:-1], *([LIVE_SCRIPT] if live else []), SCRIPTS[-1])
+    script = "\n".join((folder / name).read_text("utf-8") for name in names)
     data = pack(content)
+    connect = "; connect-src 'self'" if live else ""
     policy = (
         f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; img-src data: blob:; "
-        "base-uri 'none'; form-action 'none'"
+        f"base-uri 'none'; form-action 'none'{connect}"
     )
     body = (folder / "body.html").read_text("utf-8")
     return (
@@ -51,8 +60,8 @@ def _hash(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
-def pack(content: ViewContent) -> str:
-    """Return the content as the text that the scripts read."""
+def pack(content: ViewContent | ViewModel) -> str:
+    """Return content, or a single model of it, as the text that the scripts read."""
     packer = Packer()
 
     def plain(value: Any, steps: tuple[float | None, float | None], name: str = "", whole: bool = False) -> Any:
@@ -80,7 +89,7 @@ def pack(content: ViewContent) -> str:
             return float(value) if math.isfinite(value) else None
         return value.item() if isinstance(value, np.generic) else value
 
-    document: Document = plain(content, _steps(content))
+    document: Document = plain(content, _steps(content) if isinstance(content, ViewContent) else (None, None))
     return packer.packed(document)
 
 

@@ -58,8 +58,11 @@
 
   /** Change the state. @param {Object<string, any>} changes */
   S.set = function (changes) {
+    const other = ["model", "off", "mode"].some((name) => name in changes && String(changes[name]) !== String(S.state[name]));
+    const ghost = other ? S.asGhost() : null;
     Object.assign(S.state, changes);
-    S.redraw();
+    if (ghost) S.moveFrom(ghost);
+    else S.redraw();
   };
 
   /** Choose a state of the campaign, and its run. @param {number} i */
@@ -96,7 +99,7 @@
   /** The state but for the camera, as a text: what most pictures depend on. */
   S.everything = function () {
     const { turn, tilt, zoom, scale, arrows, ...rest } = S.state;
-    return Object.values(rest).join() + "/" + S.version;
+    return Object.values(rest).join() + "/" + S.version + "/" + S.frame;
   };
 
   /** Ranges of the selected states: "3-7.12". */

@@ -164,6 +164,15 @@ class ViewResult(CommandResult):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LiveResult(CommandResult):
+    """Answer of ``view --live``, when the page is served."""
+
+    schema: Literal["stiffcal/live/1"] = "stiffcal/live/1"
+    address: str
+    """What to open in a browser on this machine; it holds a secret."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ExportResult(CommandResult):
     """Answer of ``export``."""
 

@@ -110,12 +110,32 @@ def model_with(
     ------
     InputError : as `edit_model`.
     """
+    return _edited(campaign, text, "add", effect, _Wanted(where, False, curved, start or {}))
+
+
+def model_without(campaign: Campaign, text: str, effect: str, *, where: Mapping[str, str | None]) -> str:
+    """Return model.toml with an effect removed, as `edit_model` would write it; the campaign's folder stays as it is.
+
+    Parameters
+    ----------
+    campaign : its model is the one that `text` holds.
+    text : model.toml before; "": the default model holds.
+    effect, where : as in `edit_model`.
+
+    Raises
+    ------
+    InputError : as `edit_model`.
+    """
+    return _edited(campaign, text, "remove", effect, _Wanted(where, False, False, {}))
+
+
+def _edited(campaign: Campaign, text: str, action: Literal["add", "remove"], effect: str, wanted: _Wanted) -> str:
     with tempfile.TemporaryDirectory(prefix="stiffcal-") as place:
         folder = Path(place)
         (folder / MANIFEST_FILE).write_bytes(read_regular(campaign.folder / MANIFEST_FILE, MANIFEST_FILE, limit=TOML))
         if text:
             (folder / MODEL_FILE).write_text(text, encoding="utf-8", newline="\n")
-        _edit(campaign, folder, "add", effect, _Wanted(where, False, curved, start or {}))
+        _edit(campaign, folder, action, effect, wanted)
         return (folder / MODEL_FILE).read_text(encoding="utf-8")
 
 

@@ -26,6 +26,7 @@ from stiffcal.revision import REVISION
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from stiffcal.campaign.manifest import Exclusion
     from stiffcal.documents import CommandResult
     from stiffcal.ingest.results import IngestResult
     from stiffcal.measurements.load_states import LoadStates
@@ -59,6 +60,8 @@ class TrialModel:
     """The same, read."""
     results: TrialResults
     """What was computed so far; filled by those who work with the trial."""
+    exclude: tuple[Exclusion, ...] = ()
+    """Rows to leave out besides those of the manifest: the logs are then read again, into memory."""
 
 
 @dataclass(frozen=True)
@@ -265,6 +268,8 @@ def up_to_date_states(folder: Path, context: RunContext) -> Ingested:
             campaign = load_campaign(campaign.folder)
             announce("ingest", reason, campaign.folder, context)
             ingest_now(campaign, store, "" if fresh.first else reason, context.progress)
+    if context.trial is not None:
+        campaign, store = _on_trial(campaign, store, context.trial, context.progress)
     table, states = stored_table(store)
     non_load = {name: store.read_table(name) for name in tables_of_logs() if name in store.tables}
     origin = store.origin_of(STATES, *tables_of_logs(), INGEST)
@@ -273,16 +278,37 @@ def up_to_date_states(folder: Path, context: RunContext) -> Ingested:
     if origin != OWN:  # in a place that several people write, too
         use_foreign_results(store.display_name)
     states = without_commands(states, campaign.chain)
-    if context.trial is not None:
-        from stiffcal.store.trial import TrialStore
-
-        store = TrialStore(store, context.trial.results)
-    return Ingested(with_trial_model(campaign, context), store, table, states, non_load, origin, fresh.missing)
+    return Ingested(campaign, store, table, states, non_load, origin, fresh.missing)
 
 
 def with_trial_model(campaign: Campaign, context: RunContext) -> Campaign:
-    """Return the campaign with the model that is tried, where there is one."""
-    return campaign if context.trial is None else replace(campaign, model=context.trial.model)
+    """Return the campaign with what is tried, where there is something: another model, rows left out."""
+    trial = context.trial
+    if trial is None:
+        return campaign
+    campaign = replace(campaign, model=trial.model)
+    if not trial.exclude:
+        return campaign
+    exclude = (*campaign.manifest.exclude, *trial.exclude)
+    return replace(campaign, manifest=campaign.manifest.model_copy(update={"exclude": exclude}))
+
+
+def _on_trial(campaign: Campaign, store: Store, trial: TrialModel, progress: Progress) -> tuple[Campaign, Store]:
+    """Return the campaign with what is tried, and its store with the trial's results over it.
+
+    Where the trial leaves rows out the logs are read again, into memory; what is stored stays.
+    """
+    from stiffcal.ingest.freshness import freshness_of
+    from stiffcal.ingest.ingesting import ingest_now
+    from stiffcal.store.trial import TrialStore
+
+    campaign = with_trial_model(campaign, RunContext(trial=trial))
+    store = TrialStore(store, trial.results)
+    if trial.exclude:
+        reason = freshness_of(campaign, store).reason
+        if reason:
+            ingest_now(campaign, store, reason, progress)
+    return campaign, store
 
 
 def stored_table(store: Store) -> tuple[pa.Table, LoadStates]:

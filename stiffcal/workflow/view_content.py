@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -34,6 +34,7 @@ from stiffcal.workflow.diagnose import current_diagnosis
 from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_content import report_states_of
 from stiffcal.workflow.steps import FIT_STATES, Ingested
+from stiffcal.workflow.view_candidates import view_candidates
 from stiffcal.workflow.view_effects import view_effects
 from stiffcal.workflow.view_evidence import picked_evidence, view_evidence
 from stiffcal.workflow.view_models import place_words, tables_of_states, view_models
@@ -52,7 +53,26 @@ MEASURES: tuple[Literal["translation", "motor_angle", "length", "torque"], ...] 
 )  # fmt: skip
 
 
-def view_content(data: Ingested, identified: IdentifyResult, validation: ValidateResult, raw: bool) -> ViewContent:
+@dataclass(frozen=True, kw_only=True)
+class EarlierVerdict:
+    """A diagnosis that is shown next to another model than the one it is of."""
+
+    diagnosis: DiagnoseResult
+    """What it answers."""
+    of: str
+    """That model, in words."""
+    same_states: bool
+    """Whether it is of the load states that are shown: what it read of each can be drawn then."""
+
+
+def view_content(
+    data: Ingested,
+    identified: IdentifyResult,
+    validation: ValidateResult,
+    raw: bool,
+    earlier: EarlierVerdict | None = None,
+    drawn: Integers | None = None,
+) -> ViewContent:
     """Gather everything that the page shows.
 
     Parameters
@@ -60,9 +80,14 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
     data : the campaign with its states.
     identified : the present fit. validation : of it.
     raw : whether readings and names of logs are shown.
+    earlier : a diagnosis to show where the store has none of the present fit.
+    drawn : which states are drawn, ascending; None: all, or of many a sample.
     """
     campaign = data.campaign
     diagnosis, reason = current_diagnosis(data, identified)
+    diagnosis_of, evidence_known = "", True
+    if diagnosis is None and earlier is not None:
+        diagnosis, diagnosis_of, evidence_known = earlier.diagnosis, earlier.of, earlier.same_states
     measured = runs_with_fits(data)
     kinds = [(kind.page(measured, identified), kind.drawn_rows(measured, identified)) for kind in all_kinds()]
     rows, of_rows = [row for _, row in kinds if row is not None], bool(len(data.states))
@@ -97,9 +122,11 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
         raw=raw,
         pages=pages,
         refits_missing="",
+        candidates=view_candidates(diagnosis),
+        diagnosis_of=diagnosis_of,
     )
     if len(data.states):
-        content = _with_states(content, data, identified, diagnosis, reason)
+        content = _with_states(content, data, identified, diagnosis if evidence_known else None, reason, drawn)
         bare = replace(
             content,
             variables=[],
@@ -111,9 +138,9 @@ def view_content(data: Ingested, identified: IdentifyResult, validation: Validat
             measure="torque",
             pages=[page for page, row in kinds if page is not None and row is not None],
         )
-        return replace(content, others=[content_of_rows(bare, row, data, identified, reason) for row in rows[:1]])
+        return replace(content, others=[content_of_rows(bare, row, data, identified, reason, None) for row in rows[:1]])
     if rows:
-        return content_of_rows(content, rows[0], data, identified, reason)
+        return content_of_rows(content, rows[0], data, identified, reason, drawn)
     return replace(content, models=view_models(data, identified, [], np.zeros(0, dtype=np.bool_), None))
 
 
@@ -145,7 +172,12 @@ def _places_of(missing: Sequence[ProposedEffect], robot: CompliantRobot) -> tupl
 
 
 def _with_states(
-    content: ViewContent, data: Ingested, identified: IdentifyResult, diagnosis: DiagnoseResult | None, reason: str
+    content: ViewContent,
+    data: Ingested,
+    identified: IdentifyResult,
+    diagnosis: DiagnoseResult | None,
+    reason: str,
+    pick: Integers | None,
 ) -> ViewContent:
     raw = content.raw
     states, drawn = data.states, report_states_of(data)
@@ -168,7 +200,8 @@ def _with_states(
     evidence = [one for one in evidence if drawn.has_rotation or not one.turns] if own is None else []
     models = view_models(data, identified, variables, drawn.used, tables, own, evidence)
     variables += _rod_residuals(data)  # no candidates for what a residual follows: they are residuals themselves
-    pick = sample_of(drawn.residual if own is None else own)
+    if pick is None:
+        pick = sample_of(drawn.residual if own is None else own)
     shown = data.states.select(pick)
     nothing = np.zeros((len(pick), 0))
     positions, target = _shape(robot, shown) if own is None else (nothing, nothing)
@@ -188,6 +221,7 @@ def _with_states(
         rotation=drawn.has_rotation,
         one_direction=drawn.along is not None,
         states=ViewStates(
+            index=pick,
             run=states.run[pick],
             row=states.row[pick],
             first_row=rows[pick, 0],

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.experiments.drawn_rows import DrawnRows
 from stiffcal.store import values_of
 from stiffcal.view.content import ViewContent, ViewEffect, ViewRun, ViewStates, ViewVariable
@@ -26,7 +26,12 @@ _NO_EFFECT = "the model contains no effect at this joint"
 
 
 def content_of_rows(
-    content: ViewContent, rows: DrawnRows, data: Ingested, identified: IdentifyResult, reason: str
+    content: ViewContent,
+    rows: DrawnRows,
+    data: Ingested,
+    identified: IdentifyResult,
+    reason: str,
+    pick: Integers | None,
 ) -> ViewContent:
     """Return the content with rows as its states: the first of three components is the torque, the others are zero.
 
@@ -35,6 +40,7 @@ def content_of_rows(
     content : what else the page shows. rows : n of them.
     data : the campaign. identified : the present fit.
     reason : why there is no diagnosis, "" where there is one.
+    pick : which rows are drawn, ascending; None: all, or of many a sample.
     """
     names = list(dict.fromkeys(rows.run.tolist()))
     run = np.array([names.index(name) for name in rows.run.tolist()], dtype=np.int64)
@@ -48,7 +54,8 @@ def content_of_rows(
         variables.append(ViewVariable(name="run", label="run", unit="", values=run.astype(np.float64), levels=names))
     models = view_models(data, identified, variables, rows.judged, _tables(rows))
     present = next((model.residual_fit for model in models if model.present), None)
-    pick = sample_of(_as_states(rows.measured) if present is None else present)
+    if pick is None:
+        pick = sample_of(_as_states(rows.measured) if present is None else present)
     described = {entry.id: entry for entry in data.campaign.manifest.runs}
     number = np.zeros(len(run), dtype=np.int64)
     for k in range(len(names)):
@@ -77,6 +84,7 @@ def content_of_rows(
         direction=rows.direction,
         runs=runs,
         states=ViewStates(
+            index=pick,
             run=run[pick],
             row=number[pick],
             first_row=of_log[pick, 0],

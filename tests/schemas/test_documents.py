@@ -100,9 +100,10 @@ def answer(capsys: pytest.CaptureFixture[str], folder: Path, name: str) -> dict[
     return document
 
 
-# A new effect takes a campaign that no effect explains: `tests/workflow/test_new_effect.py` judges its answer.
+# A new effect takes a campaign that no effect explains: `tests/workflow/test_new_effect.py` judges its answer; a live
+# page is served until its user ends it: `tests/live/test_command.py`.
 @pytest.mark.usefixtures("unprinted")
-@pytest.mark.parametrize("name", sorted(DOCUMENTS.keys() - {"new-effect"}))
+@pytest.mark.parametrize("name", sorted(DOCUMENTS.keys() - {"new-effect", "live"}))
 def test_answers_hold_to_their_schema(name: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     schema = json.loads(texts()[f"{name}.document.schema.json"])
     held = jsonschema.Draft202012Validator(schema)

@@ -159,8 +159,11 @@ def test_a_step_with_all_that_is_missing(browser: Any, tmp_path: Path) -> None:
     size = """(() => { const known = stiffcal.quantity("r.e1").values.filter(Number.isFinite);
         return Math.hypot(...known) / Math.sqrt(known.length); })()"""
     before = page.evaluate(size)
-    page.get_by_role("button", name="With joint-compliance j6").click()
+    page.locator("#candidates input[data-effect='joint-compliance j6']").check()
     settled(page)
+    assert page.locator("#error").inner_text() == page.evaluate(
+        "S => stiffcal.error(stiffcal.residual().model.heldout_rms)"
+    )
     numbers = page.locator("#ladder-numbers")
     stated = diagnosis.heldout_rms_with_missing.translation
     assert float(numbers.get_attribute("data-heldout")) == pytest.approx(stated, rel=1e-12)

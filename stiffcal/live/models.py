@@ -1,0 +1,268 @@
+"""Models of one campaign that are tried in memory: forecast, refit, what is left, and the way into model.toml."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from threading import Lock
+from typing import TYPE_CHECKING, TypeVar
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.model_file import model_of_text
+from stiffcal.errors import Progress
+from stiffcal.live.choice import ModelChoice, model_of_choice, placed_name
+from stiffcal.live.forecasts import Forecasts
+from stiffcal.store.trial import TrialResults
+from stiffcal.view.content import ViewContent, ViewLive, ViewModel
+from stiffcal.workflow.diagnose import current_diagnosis, diagnose_campaign
+from stiffcal.workflow.edit_model import edit_model
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import Ingested, RunContext, TrialModel, model_text, open_store, up_to_date_states
+from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.workflow.view_content import EarlierVerdict, view_content
+
+if TYPE_CHECKING:
+    from stiffcal.arrays import Integers
+    from stiffcal.diagnosis.results import DiagnoseResult
+
+T = TypeVar("T")
+
+MOST_KEPT = 12
+"""Models that were tried and stand on the ladder; each keeps its residuals in memory."""
+OF_FILE = "the model in model.toml"
+
+
+class SupersededError(Exception):
+    """Something else was asked for before this was done."""
+
+
+class ModelChangedError(Exception):
+    """The file model.toml is no longer what the page was made from."""
+
+
+@dataclass
+class _Tried:
+    """A model that is tried, with what was computed of it so far."""
+
+    trial: TrialModel
+    """The model, and its results in memory."""
+    id: str
+    """Of its rung."""
+    rows: str
+    """Which rows are left out, `ModelChoice.rows_key`."""
+    rung: ViewModel | None = None
+    """On the ladder, once it was fitted."""
+
+
+class LiveModels:
+    """The models that a page tries; one at a time, the last that was asked for.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    context : store and so on. What is tried stays in memory; fits of model.toml itself are stored as `identify` does.
+    raw : whether readings and names of logs are shown.
+
+    Raises
+    ------
+    InputError : the folder holds no campaign.
+    """
+
+    def __init__(self, folder: Path, context: RunContext, raw: bool = True) -> None:
+        self._folder, self._context, self._raw = folder, context, raw
+        self._lock, self._serials, self._serial = Lock(), itertools.count(1), 0
+        self._numbers = itertools.count(1)
+        self._tried: dict[str, _Tried] = {}
+        self._forecasts: Forecasts | None = None
+        self._base: tuple[str | None, tuple[ViewContent, DiagnoseResult | None]] | None = None
+        self._text = self._text_now()
+        self.doing: tuple[str, float | None] = ("", None)
+        """What is being done, and the share of it; read by the page while it waits."""
+
+    def content(self, choice: ModelChoice) -> ViewContent:
+        """Return all that the page shows of a model: fitted, and judged in held-out data.
+
+        Raises
+        ------
+        InputError : the input is wrong, or the model cannot be fitted.
+        SupersededError : something else was asked for meanwhile.
+        ModelChangedError : model.toml was changed by somebody else.
+        """
+        return self._alone(lambda progress: self._content(choice, progress))
+
+    def prepare(self) -> bool:
+        """Try every candidate once, so that forecasts can be made; return whether these data have any.
+
+        Raises
+        ------
+        InputError, SupersededError : as `content`.
+        """
+
+        def run(progress: Progress) -> bool:
+            context = replace(self._context, progress=progress)
+            drawn = self._base_content(context)[0].states
+            data = up_to_date_states(self._folder, context)
+            if drawn is not None and len(data.states):
+                self._forecasts = Forecasts.of(data, up_to_date_fit(data, context), drawn.index, context)
+            return self._forecasts is not None
+
+        return self._alone(run)
+
+    def forecast(self, choice: ModelChoice) -> ViewModel | None:
+        """Return what one linear step about the fit of model.toml leaves; at once, whatever else is computed.
+
+        None where no forecast can be made: none is prepared, rows are left out, or these data have none.
+        """
+        made = self._forecasts
+        return None if made is None or choice.excluded else made.model(choice)
+
+    def diagnose(self, choice: ModelChoice) -> ViewContent:
+        """Diagnose a model, and return all that the page shows of it.
+
+        Raises
+        ------
+        InputError, SupersededError, ModelChangedError : as `content`.
+        """
+
+        def run(progress: Progress) -> ViewContent:
+            self._check_unchanged()
+            diagnose_campaign(self._folder, self._context_of(choice, progress))
+            return self._content(choice, progress)
+
+        return self._alone(run)
+
+    def write(self, choice: ModelChoice, to_changed_file: bool = False) -> None:
+        """Write what is ticked into model.toml, as `stiffcal add` and `stiffcal remove` do; comments stay.
+
+        Parameters
+        ----------
+        to_changed_file : also where somebody else has changed model.toml: what is ticked is then added to that.
+
+        Raises
+        ------
+        ModelChangedError : model.toml has changed, and ``to_changed_file`` is False; nothing is written.
+        InputError : it cannot be written, or not all of it fits the model there; nothing is written then.
+        """
+
+        def run(progress: Progress) -> None:
+            if not to_changed_file:
+                self._check_unchanged()
+            model_of_choice(load_campaign(self._folder, check_files=False), self._text_now(), choice)
+            for action, names in (("remove", choice.removed), ("add", choice.added)):
+                for name in names:
+                    effect, where = placed_name(load_campaign(self._folder, check_files=False), name)
+                    edit_model(self._folder, "add" if action == "add" else "remove", effect, where=where)
+            self._begin_anew()
+
+        self._alone(run)
+
+    def reload(self) -> None:
+        """Take the campaign as it is now; what was tried is forgotten."""
+        self._alone(lambda progress: self._begin_anew())
+
+    def stop(self) -> None:
+        """Have what is being computed end at its next report of progress."""
+        self._serial = next(self._serials)
+
+    def _alone(self, run: Callable[[Progress], T]) -> T:
+        """Run something when nothing else runs; what ran before it ends at its next report of progress."""
+        serial = self._serial = next(self._serials)
+
+        def progress(text: str, share: float | None = None) -> None:
+            if serial != self._serial:
+                raise SupersededError
+            self.doing = (text, share)
+
+        with self._lock:
+            if serial != self._serial:
+                raise SupersededError
+            try:
+                return run(progress)
+            finally:
+                self.doing = ("", None)
+
+    def _check_unchanged(self) -> None:
+        if self._text_now() != self._text:
+            raise ModelChangedError
+
+    def _text_now(self) -> str:
+        return model_text(load_campaign(self._folder, check_files=False))
+
+    def _begin_anew(self) -> None:
+        self._text, self._forecasts, self._base = self._text_now(), None, None
+        self._tried.clear()
+
+    def _context_of(self, choice: ModelChoice, progress: Progress) -> RunContext:
+        context = replace(self._context, progress=progress)
+        return replace(context, trial=self._tried_model(choice).trial) if choice.key != ModelChoice().key else context
+
+    def _tried_model(self, choice: ModelChoice) -> _Tried:
+        known = self._tried.pop(choice.key, None)
+        if known is None:
+            campaign = load_campaign(self._folder, check_files=False)
+            text = model_of_choice(campaign, self._text, choice)
+            model = model_of_text(text, campaign.chain.n_joints) if text else campaign.model
+            trial = TrialModel(text, model, TrialResults(), choice.exclusions)
+            known = _Tried(trial, f"tried{next(self._numbers)}", choice.rows_key)
+        self._tried[choice.key] = known  # the last that was asked for stands last
+        for key in list(self._tried)[:-MOST_KEPT]:
+            del self._tried[key]
+        return known
+
+    def _content(self, choice: ModelChoice, progress: Progress) -> ViewContent:
+        self._check_unchanged()
+        context = replace(self._context, progress=progress)
+        base, judged = self._base_content(context)
+        live = ViewLive(
+            added=choice.added,
+            removed=choice.removed,
+            excluded=[one.as_toml() for one in choice.excluded],
+            forecasts=self._forecasts is not None and not choice.excluded,
+        )
+        if choice.key == ModelChoice().key:
+            return replace(base, models=[*self._rungs(choice), *base.models], live=live)
+        tried = self._tried_model(choice)
+        earlier = None
+        if judged is not None:
+            earlier = EarlierVerdict(diagnosis=judged, of=OF_FILE, same_states=not choice.excluded)
+        drawn = None if base.states is None or choice.excluded else base.states.index
+        content, _ = self._content_of(replace(context, trial=tried.trial), earlier, drawn)
+        tried.rung = replace(
+            next(model for model in content.models if model.present), id=tried.id, label=f"tried: {choice.label}"
+        )
+        fits = [replace(model, present=False) for model in base.models if model.kind == "fit"]
+        if choice.excluded:
+            fits = [replace(model, residual_fit=None, residual_heldout=None) for model in fits]
+        return replace(content, models=[*fits, *self._rungs(choice), tried.rung], live=live)
+
+    def _base_content(self, context: RunContext) -> tuple[ViewContent, DiagnoseResult | None]:
+        """Return what the page shows of model.toml; made again where the store has changed."""
+        known = self._base
+        if known is None or known[0] != open_store(self._folder, context).generation:
+            made = self._content_of(context, None)
+            self._base = known = (open_store(self._folder, context).generation, made)
+        return known[1]
+
+    def _rungs(self, choice: ModelChoice) -> list[ViewModel]:
+        """Return the models that were tried before, as the page draws them next to a model."""
+        rungs = [
+            (replace(tried.rung, present=False), tried.rows)
+            for key, tried in self._tried.items()
+            if tried.rung is not None and key != choice.key
+        ]
+        return [
+            rung if rows == choice.rows_key else replace(rung, residual_fit=None, residual_heldout=None)
+            for rung, rows in rungs
+        ]
+
+    def _content_of(
+        self, context: RunContext, earlier: EarlierVerdict | None, drawn: Integers | None = None
+    ) -> tuple[ViewContent, DiagnoseResult | None]:
+        """Return what the page shows of the context's model, and the diagnosis of it that is stored."""
+        data: Ingested = up_to_date_states(self._folder, context)
+        identified = up_to_date_fit(data, context)
+        validation = up_to_date_validation(data, identified, context)
+        content = view_content(data, identified, validation, self._raw, earlier, drawn)
+        return content, current_diagnosis(data, identified)[0]

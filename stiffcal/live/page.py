@@ -1,0 +1,98 @@
+"""What the page of a live view asks for, and what it is answered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from http import HTTPStatus
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stiffcal.documents import Document, result_from_values
+from stiffcal.errors import InputError
+from stiffcal.escapes.json_text import document_text
+from stiffcal.live.choice import ModelChoice
+from stiffcal.live.models import LiveModels, ModelChangedError, SupersededError
+from stiffcal.live.server import LiveServer, RefusedError
+from stiffcal.view.page import build_page, pack
+
+if TYPE_CHECKING:
+    from stiffcal.workflow.steps import RunContext
+
+
+def live_server(folder: Path, context: RunContext, raw: bool = True) -> LiveServer:
+    """Return the server of a campaign's page; it answers once its `LiveServer.serve` is called.
+
+    Parameters
+    ----------
+    folder : the campaign folder. context : store and so on. raw : whether readings and names of logs are shown.
+
+    Raises
+    ------
+    InputError : the input is wrong.
+    """
+    models = LiveModels(folder, context, raw)
+    models.content(ModelChoice())  # what is wrong with the campaign is reported by the command, not by the page
+
+    def page() -> str:
+        return build_page(models.content(ModelChoice()), live=True)
+
+    answers: dict[str, Callable[[Document], str]] = {
+        "content": lambda asked: pack(models.content(_choice(asked))),
+        "prepare": lambda asked: document_text({"forecasts": models.prepare()}),
+        "forecast": lambda asked: _forecast(models, _choice(asked)),
+        "diagnose": lambda asked: pack(models.diagnose(_choice(asked))),
+        "write": lambda asked: _written(models, asked),
+        "reload": lambda asked: _reloaded(models),
+        "progress": lambda asked: document_text(dict(zip(("doing", "share"), models.doing, strict=True))),
+    }
+    return LiveServer(lambda: _answered(page), {name: _guarded(answer) for name, answer in answers.items()})
+
+
+def _guarded(answer: Callable[[Document], str]) -> Callable[[Document], str]:
+    return lambda asked: _answered(lambda: answer(asked))
+
+
+def _answered(make: Callable[[], str]) -> str:
+    """Return an answer; what the user can mend, and what is no longer wanted, as a refusal that the page shows."""
+    try:
+        return make()
+    except InputError as error:
+        fault = error.faults[0]
+        document = {"file": fault.file, "place": fault.place, "reason": fault.reason, "mend": fault.mend}
+        raise RefusedError(HTTPStatus.UNPROCESSABLE_ENTITY, {"error": document}) from error
+    except SupersededError as error:
+        raise RefusedError(HTTPStatus.CONFLICT, {"superseded": True}) from error
+    except ModelChangedError as error:
+        raise RefusedError(HTTPStatus.CONFLICT, {"model_changed": True}) from error
+
+
+def _choice(asked: Document) -> ModelChoice:
+    """Return the choice of a request.
+
+    Raises
+    ------
+    RefusedError : it is none.
+    """
+    from pydantic import ValidationError
+
+    try:
+        choice = result_from_values(ModelChoice, asked.get("choice", {}))
+        choice.exclusions  # noqa: B018 - rows that are none are refused here
+    except (ValidationError, InputError) as error:
+        raise RefusedError(HTTPStatus.BAD_REQUEST, {"refused": "this is no choice of effects and rows"}) from error
+    return choice
+
+
+def _forecast(models: LiveModels, choice: ModelChoice) -> str:
+    model = models.forecast(choice)
+    return "" if model is None else pack(model)
+
+
+def _written(models: LiveModels, asked: Document) -> str:
+    models.write(_choice(asked), to_changed_file=asked.get("to_changed_file") is True)
+    return pack(models.content(ModelChoice()))
+
+
+def _reloaded(models: LiveModels) -> str:
+    models.reload()
+    return pack(models.content(ModelChoice()))

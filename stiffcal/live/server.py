@@ -1,0 +1,164 @@
+"""A small server on this machine for the page of one campaign: it ends with the process that started it.
+
+Whoever can reach the loopback interface can connect: other users of this machine, and pages of other sites in the
+user's browser. So the address holds a token that only the starter's terminal shows, every request must carry it, the
+Host header must be ours (a name that somebody lets point to 127.0.0.1 is refused), and so must Origin where it is sent.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import secrets
+from collections.abc import Callable
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from stiffcal.documents import Document
+
+HOST = "127.0.0.1"
+MOST_BYTES = 1_000_000
+"""Of a request's body: a choice names effects and rows."""
+TOKEN_HEADER = "X-Stiffcal-Token"
+
+
+class RefusedError(Exception):
+    """A request that cannot be answered.
+
+    Parameters
+    ----------
+    status : of the answer. document : what the page shows.
+    """
+
+    def __init__(self, status: HTTPStatus, document: Document) -> None:
+        super().__init__(status.phrase)
+        self.status, self.document = status, document
+
+
+class LiveServer:
+    """The server of one page.
+
+    Parameters
+    ----------
+    page : returns the HTML of the page.
+    answers : by the name of what the page asks for: takes the request's document, returns a text that is sent as it is.
+    """
+
+    def __init__(self, page: Callable[[], str], answers: dict[str, Callable[[Document], str]]) -> None:
+        self.token = secrets.token_urlsafe(32)
+        self.page, self.answers = page, answers
+        self._http = ThreadingHTTPServer((HOST, 0), self._handler())
+        self._http.daemon_threads = True
+
+    @property
+    def port(self) -> int:
+        """The port that the system gave."""
+        return int(self._http.server_address[1])
+
+    @property
+    def address(self) -> str:
+        """What to open in the browser on this machine."""
+        return f"http://{HOST}:{self.port}/?token={self.token}"
+
+    def serve(self) -> None:
+        """Answer until the process is interrupted or `stop` is called."""
+        try:
+            self._http.serve_forever(poll_interval=0.2)
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._http.server_close()
+
+    def stop(self) -> None:
+        """End `serve`, which runs in another thread."""
+        self._http.shutdown()
+
+    def _handler(self) -> type[BaseHTTPRequestHandler]:
+        server = self
+
+        class Handler(BaseHTTPRequestHandler):
+            """Answers one connection."""
+
+            server_version, sys_version = "stiffcal", ""
+            timeout = 60.0
+
+            def do_GET(self) -> None:
+                """Send the page."""
+                self._answer(self._page)
+
+            def do_POST(self) -> None:
+                """Send what the page asks for."""
+                self._answer(self._asked)
+
+            def log_message(self, format: str, *args: Any) -> None:  # noqa: A002
+                """Write nothing: the address holds the token."""
+
+            def _answer(self, make: Callable[[], tuple[str, str]]) -> None:
+                try:
+                    self._check()
+                    text, kind = make()
+                    self._send(HTTPStatus.OK, text, kind)
+                except RefusedError as error:
+                    self._send(error.status, json.dumps(error.document), "application/json")
+                except (BrokenPipeError, ConnectionError):
+                    self.close_connection = True
+
+            def _page(self) -> tuple[str, str]:
+                parts = urlsplit(self.path)
+                if parts.path != "/":
+                    raise _refused(HTTPStatus.NOT_FOUND)
+                self._check_token("".join(parse_qs(parts.query).get("token", [])[:1]))
+                return server.page(), "text/html"
+
+            def _asked(self) -> tuple[str, str]:
+                self._check_token(self.headers.get(TOKEN_HEADER, ""))
+                name = self.path.removeprefix("/")
+                if name not in server.answers:
+                    raise _refused(HTTPStatus.NOT_FOUND)
+                if self.headers.get_content_type() != "application/json":
+                    raise _refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
+                length = self.headers.get("Content-Length", "")
+                if not (length.isascii() and length.isdigit()) or int(length) > MOST_BYTES:
+                    raise _refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+                try:
+                    document = json.loads(self.rfile.read(int(length)))
+                except (ValueError, RecursionError):
+                    raise _refused(HTTPStatus.BAD_REQUEST) from None
+                if not isinstance(document, dict):
+                    raise _refused(HTTPStatus.BAD_REQUEST)
+                return server.answers[name](document), "text/plain"
+
+            def _check(self) -> None:
+                own = {f"{HOST}:{server.port}", f"localhost:{server.port}"}
+                if self.headers.get("Host", "") not in own:
+                    raise _refused(HTTPStatus.MISDIRECTED_REQUEST)
+                origin = self.headers.get("Origin")
+                if origin is not None and origin not in {f"http://{host}" for host in own}:
+                    raise _refused(HTTPStatus.FORBIDDEN)
+
+            def _check_token(self, token: str) -> None:
+                if not hmac.compare_digest(token.encode(), server.token.encode()):
+                    raise _refused(HTTPStatus.FORBIDDEN)
+
+            def _send(self, status: HTTPStatus, text: str, kind: str) -> None:
+                content = text.encode()
+                self.send_response(status)
+                self.send_header("Content-Type", f"{kind}; charset=utf-8")
+                self.send_header("Content-Length", str(len(content)))
+                self.send_header("Cache-Control", "no-store")
+                self.send_header("X-Content-Type-Options", "nosniff")
+                self.send_header("X-Frame-Options", "DENY")
+                self.send_header("Referrer-Policy", "no-referrer")
+                self.send_header("Cross-Origin-Resource-Policy", "same-origin")
+                self.end_headers()
+                self.wfile.write(content)
+
+        return Handler
+
+
+def _refused(status: HTTPStatus) -> RefusedError:
+    return RefusedError(status, {"refused": status.phrase})

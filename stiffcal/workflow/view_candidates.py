@@ -1,0 +1,78 @@
+"""Which effects the page for a browser offers to add, and how sure the diagnosis is of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.escapes import shell
+from stiffcal.model.summary import EffectAt
+from stiffcal.view.content import CandidateStanding, ViewCandidate
+from stiffcal.workflow.view_models import place_words
+
+MOST_OFFERED = 24
+"""Of candidates that are rejected only so many stand on the page: the answer of `diagnose --json` has all."""
+
+
+def view_candidates(diagnosis: DiagnoseResult | None) -> list[ViewCandidate]:
+    """Return the candidates of a diagnosis, the most likely first, each once."""
+    if diagnosis is None:
+        return []
+    offered: dict[str, ViewCandidate] = {}
+    for standing, effect in _in_order(diagnosis):
+        name = f"{effect.effect} {place_words(effect.where)}"
+        if name in offered or (standing == "rejected" and len(offered) >= MOST_OFFERED):
+            continue
+        finding = next(
+            (one for one in diagnosis.findings if one.effect == effect.effect and one.where == effect.where), None
+        )
+        share = next(
+            (one.share for one in diagnosis.undecided if one.effect == effect.effect and one.where == effect.where),
+            None if finding is None else finding.confidence,
+        )
+        offered[name] = ViewCandidate(
+            name=name,
+            standing=standing,
+            first_in=share,
+            heldout_rms=None if finding is None else finding.heldout_rms_after,
+            why="" if finding is None else finding.why,
+            command=command_of("add", effect),
+        )
+    return list(offered.values())
+
+
+def _in_order(diagnosis: DiagnoseResult) -> Iterator[tuple[CandidateStanding, EffectAt]]:
+    """Yield effects and how they stand: what is missing, with its look-alikes, undecided ones, the ranking."""
+    for missing in diagnosis.missing:
+        yield "missing", EffectAt(effect=missing.effect, where=missing.where)
+        for alike in missing.alternatives:
+            yield "alike", alike
+    for one in diagnosis.undecided:
+        yield "undecided", EffectAt(effect=one.effect, where=one.where)
+    for other in diagnosis.could_be:
+        yield "undecided", other
+    for finding in sorted(diagnosis.findings, key=lambda finding: finding.verdict == "rejected"):
+        yield (
+            ("rejected" if finding.verdict == "rejected" else "possible"),
+            EffectAt(effect=finding.effect, where=finding.where),
+        )
+
+
+def command_of(action: str, effect: EffectAt) -> str:
+    """Return the line for a terminal that adds or removes an effect, in the campaign's folder.
+
+    Examples
+    --------
+    >>> from stiffcal.model.summary import Where
+    >>> command_of("add", EffectAt(effect="backlash", where=Where(joints=[4])))
+    'stiffcal add . backlash --joints 4'
+    """
+    words = [
+        f"--{kind} {shell.escaped(','.join(_place(place) for place in places))}"
+        for kind, places in effect.where.items()
+    ]
+    return " ".join(["stiffcal", action, ".", shell.escaped(effect.effect), *words])
+
+
+def _place(place: int | str | list[int]) -> str:
+    return "-".join(map(str, place)) if isinstance(place, list) else str(place)

@@ -1,0 +1,125 @@
+"""Models that a page tries: any choice is what `add`, `remove`, `[[exclude]]` and `identify` make of a campaign."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.identification.before_after import estimated_parameters
+from stiffcal.live.choice import ModelChoice, RowsLeftOut
+from stiffcal.live.models import LiveModels, ModelChangedError
+from stiffcal.view.content import ViewModel
+from stiffcal.workflow.edit_model import edit_model
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.steps import RunContext
+from stiffcal.workflow.validate import validate_campaign
+
+
+@pytest.fixture
+def models(campaign: Path) -> LiveModels:
+    return LiveModels(campaign, RunContext())
+
+
+def _shown(models: LiveModels, choice: ModelChoice) -> ViewModel:
+    return next(model for model in models.content(choice).models if model.present)
+
+
+CHOICES = {
+    "added": ModelChoice(added=["bearing-tilt j2"]),
+    "two added": ModelChoice(added=["backlash j3", "bearing-tilt j1"]),
+    "removed": ModelChoice(removed=["joint-compliance j6"]),
+    "exchanged": ModelChoice(added=["joint-full j2"], removed=["joint-compliance j5"]),
+    "rows left out": ModelChoice(added=["bearing-tilt j2"], excluded=[RowsLeftOut(source="table", rows=[3, "7-9"])]),
+}
+
+
+@pytest.mark.parametrize("choice", CHOICES.values(), ids=CHOICES.keys())
+def test_any_choice_is_what_the_commands_make(
+    models: LiveModels, campaign: Path, tmp_path: Path, choice: ModelChoice
+) -> None:
+    tried = _shown(models, choice)
+    other = Path(shutil.copytree(campaign, tmp_path / "other", ignore=shutil.ignore_patterns("store")))
+    for name in choice.removed:
+        edit_model(other, "remove", name.split()[0], where={"joints": name.split()[1][1:]})
+    for name in choice.added:
+        edit_model(other, "add", name.split()[0], where={"joints": name.split()[1][1:]})
+    with (other / "campaign.toml").open("a") as file:
+        file.write("".join(f"\n{one.as_toml()}\n" for one in choice.excluded))
+    fitted, judged = identify_campaign(other), validate_campaign(other)
+    assert tried.fit_rms == fitted.rms
+    assert tried.heldout_rms == judged.rms
+    expected = {entry.name: entry.value for entry in estimated_parameters(fitted.parameters)}
+    assert {value.name: value.value for value in tried.values} == expected
+
+
+def test_nothing_but_the_store_of_the_model_itself_is_written(models: LiveModels, campaign: Path) -> None:
+    models.content(ModelChoice())
+    before = {path: path.read_bytes() for path in campaign.rglob("*") if path.is_file()}
+    models.content(CHOICES["two added"])
+    models.content(CHOICES["rows left out"])
+    assert {path: path.read_bytes() for path in campaign.rglob("*") if path.is_file()} == before
+
+
+def test_a_choice_that_comes_back_is_not_fitted_again(models: LiveModels, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = _shown(models, CHOICES["added"])
+    models.content(ModelChoice())
+    monkeypatch.setattr("stiffcal.workflow.identify.fit_now", lambda *given: pytest.fail("fitted again"))
+    again = _shown(models, CHOICES["added"])
+    assert again.id == first.id
+    assert again.heldout_rms == first.heldout_rms
+
+
+def test_the_ladder_holds_what_was_tried(models: LiveModels) -> None:
+    models.content(CHOICES["added"])
+    content = models.content(CHOICES["removed"])
+    labels = [model.label for model in content.models if model.id.startswith("tried")]
+    assert labels == ["tried: + bearing-tilt j2", "tried: − joint-compliance j6"]
+    assert len({model.id for model in content.models}) == len(content.models)
+    assert all(model.residual_heldout is not None for model in content.models if model.id.startswith("tried"))
+
+
+def test_a_forecast_is_near_the_refit(models: LiveModels) -> None:
+    assert models.forecast(CHOICES["added"]) is None  # nothing is prepared yet
+    assert models.prepare()
+    for choice in (CHOICES["added"], CHOICES["removed"], CHOICES["exchanged"]):
+        forecast, refit = models.forecast(choice), _shown(models, choice)
+        if forecast is None:
+            assert choice is CHOICES["exchanged"]  # it takes out what joint-full includes: not one step
+            continue
+        assert forecast.residual_heldout is not None
+        assert refit.residual_heldout is not None
+        assert forecast.residual_heldout.shape == refit.residual_heldout.shape
+        assert forecast.heldout_rms is not None
+        assert refit.heldout_rms is not None
+        # one linear step: second order in what it changes
+        assert forecast.heldout_rms.translation == pytest.approx(refit.heldout_rms.translation, rel=0.1)
+        size = np.sqrt(np.nanmean(refit.residual_heldout**2))
+        assert np.sqrt(np.nanmean((forecast.residual_heldout - refit.residual_heldout) ** 2)) < 0.3 * size
+
+
+def test_writing_is_adding(models: LiveModels, campaign: Path, tmp_path: Path) -> None:
+    other = Path(shutil.copytree(campaign, tmp_path / "other"))
+    edit_model(other, "add", "bearing-tilt", where={"joints": "2"})
+    models.content(CHOICES["added"])
+    models.write(CHOICES["added"])
+    assert (campaign / "model.toml").read_text() == (other / "model.toml").read_text()
+    assert [model.label for model in models.content(ModelChoice()).models if model.present] == [
+        "fit 2: joint springs + bearing-tilt"
+    ]
+
+
+def test_a_changed_file_is_never_overwritten(models: LiveModels, campaign: Path) -> None:
+    models.content(CHOICES["added"])
+    edit_model(campaign, "add", "backlash", where={"joints": "3"})
+    theirs = (campaign / "model.toml").read_text()
+    with pytest.raises(ModelChangedError):
+        models.write(CHOICES["added"])
+    with pytest.raises(ModelChangedError):
+        models.content(ModelChoice())
+    assert (campaign / "model.toml").read_text() == theirs
+    models.write(CHOICES["added"], to_changed_file=True)
+    assert "backlash" in (campaign / "model.toml").read_text()
+    assert "bearing-tilt" in (campaign / "model.toml").read_text()
