@@ -19,9 +19,9 @@ from stiffcal.identification.agreement_results import Agreement, CommonParameter
 from stiffcal.identification.fit import Fit, Parameter
 from stiffcal.identification.geometry import with_geometry
 from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.not_fitted import is_not_fitted
 from stiffcal.measurements.experiment import Experiment, states_of_experiments
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.no_balance import NoBalanceError
 
 LEAST_P = 1e-3
 """Experiments whose differences are less probable than this disagree."""
@@ -54,7 +54,9 @@ def _fit_alone(states: LoadStates, mask: Booleans, fit: Fit, settings: Settings)
         # of these states alone, so that their noise is known from where it is when nothing else is measured
         own = states.select(mask)
         return with_geometry(identify_parameters(own, fit.robot, settings), own)
-    except (InputError, NoBalanceError):
+    except InputError as error:
+        if not is_not_fitted(error):
+            raise
         return None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 from stiffcal.documents import Number, OrAbsent
 from stiffcal.mechanics.joint_rows import Convention
@@ -62,6 +63,14 @@ class StatedBeta:
     """rad."""
 
 
+class NoOffsets(StrEnum):
+    """Why no offsets alone serve."""
+
+    BEYOND_RANGE = "beyond-range"
+    NO_SMALLER_ERROR = "no-smaller-error"
+    NOT_CONVERGED = "not-converged"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OffsetsAlone:
     """The best that a controller can do which takes zeros of the joints and frames of base and tool, and no lengths."""
@@ -93,6 +102,8 @@ class GeometryFound:
     beta: list[StatedBeta]
     """Of nearly parallel axes."""
     offsets_alone: OffsetsAlone | None
-    """For controllers that take only offsets; None where what is found is none: beyond half a turn or a joint's range,
-    or with no smaller error.
+    """For controllers that take only offsets; None where there are none."""
+    no_offsets: OrAbsent[NoOffsets] = None
+    """Why there are none: the best ones are beyond half a turn or a joint's range, leave no smaller error, or the
+    iteration for them does not converge.
     """

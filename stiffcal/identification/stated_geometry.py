@@ -16,6 +16,7 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry_results import (
     GeometryFound,
+    NoOffsets,
     OffsetsAlone,
     StatedBeta,
     StatedLink,
@@ -33,7 +34,10 @@ STEP = 1e-6
 DEPENDS = 1e-6
 _COLUMNS = ("theta", "d", "a", "alpha", "beta")
 _SYMBOLS = {"theta": "θ", "d": "d", "a": "a", "alpha": "α", "beta": "β"}
-_ROUNDS = 4
+# Steps to the best offsets; from the third on each gains the factor of the geometry's error, a thousandth.
+MOST_STEPS = 50
+# Smallest step to them, rad and m: less than any controller takes.
+SETTLED = 1e-10
 _OF_FRAMES = 1e-3
 """Part of a zero's motion that frames do not make, below which the zero is theirs: axes are parallel to a mrad."""
 
@@ -151,6 +155,7 @@ def _stated(
 
     changes = np.where(chain.prismatic, rows.d - planned.d, rows.theta - planned.theta)
     logged = np.linalg.lstsq(chain.coupling, changes, rcond=None)[0]
+    offsets = best_offsets(fit, held)
     return GeometryFound(
         convention=rows.convention,
         zeros=[
@@ -172,7 +177,8 @@ def _stated(
             for k in range(last + 1)
         ],
         beta=[StatedBeta(joint=k + 1, beta=number("beta", k)) for k in np.flatnonzero(with_beta).tolist()],
-        offsets_alone=offsets_alone(fit, held),
+        offsets_alone=offsets if isinstance(offsets, OffsetsAlone) else None,
+        no_offsets=offsets if isinstance(offsets, NoOffsets) else None,
     )
 
 
@@ -204,11 +210,11 @@ def _of_end(k: int, last: int, held: HeldEnds) -> tuple[str, ...]:
     return (held.first if k == 0 else ()) + (held.last if k == last else ())
 
 
-def offsets_alone(fit: Fit, held: HeldEnds) -> OffsetsAlone | None:
+def best_offsets(fit: Fit, held: HeldEnds) -> OffsetsAlone | NoOffsets:
     """Return the zeros that bring the robot file's robot nearest to the calibrated one, over the measured poses.
 
     A zero whose motion in these poses is one of the frames stays 0, such as that of an axis parallel to a track before
-    it. None where what is found is no offset: beyond half a turn or a joint's range, or with no smaller error.
+    it.
 
     Parameters
     ----------
@@ -224,28 +230,45 @@ def offsets_alone(fit: Fit, held: HeldEnds) -> OffsetsAlone | None:
         for k in range(coupling.shape[1])
         if not (held.first and k == 0) and not (held.last and k == len(coupling) - 1)
     ]
-    zeros, left = np.zeros(coupling.shape[1]), np.zeros_like(wanted)
     frames = list(_frame_columns(robot.chain, angles, fit, held))
     nominal = _places(robot.chain, angles, fit)
     own = {k: (_places(robot.chain, angles + STEP * coupling[:, k], fit) - nominal) / STEP for k in free}
     without = {k: _beyond(frames, column) for k, column in own.items()}
     free = [k for k in free if np.linalg.norm(without[k]) > _OF_FRAMES * np.linalg.norm(own[k])]
-    for _ in range(_ROUNDS):
+
+    def left_by(zeros: Floats) -> Floats:
+        return _beyond(frames, wanted - _places(robot.chain, angles + coupling @ zeros, fit))
+
+    zeros = np.zeros(coupling.shape[1])
+    left = left_by(zeros)
+    without_any = float(np.linalg.norm(left))
+    settled = not free
+    for _ in range(MOST_STEPS):
+        if settled:
+            break
         at = angles + coupling @ zeros
-        away = wanted - _places(robot.chain, at, fit)
-        columns = [(_places(robot.chain, at + STEP * coupling[:, k], fit) - wanted + away) / STEP for k in free]
+        reached = _places(robot.chain, at, fit)
+        columns = [(_places(robot.chain, at + STEP * coupling[:, k], fit) - reached) / STEP for k in free]
         matrix = np.array([*columns, *frames]).reshape(len(free) + len(frames), -1).T
         scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-        step = np.linalg.lstsq(matrix / scale, away.ravel(), rcond=1e-9)[0] / scale
-        zeros[free] += step[: len(free)]
-        left = (away.ravel() - matrix @ step).reshape(wanted.shape)
-    length = np.linalg.norm(left, axis=-1).ravel()
+        step = np.zeros_like(zeros)
+        step[free] = (np.linalg.lstsq(matrix / scale, (wanted - reached).ravel(), rcond=1e-9)[0] / scale)[: len(free)]
+        # halved until it leads nearer, or is none
+        while (tried := left_by(zeros + step)) @ tried > left @ left and np.abs(step).max() > SETTLED:
+            step = 0.5 * step
+        settled = bool(np.abs(step).max() <= SETTLED)
+        if tried @ tried <= left @ left:
+            zeros, left = zeros + step, tried
+    if not settled:
+        return NoOffsets.NOT_CONVERGED
+    length = np.linalg.norm(left.reshape(wanted.shape), axis=-1).ravel()
     low, high = robot.chain.limits.T
     largest = np.where(robot.chain.prismatic, np.inf, np.pi)
     largest = np.minimum(largest, np.where(np.isfinite(high - low), high - low, np.inf))
-    lowers = np.linalg.norm(length) <= np.linalg.norm(_beyond(frames, wanted - nominal)) + STEP  # both may be 0
-    if not lowers or (abs(coupling @ zeros) > largest).any():
-        return None
+    if np.linalg.norm(length) > without_any + STEP:  # both may be 0
+        return NoOffsets.NO_SMALLER_ERROR
+    if (abs(coupling @ zeros) > largest).any():
+        return NoOffsets.BEYOND_RANGE
     return OffsetsAlone(
         zeros=zeros.tolist(),
         mean=float(length.mean()),

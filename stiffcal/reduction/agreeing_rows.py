@@ -47,7 +47,7 @@ def agreeing(places: MeasuredPlaces) -> tuple[Met, float, Booleans] | None:
         met = meet(places, starts[int(k)])
         distance = met.worst(places)
         within = distance[distance <= WORST_M]
-        if len(within) < LEAST_ROWS:
+        if len(within) < LEAST_ROWS or not met.settled:
             continue
         usual = float(np.median(within))
         far = np.asarray(distance > max(FAR * usual, FAR_M))

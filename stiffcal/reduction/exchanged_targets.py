@@ -18,7 +18,7 @@ from stiffcal.reduction.met_places import FAR, FAR_M, LEAST_ROWS, UNCALIBRATED_M
 from stiffcal.reduction.place_changes import listed
 from stiffcal.reduction.table_rows import TableRows
 
-ROUNDS = 10
+MOST_ROUNDS = 100
 
 
 def exchanged_rows(table: TableRows, places: MeasuredPlaces, far: Integers) -> Fault | None:
@@ -43,12 +43,12 @@ def exchanged_rows(table: TableRows, places: MeasuredPlaces, far: Integers) -> F
         offset=places.offset.mean(axis=0, keepdims=True),
     )
     met = meet(middle)
-    if met.usual(middle) > UNCALIBRATED_M:
+    if not met.settled or met.usual(middle) > UNCALIBRATED_M:
         return None
     in_base = places.measured @ met.turn.T + met.shift - places.position
     on_body = np.einsum("nbji,nbj->nbi", places.rotation, in_base)
     reference, chosen = on_body[whole[0]], np.zeros(len(on_body), dtype=np.int64)
-    for _ in range(ROUNDS):
+    for _ in range(MOST_ROUNDS):
         # one order at a time: all of five targets are 120 times the table
         away = [np.nansum((on_body[:, order] - reference) ** 2, axis=(1, 2)) for order in choices]
         updated = np.argmin(away, axis=0)
@@ -57,6 +57,9 @@ def exchanged_rows(table: TableRows, places: MeasuredPlaces, far: Integers) -> F
         if np.array_equal(updated, chosen):
             break
         chosen = updated
+    else:
+        # rows that keep changing their order have none in which their targets agree
+        return None
     right = _right_order(chosen, [reference[np.argsort(order)] for order in choices], places.offset)
     wrong = np.flatnonzero(chosen != right)
     if not wrong.size:
@@ -92,7 +95,7 @@ def _right_order(chosen: Integers, offsets: Sequence[Floats], stated: Floats) ->
 def _all_meet(met: Met, places: MeasuredPlaces, mended: Booleans) -> bool:
     """Return whether the table meets, and nearly all of the rows that were mended."""
     usual = met.usual(places)
-    if usual > UNCALIBRATED_M:
+    if not met.settled or usual > UNCALIBRATED_M:
         return False
     away = np.nanmax(np.nan_to_num(met.distance(places)), axis=1)[mended]
     return bool(np.mean(away <= max(FAR * usual, FAR_M)) > 0.9)

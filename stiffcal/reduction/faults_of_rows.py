@@ -189,7 +189,7 @@ def _moved(some: SomeRows, left: Integers) -> _Group | None:
         return None
     places = some.places.at(left)
     own = meet(places)
-    if np.mean(own.worst(places) <= max(some.near, FAR_M)) < EXPLAINED:
+    if not own.settled or np.mean(own.worst(places) <= max(some.near, FAR_M)) < EXPLAINED:
         return None
     # where the tracker was before, in its own axes then: of the base or of the tracker is the same
     turn = some.met.turn.T @ own.turn

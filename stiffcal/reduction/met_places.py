@@ -6,7 +6,7 @@ Rows far from the others do not count (iteratively reweighted least squares with
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import permutations
 
 import numpy as np
@@ -15,6 +15,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.rotations import rotation_from_vector
 
 # An uncalibrated robot misses by millimetres: below this a table as a whole is not doubted.
 UNCALIBRATED_M = 5e-3
@@ -24,7 +25,11 @@ LEAST_ROWS = 10
 FAR, FAR_M = 12.0, UNCALIBRATED_M
 # … and one that meets with a change comes within so many times the usual distance, or this.
 MEETS, MEETS_M = 4.0, 2e-3
-ROUNDS = 40
+# Turn, shift and offsets by turns are at rest after twenty rounds as a rule; where they hardly differ in what they do,
+# all at once are.
+BY_TURNS = 40
+MOST_ROUNDS = 1000
+SETTLED = 1e-4  # of a weight
 # No robot is further from its nominal geometry: of frames that few rows gave, rows nearer than this count.
 WORST_M = 3e-2
 
@@ -57,6 +62,8 @@ class Met:
     """(3,) m."""
     offset: Floats
     """(B, 3) m, of the targets on their bodies."""
+    settled: bool = field(default=True, kw_only=True)
+    """False where they come from an iteration that did not end: rows that do not meet with these may with others."""
 
     def distance(self, places: MeasuredPlaces) -> Floats:
         """Return (n, B) m from where kinematics puts the targets; NaN where one was not measured."""
@@ -90,32 +97,66 @@ def meet(places: MeasuredPlaces, start: Met | None = None) -> Met:
     Parameters
     ----------
     places : the rows. start : frames that some of the rows meet; default: those with which all rows count alike.
+
+    Returns
+    -------
+    Met
+        Not ``settled`` where the weights of the rows still change after `MOST_ROUNDS`.
     """
     known: Booleans = np.asarray(np.isfinite(places.measured).all(axis=2))
     measured = np.where(known[:, :, None], places.measured, 0.0)
     weight: Floats = known.astype(np.float64)
-    n_targets = places.measured.shape[1]
     offset = places.offset.copy()
-    turn, shift = np.eye(3), np.zeros(3)
+    met = Met(np.eye(3), np.zeros(3), offset, settled=False)
     if start is not None:
         offset = start.offset.copy()
         weight = np.where(known, 1.0 / (1.0 + (np.nan_to_num(start.distance(places)) / WORST_M) ** 2) ** 2, 0.0)
-    for _ in range(ROUNDS):
+    for rounds in range(MOST_ROUNDS):
         expected = places.position + np.einsum("nbij,bj->nbi", places.rotation, offset)
         turn, shift = rigid_motion(measured, expected, weight)
-        # where the rigid motion is known, the targets' places on their bodies are weighted means
-        back = np.einsum("nbji,nbj->nbi", places.rotation, measured @ turn.T + shift - places.position)
-        for b in range(n_targets):
-            total = float(weight[:, b].sum())
-            offset[b] = weight[:, b] @ back[:, b] / total if total > 0.0 else offset[b]
-        distance = Met(turn, shift, offset).distance(places)
+        met = _with_offsets(Met(turn, shift, offset, settled=False), places, measured, weight)
+        if rounds >= BY_TURNS:
+            met = _all_at_once(met, places, measured, weight)
+        offset, distance = met.offset, met.distance(places)
         counted = distance if start is None else distance[distance <= WORST_M]
         scale = max(2.0 * float(np.nanmedian(counted)), 1e-6) if counted.size else WORST_M
         updated = np.where(known, 1.0 / (1.0 + (np.nan_to_num(distance) / scale) ** 2) ** 2, 0.0)
-        if np.abs(updated - weight).max() < 1e-4:
-            break
+        if np.abs(updated - weight).max() < SETTLED:
+            return replace(met, settled=True)
         weight = np.asarray(updated)
-    return Met(turn, shift, offset)
+    return met
+
+
+def _with_offsets(met: Met, places: MeasuredPlaces, measured: Floats, weight: Floats) -> Met:
+    """Return frames with the targets' places on their bodies as the weighted means of where the rows put them."""
+    back = np.einsum("nbji,nbj->nbi", places.rotation, measured @ met.turn.T + met.shift - places.position)
+    total = weight.sum(axis=0)
+    means = np.einsum("nb,nbi->bi", weight, back) / np.maximum(total, 1e-300)[:, None]
+    return replace(met, offset=np.where(total[:, None] > 0.0, means, met.offset))
+
+
+def _all_at_once(met: Met, places: MeasuredPlaces, measured: Floats, weight: Floats) -> Met:
+    """Return frames after one Gauss–Newton step of turn, shift and offsets together; the same where it misses more."""
+    n, n_targets, _ = measured.shape
+    turned = measured @ met.turn.T
+    left = turned + met.shift - places.position - np.einsum("nbij,bj->nbi", places.rotation, met.offset)
+    columns = np.zeros((n, n_targets, 3, 6 + 3 * n_targets))
+    for axis in range(3):
+        columns[..., axis] = np.cross(np.eye(3)[axis], turned)
+    columns[..., 3:6] = np.eye(3)
+    for b in range(n_targets):
+        columns[:, b, :, 6 + 3 * b : 9 + 3 * b] = -places.rotation[:, b]
+    root = np.sqrt(weight)[:, :, None]
+    flat = (columns * root[..., None]).reshape(-1, columns.shape[3])
+    scale = np.maximum(np.linalg.norm(flat, axis=0), 1e-300)
+    step = np.linalg.lstsq(flat / scale, -(left * root).ravel(), rcond=1e-9)[0] / scale
+    turn = rotation_from_vector(step[:3]) @ met.turn
+    tried = replace(met, turn=turn, shift=met.shift + step[3:6], offset=met.offset + step[6:].reshape(n_targets, 3))
+
+    def missed(by: Met) -> float:
+        return float(np.sum(weight * np.nan_to_num(by.distance(places)) ** 2))
+
+    return tried if missed(tried) < missed(met) else met
 
 
 def rigid_motion(measured: Floats, expected: Floats, weight: Floats) -> tuple[Floats, Floats]:

@@ -25,6 +25,7 @@ from stiffcal.reduction.exchanged_targets import exchanged_rows
 from stiffcal.reduction.faults_of_rows import SomeRows, faults_of_rows
 from stiffcal.reduction.met_places import (
     LEAST_ROWS,
+    MOST_ROUNDS,
     UNCALIBRATED_M,
     WORST_M,
     MeasuredPlaces,
@@ -78,16 +79,25 @@ def place_faults(states: LoadStates, campaign: Campaign) -> list[Fault]:
         fault = _of_the_table(table, places, typical)
         if fault is not None:
             return [fault]
-    many = typical > UNCALIBRATED_M or len(wrong) > MOST_WRONG * len(rows)
+    many = not met.settled or typical > UNCALIBRATED_M or len(wrong) > MOST_WRONG * len(rows)
     if many:
         found = agreeing(places)
         if found is None or found[1] > UNCALIBRATED_M:
-            return []
+            return [] if met.settled else [_unsettled(table)]
         met, usual, far = found
         wrong = np.flatnonzero(far)
     if wrong.size:
         return faults_of_rows(SomeRows(table, places, met, usual, wrong, many))
     return list(_exchanged_targets(places, met, chosen))
+
+
+def _unsettled(table: TableRows) -> Fault:
+    """Return the fault of a table of which no frames are found with which most rows meet, nor that there are none."""
+    reason = (
+        f"the search for frames with which joint angles and positions agree does not converge in {MOST_ROUNDS} rounds"
+    )
+    mend = "state the places of the tracker and of the targets in [frames], or check the columns of both"
+    return Fault(FaultCode.NO_CONVERGENCE, table.file(), "joint angles and positions", reason, mend)
 
 
 def _copied_targets(table: TableRows, places: MeasuredPlaces) -> Fault | None:
@@ -118,7 +128,7 @@ def _of_the_table(table: TableRows, places: MeasuredPlaces, usual: float) -> Fau
             met = meet(changed)
             distance = float(np.median(met.worst(changed)))
             # places that shrink to a point are near to anything: what is left is held against their own spread as well
-            if distance > min(MUCH_BETTER * min(usual, _spread(changed)), WORST_M):
+            if not met.settled or distance > min(MUCH_BETTER * min(usual, _spread(changed)), WORST_M):
                 continue
             if np.mean(misses(met, changed, distance)) <= MOST_LEFT:
                 left.append((distance, change))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from stiffcal.identification.geometry_results import GeometryFound, StatedLink, StatedNumber, StatedZero
+from stiffcal.identification.geometry_results import GeometryFound, NoOffsets, StatedLink, StatedNumber, StatedZero
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import listing, plus_minus, significant
 
@@ -65,10 +65,12 @@ def sentences(found: GeometryFound) -> Iterator[str]:
             "direction is found, and the numbers that place it are conventions"
         )
     if left is None:
-        yield (
-            "no offsets for a controller that takes only offsets: the best ones would exceed half a turn or the "
-            "range of a joint, or leave no smaller error"
-        )
+        why = {
+            NoOffsets.BEYOND_RANGE: "the best ones exceed half a turn or the range of a joint",
+            NoOffsets.NO_SMALLER_ERROR: "the best ones leave no smaller error",
+            NoOffsets.NOT_CONVERGED: "the iteration for the best ones does not converge",
+        }[found.no_offsets or NoOffsets.NO_SMALLER_ERROR]
+        yield f"no offsets for a controller that takes only offsets: {why}"
         return
     if prismatic:
         in_words = [

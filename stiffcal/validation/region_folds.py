@@ -15,7 +15,7 @@ from stiffcal.mechanics.like_poses import pose_groups
 SAME_POSE = float(np.radians(1.0))
 REGIONS = 6
 _SEED = 20260
-_STARTS, _ROUNDS = 10, 100
+_STARTS = 10
 
 
 def region_folds(data: Observations) -> Integers:
@@ -56,7 +56,7 @@ def _nearest_means(features: Floats, n_regions: int) -> Integers:
             # like poses are one pose already: some row is always away from all centres
             centres = np.vstack([centres, features[rng.choice(len(features), p=away / away.sum())]])
         region = np.full(len(features), -1)
-        for _ in range(_ROUNDS):
+        while True:  # each round lowers the sum of squares, and there are finitely many divisions: it ends
             nearest = np.argmin(_squares(features, centres), axis=1)
             if np.array_equal(nearest, region):
                 break

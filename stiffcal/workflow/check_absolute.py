@@ -56,9 +56,10 @@ class CheckedPlaces:
 def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
     """Return what the places measured so far determine, and what they leave open."""
     from stiffcal.identification.identify import identify_parameters
+    from stiffcal.identification.not_fitted import is_not_fitted
     from stiffcal.identification.observability import observability_of
     from stiffcal.model.campaign_effects import placed_robot
-    from stiffcal.model.equilibrium import NoBalanceError, solve_balance
+    from stiffcal.model.equilibrium import solve_balance
 
     robot = placed_robot(campaign)
     used = states.select(states.used)
@@ -69,7 +70,9 @@ def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
         fit = identify_parameters(states, robot)
         angles = campaign.chain.model_angles(used.joints)
         torque = abs(solve_balance(fit.robot, angles, used.wrench, used.setup).joint_torque).max(axis=0)
-    except (InputError, NoBalanceError) as error:
+    except InputError as error:
+        if not is_not_fitted(error):
+            raise
         return CheckedPlaces([], [str(error)])
     joints = [
         _joint(name, float(torque[number]), fit, number + 1) for number, name in enumerate(campaign.chain.joint_names)

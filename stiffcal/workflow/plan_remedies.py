@@ -11,6 +11,7 @@ import numpy as np
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.plan_candidates import candidates_of
 from stiffcal.workflow.plan_model import PlanModel
 
@@ -121,7 +122,9 @@ def _identified(campaign: Campaign, plan: PlanFile, model: PlanModel, n_runs: in
     try:
         candidates = candidates_of(campaign, few, model, two_sided)
         information = model.information(candidates)
-    except InputError:
+    except InputError as error:
+        if error.code not in (FaultCode.POSE_UNREACHABLE, FaultCode.NO_BALANCE):
+            raise
         return set()
     choice = choose_runs(
         information.factors, n_runs, Criterion.DETERMINANT, known_information(model, information),

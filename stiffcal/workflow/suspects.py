@@ -39,16 +39,20 @@ def suspicion_of(
     Returns
     -------
     Suspicion
-        Nothing is judged where the model cannot be fitted: the fit itself then reports what is wrong.
+        Nothing is judged where the model cannot be fitted; why not is in ``not_checked``.
+
+    Raises
+    ------
+    InputError : something else is wrong, such as code of the campaign that fails.
     """
     from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
     from stiffcal.diagnosis.suspects.result import NotCheckedReason
     from stiffcal.diagnosis.suspects.selection import not_checked
     from stiffcal.identification.identify import Settings, identify_parameters
     from stiffcal.identification.moved_base import moved_base
+    from stiffcal.identification.not_fitted import is_not_fitted
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import placed_robot
-    from stiffcal.model.equilibrium import NoBalanceError
 
     try:
         settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
@@ -58,8 +62,10 @@ def suspicion_of(
             fit = present or identify_parameters(states, robot, settings, progress)
             suspicion = replace(suspicion, moved=moved_base(fit, states))
         return suspicion
-    except (InputError, NoBalanceError):
-        return Suspicion(not_checked=not_checked(NotCheckedReason.NO_FIT))
+    except InputError as error:
+        if not is_not_fitted(error):
+            raise
+        return Suspicion(not_checked=not_checked(NotCheckedReason.NO_FIT, reason=error.reason))
 
 
 def described(

@@ -95,6 +95,16 @@ def test_torques_that_follow_nothing() -> None:
         friction_run(entry(), logs)
 
 
+def test_torques_that_fit_at_two_lags_have_no_clock() -> None:
+    """The clock of the torques was set by a quarter of a second in the middle of the log."""
+    time, angle, torque = several_speeds()
+    middle = 0.5 * (time[0] + time[-1])
+    shown = np.where(time < middle, time, time + 0.25)
+    reported = torque_clock(time, angle[:, 1:2], shown, torque[:, 1:2])
+    assert reported.value is None
+    assert reported.reason
+
+
 def test_velocity_alone_will_do() -> None:
     time, angle, torque = several_speeds()
     velocity = np.gradient(angle, 0.005, axis=0)

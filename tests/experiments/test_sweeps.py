@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +14,10 @@ from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
 from stiffcal.campaign.source import Source
 from stiffcal.errors import InputError
+from stiffcal.experiments.clamped import sweeps as sweeps_module
 from stiffcal.experiments.clamped.sweeps import cut_sweeps, lag_of, moved_joint
 from stiffcal.mechanics.chain import Chain
+from stiffcal.reduction.lag_minima import LagMinimum, are_distinguished, lag_minima
 from stiffcal.reduction.logs import Rows
 from stiffcal.reduction.motor_side import MotorSide
 
@@ -79,7 +83,8 @@ def test_the_moved_joint_is_found() -> None:
     assert moved_joint("run1", joints, None, NAMES) == 2
 
 
-def test_the_force_shows_its_clock() -> None:
+def driven_logs() -> tuple[Floats, Floats, Floats, Floats]:
+    """Return times and angles of a joint that goes to and fro, and times and wrenches on a clock 1.35 s ahead."""
     rng = np.random.default_rng(2)
     time = np.arange(0.0, 40.0, 0.012)
     angle = np.interp(time, [2.0, 38.0], [0.0, 1.0]) * 0.0 + np.where(
@@ -89,11 +94,36 @@ def test_the_force_shows_its_clock() -> None:
     moved = np.interp(other - 1.35, time, angle)
     play = np.sign(moved) * np.maximum(np.abs(moved) - 3e-4, 0.0)
     wrench = np.outer(play * 4e5, [1.0, 0.2, -0.4, 0.1, 0.3, 0.0]) + 0.3 * rng.standard_normal((other.size, 6))
+    return time, angle, other, wrench
+
+
+def test_the_force_shows_its_clock() -> None:
+    time, angle, other, wrench = driven_logs()
     offset = lag_of(time, angle, other, wrench)
-    assert offset is not None
     # noise of 0.3 N at 90 N/s in 3000 readings: 0.06 ms
     assert offset.value == pytest.approx(1.35, abs=3e-4)
-    assert lag_of(time, angle, other, 0.3 * rng.standard_normal((other.size, 6))) is None
+    nothing = lag_of(time, angle, other, 0.3 * np.random.default_rng(3).standard_normal((other.size, 6)))
+    assert nothing.value is None
+    assert nothing.reason
+
+
+def test_a_force_that_fits_at_two_lags_has_no_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a second minimum as deep, in half of the run's parts deeper, neither is taken."""
+    minima = lag_minima
+    part_losses = iter([[1.0, 2.0, 1.0, 2.0], [2.0, 1.0, 2.0, 1.0]])
+
+    def with_rival(*args: Any) -> list[LagMinimum]:
+        best, *others = minima(*args)
+        return [best, replace(best, lag=best.lag + 1.0), *others]
+
+    def compared(*_: object) -> bool:
+        return are_distinguished(*part_losses)
+
+    monkeypatch.setattr(sweeps_module, "lag_minima", with_rival)
+    monkeypatch.setattr(sweeps_module, "are_distinguished", compared)
+    offset = lag_of(*driven_logs())
+    assert offset.value is None
+    assert offset.reason
 
 
 def chain() -> Chain:

@@ -12,12 +12,14 @@ import pytest
 
 from stiffcal.campaign.geometry import chain_of, planned_rows
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
+from stiffcal.identification import stated_geometry
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.geometry_results import GeometryFound, StatedNumber
+from stiffcal.identification.geometry_results import GeometryFound, NoOffsets, OffsetsAlone, StatedNumber
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.readings import observe
-from stiffcal.identification.stated_geometry import HeldEnds, geometry_found, offsets_alone
+from stiffcal.identification.stated_geometry import HeldEnds, best_offsets, geometry_found
 from stiffcal.mechanics.joint_rows import rows_as_planned, rows_of_chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.workflow.identify import identify_campaign
@@ -106,17 +108,33 @@ def test_the_zero_of_an_axis_parallel_to_a_track_is_the_frames() -> None:
     data = observe(absolute_states(chain, 40, 1), chain)
     held = HeldEnds(("frame.tracker",), ("frame.target1",))
 
-    def found(limits: np.ndarray) -> list[float] | None:
+    def found(limits: np.ndarray) -> list[float] | NoOffsets:
         of_limits = replace(chain, limits=limits)
         robot = CompliantRobot(of_limits, tuple(on_all_joints(LinkGeometry(), 6, values)))
-        alone = offsets_alone(cast(Fit, SimpleNamespace(robot=robot, data=data)), held)
-        return None if alone is None else alone.zeros
+        alone = best_offsets(cast(Fit, SimpleNamespace(robot=robot, data=data)), held)
+        return alone if isinstance(alone, NoOffsets) else alone.zeros
 
     zeros = found(chain.limits)
-    assert zeros is not None
+    assert not isinstance(zeros, NoOffsets)
     assert zeros[0] == zeros[1] == zeros[5] == 0.0
     # tilts and shifts of 0.3 mrad and 0.3 mm at arms of 0.15 m and more
     assert 1e-4 < np.abs(zeros[2:5]).max() < 0.02
     narrow = chain.limits.copy()
     narrow[2] = 0.0, 0.5 * abs(zeros[2])
-    assert found(narrow) is None
+    assert found(narrow) is NoOffsets.BEYOND_RANGE
+
+
+def test_offsets_alone_are_iterated_to_their_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Zeros that are wrong by up to a radian are found to rounding, and not called found before."""
+    chain = six_axes()
+    zeros = np.array([0.0, 1.0, -0.8, 1.0, -1.0, 0.0])
+    parts = on_all_joints(JointOffset(), 6, [{"zero": zero} for zero in zeros.tolist()])
+    data = observe(absolute_states(chain, 40, 1), chain)
+    fit = cast(Fit, SimpleNamespace(robot=CompliantRobot(chain, tuple(parts)), data=data))
+    held = HeldEnds(("frame.tracker",), ("frame.target1",))
+    alone = best_offsets(fit, held)
+    assert isinstance(alone, OffsetsAlone)
+    assert alone.zeros == pytest.approx(zeros.tolist(), abs=1e-8)
+    assert alone.max < 1e-8
+    monkeypatch.setattr(stated_geometry, "MOST_STEPS", 3)
+    assert best_offsets(fit, held) is NoOffsets.NOT_CONVERGED

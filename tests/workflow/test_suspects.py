@@ -13,16 +13,23 @@ import pytest
 from stiffcal.batch.results import BatchCounts, BatchResult, BatchTask, BatchWorkers
 from stiffcal.batch.summary import junit_text, markdown_text
 from stiffcal.batch.task import run_task
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.batch import show_batch
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.improve import show_ladder
+from stiffcal.diagnosis.suspects import find
+from stiffcal.diagnosis.suspects.result import NotCheckedReason
 from stiffcal.documents import document_of
+from stiffcal.errors import InputError, no_progress
+from stiffcal.fault_codes import FaultCode
+from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.report.blocks import Facts, TableBlock
 from stiffcal.report.sections import suspects
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.improve import improve_campaign
+from stiffcal.workflow.suspects import suspicion_of
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory import small_campaign
 from tests.laboratory.report_content import made_up_content
@@ -166,3 +173,29 @@ def test_a_step_inside_a_run_is_a_suspect_that_names_the_effect_which_explains_i
     assert "add seat-shift" in suspect.likely
     assert [effect.effect for effect in suspect.explained_by or []] == ["seat-shift"]
     assert result.with_suspects is None
+
+
+def test_only_what_keeps_a_model_from_being_fitted_is_no_fault_of_the_comparison(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever else goes wrong in it is reported, and not called a model that cannot be fitted."""
+    folder = write_small_campaign(tmp_path / "runs", poses=4)
+    campaign = load_campaign(folder)
+    states = reduce_campaign(campaign, no_progress).states
+
+    def fails_with(code: FaultCode) -> None:
+        def fail(*_: object) -> None:
+            raise InputError.at(code, "model.toml", "effects", "the reason", "the mend")
+
+        monkeypatch.setattr(find, "find_suspects", fail)
+
+    for code in (FaultCode.NO_CONVERGENCE, FaultCode.NO_BALANCE, FaultCode.MODEL_UNSUITABLE):
+        fails_with(code)
+        found = suspicion_of(campaign, states)
+        assert found.not_checked is not None
+        assert found.not_checked.code is NotCheckedReason.NO_FIT
+        assert "the reason" in found.not_checked.sentence
+    fails_with(FaultCode.PLUGIN_FAILED)
+    with pytest.raises(InputError) as caught:
+        suspicion_of(campaign, states)
+    assert caught.value.code is FaultCode.PLUGIN_FAILED

@@ -76,8 +76,8 @@ def _thinned(states: LoadStates, index: Integers, most: int) -> Selection:
     return Selection(kept, most, not_checked(NotCheckedReason.SOME_STATES, len(kept), len(index)))
 
 
-def not_checked(code: NotCheckedReason, *numbers: int) -> RunsNotChecked:
-    """Return what was not looked at, in a sentence with its numbers."""
+def not_checked(code: NotCheckedReason, *numbers: int, reason: str = "") -> RunsNotChecked:
+    """Return what was not looked at, in a sentence with its numbers and the reason where there is one."""
     sentences = {
         NotCheckedReason.FEW_RUNS: (
             "runs were not compared: there are {0} load runs, and with fewer than {least} a faulty run cannot be "
@@ -99,6 +99,5 @@ def not_checked(code: NotCheckedReason, *numbers: int) -> RunsNotChecked:
         NotCheckedReason.NO_EFFECT: "runs were not compared: the model contains no effect",
         NotCheckedReason.NO_FIT: "runs were not compared: the model cannot be fitted to them",
     }
-    return RunsNotChecked(
-        code=code, sentence=sentences[code].format(*numbers, least=LEAST_RUNS, all_kinds=RUNS_FOR_ALL_KINDS)
-    )
+    sentence = sentences[code].format(*numbers, least=LEAST_RUNS, all_kinds=RUNS_FOR_ALL_KINDS)
+    return RunsNotChecked(code=code, sentence=f"{sentence}: {reason}" if reason else sentence)

@@ -7,7 +7,7 @@ turns in torque while its angle stands still.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -21,6 +21,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.reduction.blocks import Blocks, noise_of
 from stiffcal.reduction.clocks import SourceClockOffset
+from stiffcal.reduction.lag_minima import PARTS, are_distinguished, lag_minima, nearest_minimum
 
 # What an encoder behind a gear shows of a joint that is held: below a fifth of an arc second nothing has moved.
 STANDS_RAD = 1e-6
@@ -39,6 +40,11 @@ _MOST_POINTS = 1 << 13
 _BINS = 120
 # A lag that moves by less has settled, s.
 _SETTLED_S = 1e-6
+# Lags that are tried in half a period: the openness of a loop bends on the scale of the loop's flanks.
+_SCANNED = 128
+# Lags within so many standard uncertainties are one.
+_SAME_LAG = 5.0
+_NOT_FOLLOWED = "the force does not follow the motor motion"
 
 
 def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadings, dict[str, SourceClockOffset]]:
@@ -121,17 +127,17 @@ def _clock(run: Run, name: str, angles: Blocks, wrench_log: Blocks) -> SourceClo
     joints = angles.mean["joints"]
     angle = joints[:, int(np.argmax(np.ptp(joints, axis=0)))]
     offset = lag_of(angles.time, angle, wrench_log.time, wrench_log.mean["wrench"])
-    if offset is None:
+    if offset.value is None:
         raise InputError.at(
             FaultCode.CLOCK_UNKNOWN,
-            f"run {run.id}", f"clock of {name}", "the force does not follow the motor motion",
+            f"run {run.id}", f"clock of {name}", offset.reason,
             f"give clock_ahead_s = {{ {name} = … }} for this run, or check that the joint was driven",
         )  # fmt: skip
     return offset
 
 
-def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> SourceClockOffset | None:
-    """Return by how much the wrench's clock is ahead, from the force that follows the motion; None where none does.
+def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> SourceClockOffset:
+    """Return by how much the wrench's clock is ahead, from the force that follows the motion.
 
     First the lag at which both logs agree best over all they have in common; then the one at which the force is most
     nearly a curve over the angle, the same on the way there and back.
@@ -139,44 +145,60 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> S
     Parameters
     ----------
     time, angle : (n,) s and rad. other_time : (m,) s. wrench : (m, 6).
+
+    Returns
+    -------
+    SourceClockOffset
+        Its ``value`` is None, with the reason, where no force follows the motion, or fits it at several lags.
     """
     if min(time.size, other_time.size) < 2:  # logs of a moment hold no motion
-        return None
+        return SourceClockOffset(None, None, _NOT_FOLLOWED)
     step = max(
         float(np.median(np.diff(time))), float(np.median(np.diff(other_time))),
         max(np.ptp(time), np.ptp(other_time)) / _MOST_POINTS,
     )  # fmt: skip
     force = leading_component(wrench)
     if np.ptp(angle) < STANDS_RAD or force is None:
-        return None
+        return SourceClockOffset(None, None, _NOT_FOLLOWED)
     a = np.interp(np.arange(time[0], time[-1], step), time, angle)
     b = np.interp(np.arange(other_time[0], other_time[-1], step), other_time, force)
     if min(a.size, b.size) < 2:
-        return None
+        return SourceClockOffset(None, None, _NOT_FOLLOWED)
     a, b = a - a.mean(), b - b.mean()
     size = 1 << int(np.ceil(np.log2(a.size + b.size)))
     product = np.abs(np.fft.irfft(np.fft.rfft(b, size) * np.conj(np.fft.rfft(a, size)), size))
     lags = np.arange(size)
     lags = np.where(lags < b.size, lags, lags - size)
     overlap = np.minimum(b.size, lags + a.size) - np.maximum(0, lags)
-    best = int(np.argmax(np.where(overlap >= LEAST_OVERLAP * min(a.size, b.size), product, -1.0)))
-    shift = float(lags[best]) * step
+    coarse = int(np.argmax(np.where(overlap >= LEAST_OVERLAP * min(a.size, b.size), product, -1.0)))
+    shift = float(lags[coarse]) * step
     start = float(other_time[0] - time[0]) + shift
     # The period's own shape makes the product flat at its top; the narrow loop is found nearby.
     period = max(_period(a, step), 8.0 * step)
-    low, high = start - 0.25 * period, start + 0.25 * period
-    for _ in range(4):
-        tried = np.linspace(low, high, 17)
-        losses = [_openness(time, angle, other_time, force, lag) for lag in tried]
-        k = int(np.argmin(losses))
-        low, high = float(tried[max(k - 1, 0)]), float(tried[min(k + 1, 16)])
-    value = _closing_lag(time, angle, other_time, force, low, high)
-    halves = time < np.median(time), time >= np.median(time)
-    half_lags = [
-        _closing_lag(time[half], angle[half], other_time, force, value - 2.0 * step, value + 2.0 * step)
-        for half in halves
-    ]
-    return SourceClockOffset(float(value), float(max(0.5 * abs(half_lags[0] - half_lags[1]), 0.05 * step)))
+    width = 0.25 * period
+
+    def openness(part: Booleans) -> Callable[[float], float]:
+        return lambda lag: _openness(time[part], angle[part], other_time, force, lag)
+
+    spacing = max(2.0 * width / _SCANNED, step)
+    best, *rivals = lag_minima(
+        openness(np.ones(time.size, dtype=np.bool_)), start - width, start + width, spacing, _SETTLED_S
+    )
+    if not best.inside:
+        return SourceClockOffset(
+            None, None, "the force follows the motion best at the end of the range of lags searched"
+        )
+    halves = [openness(half) for half in (time < np.median(time), time >= np.median(time))]
+    half_lags = [nearest_minimum(half, best.lag, step, width, _SETTLED_S).lag for half in halves]
+    spread = float(max(0.5 * abs(half_lags[0] - half_lags[1]), 0.05 * step))
+    edges = np.quantile(time, np.linspace(0.0, 1.0, PARTS + 1))
+    parts = [openness((time >= first) & (time <= last)) for first, last in pairwise(edges)]
+    for rival in rivals:
+        same = abs(rival.lag - best.lag) <= max(_SAME_LAG * spread, 2.0 * spacing)
+        if not same and not are_distinguished(*([part(lag) for part in parts] for lag in (best.lag, rival.lag))):
+            reason = f"the force follows the motion as well at {best.lag:.3g} s as at {rival.lag:.3g} s"
+            return SourceClockOffset(None, None, reason)
+    return SourceClockOffset(best.lag, spread)
 
 
 def leading_component(wrench: Floats) -> Floats | None:
@@ -196,16 +218,6 @@ def _period(a: Floats, step: float) -> float:
     middle = 0.5 * (a.max() + a.min())
     crossings = np.flatnonzero(np.diff(np.signbit(a - middle)))
     return float(2.0 * step * np.median(np.diff(crossings))) if crossings.size > 2 else a.size * step
-
-
-def _closing_lag(time: Floats, angle: Floats, other_time: Floats, force: Floats, low: float, high: float) -> float:
-    """Return the lag between two others at which the force is most nearly one curve over the angle, s."""
-    from scipy.optimize import minimize_scalar
-
-    def openness(lag: float) -> float:
-        return _openness(time, angle, other_time, force, lag)
-
-    return float(minimize_scalar(openness, bounds=(low, high), method="bounded", options={"xatol": _SETTLED_S}).x)
 
 
 def _openness(time: Floats, angle: Floats, other_time: Floats, force: Floats, lag: float) -> float:

@@ -1,17 +1,20 @@
 """The clock of a log of torques against that of a log of angles: what a drive needs follows how it moves.
 
 First the lag at which torque and direction of motion agree best over all that both logs hold, by Fourier transforms;
-then the one at which friction, inertia and weight of each joint leave least of its torque.
+then the one nearby at which friction, inertia and weight of each joint leave least of its torque: of all minima the
+least, where the parts of the run distinguish it from the others.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Callable
 
-from stiffcal.arrays import Floats
+import numpy as np
+
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments.friction.free_motion import smoothed
 from stiffcal.reduction.clocks import SourceClockOffset
+from stiffcal.reduction.lag_minima import PARTS, LagMinimum, are_distinguished, lag_minima, nearest_minimum
 
 MOST_POINTS = 1 << 15
 WINDOW = 11
@@ -20,7 +23,10 @@ STANDS_OUT = 1.03
 # Of a torque's variance, what the best lag has to explain.
 LEAST_EXPLAINED = 0.3
 NEARBY_S = 0.3
-PARTS = 4
+SCAN = 0.25  # of the window over which motion is smoothed: the misfit cannot bend on a shorter scale
+MOST_SCANNED = 300
+SETTLED_S = 1e-5
+SAME_LAG = 5.0  # standard uncertainties
 
 
 def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats) -> SourceClockOffset:
@@ -56,20 +62,43 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
         for k in range(direction.shape[1])
     ]  # fmt: skip
     everywhere = np.ones(even.size, dtype=np.bool_)
-    value, misfit = _refine_lag(designs, even, other_time, torque, lag, NEARBY_S, everywhere)
-    if misfit > 1.0 - LEAST_EXPLAINED:
+
+    def misfit(inside: Booleans) -> Callable[[float], float]:
+        return lambda lag: _misfit(designs, even, other_time, torque, lag, inside)
+
+    spacing = max(SCAN * WINDOW * step, 2.0 * NEARBY_S / MOST_SCANNED)
+    best, *rivals = lag_minima(misfit(everywhere), lag - NEARBY_S, lag + NEARBY_S, spacing, SETTLED_S)
+    if best.loss > 1.0 - LEAST_EXPLAINED:
         return SourceClockOffset(None, None, "the torques do not follow the motion")
-    blocks = np.array_split(np.arange(even.size), PARTS)
-    answers = []
-    for block in blocks:
+    if not best.inside:
+        reason = (
+            f"the torques match the motion best at the end of the range searched, {NEARBY_S} s from the strokes' lag"
+        )
+        return SourceClockOffset(None, None, reason)
+    blocks = []
+    for block in np.array_split(np.arange(even.size), PARTS):
         inside = np.zeros(even.size, dtype=np.bool_)
         inside[block] = True
-        if any(np.ptp(design[inside, 0]) < 2.0 for design in designs):
-            continue
-        answers.append(_refine_lag(designs, even, other_time, torque, value, 0.1 * NEARBY_S, inside)[0])
+        if all(np.ptp(design[inside, 0]) >= 2.0 for design in designs):
+            blocks.append(inside)
+    answers = [nearest_minimum(misfit(block), best.lag, 0.25 * spacing, NEARBY_S, SETTLED_S).lag for block in blocks]
     spread = float(np.std(answers, ddof=1) / np.sqrt(len(answers))) if len(answers) > 1 else step
     # the direction of motion is known sample by sample
-    return SourceClockOffset(value, max(spread, step / np.sqrt(12.0)))
+    spread = max(spread, float(step / np.sqrt(12.0)))
+    for rival in rivals:
+        if abs(rival.lag - best.lag) > max(SAME_LAG * spread, 2.0 * spacing) and not _stands_out(
+            best, rival, [misfit(block) for block in blocks]
+        ):
+            reason = f"the torques match the motion as well at {best.lag:.3g} s as at {rival.lag:.3g} s"
+            return SourceClockOffset(None, None, reason)
+    return SourceClockOffset(best.lag, spread)
+
+
+def _stands_out(best: LagMinimum, rival: LagMinimum, parts: list[Callable[[float], float]]) -> bool:
+    """Return whether the run's parts distinguish two lags; of fewer parts than a test needs, whether the loss does."""
+    if len(parts) < PARTS:
+        return rival.loss > STANDS_OUT * best.loss
+    return are_distinguished([part(best.lag) for part in parts], [part(rival.lag) for part in parts])
 
 
 def _coarse(way: Floats, torque: Floats, step: float) -> float | None:
@@ -90,24 +119,8 @@ def _coarse(way: Floats, torque: Floats, step: float) -> float | None:
     return (best if best < torque.shape[0] else best - size) * step
 
 
-def _refine_lag(
-    designs: list[Floats], time: Floats, other_time: Floats, torque: Floats, lag: float, width: float,
-    inside: NDArray[np.bool_],
-) -> tuple[float, float]:  # fmt: skip
-    """Return the lag near another one at which least is left, and the share of the variance that is left there."""
-    low, high = lag - width, lag + width
-    share = 1.0
-    for _ in range(6):
-        lags = np.linspace(low, high, 13)
-        misfits = [_misfit(designs, time, other_time, torque, trial_lag, inside) for trial_lag in lags]
-        k = int(np.argmin(misfits))
-        share = misfits[k]
-        low, high = float(lags[max(k - 1, 0)]), float(lags[min(k + 1, 12)])
-    return 0.5 * (low + high), share
-
-
 def _misfit(
-    designs: list[Floats], time: Floats, other_time: Floats, torque: Floats, lag: float, inside: NDArray[np.bool_]
+    designs: list[Floats], time: Floats, other_time: Floats, torque: Floats, lag: float, inside: Booleans
 ) -> float:
     """Return the mean over joints of the share of the torque's variance that motion leaves unexplained."""
     shifted_time = time + lag
