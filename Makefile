@@ -10,7 +10,7 @@ WORKERS ?= 2
 # byte-code is kept: without it each process would compile all that it imports, the tests half a minute in each worker
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo dist docs schemas linkcheck readme-picture test test-docs test-long test-browser test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
+.PHONY: demo dist docs schemas linkcheck readme-picture test test-docs test-long test-browser test-kernels bench coverage practice rates campaigns batch-many faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -74,6 +74,10 @@ campaigns: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal simulate build/ci/irb4400 --from campaigns/irb4400 --json >/dev/null
 	$(BIN)/python -P -m stiffcal batch campaigns/hidden build/ci/irb4400 --thresholds campaigns/thresholds.toml \
 		--store build/ci/stores --reports build/ci/reports --junit build/ci/junit.xml --markdown build/ci/summary.md
+
+# two hundred small campaigns with reports in one batch, some broken, killed in the middle and called again
+batch-many: $(VENV)/test.stamp
+	$(BIN)/python -m tests.batch_many
 
 # faults at random points of every command that writes: kills, full disks, revoked rights, truncated files
 FAULTS ?= 400

@@ -30,44 +30,15 @@ from stiffcal.errors import InputError, Progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.report.content import ReportContent
 from stiffcal.store import Store
-from stiffcal.trust.record import open_record
 from stiffcal.validation.results import ThresholdCheck
 from tests.laboratory import children
+from tests.laboratory.batch_plugins import COMPUTES, KILLED, STANDS, WAITS, with_plugin
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.long
 
 Document = dict[str, Any]
-PLUGIN = """
-import os, signal, time
-from stiffcal.effects_api import DocumentedEffect, Kind
-class Own(DocumentedEffect):
-    name = "own"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
-    summary = fingerprint = how_to_check = "of no consequence"
-    def terms(self, place, chain, loads, shape):
-        return ()
-from pathlib import Path
-HERE = Path(__file__).parent
-print("a plugin's own words, which are no outcome")
-(HERE / "threads").write_text(os.environ["OPENBLAS_NUM_THREADS"])
-with (HERE / "pids").open("a") as file:
-    file.write(f"{os.getpid()}\\n")
-"""
-KILLED = "os.kill(os.getpid(), signal.SIGKILL)\n"
 LONGEST_S = 240.0  # on a machine with ten times as much to do as it can
-
-
-def with_plugin(folder: Path, *lines: str) -> Path:
-    """Give a campaign a plugin that its user trusts and its model needs."""
-    manifest = folder / "campaign.toml"
-    manifest.write_text('plugins = ["own.py"]\n' + manifest.read_text(encoding="utf-8"), encoding="utf-8")
-    (folder / "own.py").write_text(PLUGIN + "".join(lines), encoding="utf-8")
-    with (folder / "model.toml").open("a", encoding="utf-8") as model:
-        model.write('\n[[effects]]\ntype = "own"\njoints = [1]\n')
-    open_record().allow_folder(folder)
-    return folder
 
 
 @pytest.fixture(scope="module")
@@ -318,11 +289,7 @@ def test_what_is_no_outcome_counts_as_a_lost_process(answer: str, monkeypatch: p
 def test_a_process_without_progress_is_lost_and_the_others_go_on(copied: Path) -> None:
     """One waits for what does not come, one computes in its plugin without end, one is stopped by the system."""
     shutil.rmtree(copied / "broken")
-    for name, hang in (
-        ("waits", "time.sleep(600)"),
-        ("computes", "while True:\n    pass"),
-        ("stands", "os.kill(os.getpid(), signal.SIGSTOP)"),
-    ):
+    for name, hang in (("waits", WAITS), ("computes", COMPUTES), ("stands", STANDS)):
         with_plugin(Path(shutil.copytree(copied / "a", copied / name)), hang)
     shutil.rmtree(copied / "b" / "store")
     result = batch_campaigns([copied], BatchOptions(jobs=2, report=False, idle_timeout_s=5.0))
