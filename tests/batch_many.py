@@ -26,6 +26,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -41,6 +42,7 @@ BROKEN_SHARE = 20
 MADE = 5
 """Campaigns of different numbers; the others are copies of these."""
 MOST_GROWTH, JUDGED_FROM = 1.10, 100
+LONGEST_S = 7200.0  # on a machine with ten times as much to do as it can
 LINE = re.compile(r"(\d+) of \d+: \S*?/(\S+): ")
 
 
@@ -128,6 +130,9 @@ def run_batch(folder: Path, jobs: int, idle_timeout: float, kill_after: int | No
         subprocess.Popen(command, stdout=answer, stderr=subprocess.PIPE, text=True, process_group=0) as process,
     ):
         assert process.stderr is not None
+        # Whatever goes wrong ends this: the pipe closes, and the reading below with it.
+        watch = threading.Timer(LONGEST_S, os.killpg, (process.pid, signal.SIGKILL))
+        watch.start()
         for line in process.stderr:
             if (found := LINE.match(line)) is None:
                 continue
@@ -139,6 +144,7 @@ def run_batch(folder: Path, jobs: int, idle_timeout: float, kill_after: int | No
                     _wait_for_the_end_of(children)
                 break
         process.wait()
+        watch.cancel()
         call.seconds = time.perf_counter() - began
         if kill_after is None:
             answer.seek(0)
