@@ -2,6 +2,7 @@
   const MOST_LEVELS = 8;
   /** Ends of the axes by what they show. */
   S.scales = new Map();
+  const windows = new Map();
 
   S.againstPanel = function () {
     const { data } = S, states = data.states;
@@ -14,12 +15,34 @@
     const kind = S.choice("Residual", [["heldout", S.leftOut()], ["fit", "of the fit"]], (value) => S.set({ kind: value }));
     let axes = { px: [], py: [] }, brush = null, listed = "";
     const proposals = S.make("ol", { className: "proposals" });
+    /** Categories that are not drawn, by what gives the colours. */
+    const hidden = new Set(), legendButtons = S.make("span", { className: "legend", role: "group", "aria-label": "Categories that are drawn" });
+    let legendKey = "";
+    function legendOf(words, palette) {
+      const key = JSON.stringify([words, S.state.colour, S.themeName, [...hidden]]);
+      if (key === legendKey) return;
+      legendKey = key;
+      const focus = [...legendButtons.children].indexOf(document.activeElement);
+      legendButtons.replaceChildren(...words.map((word, k) => {
+        const name = `${S.state.colour}/${k}`, mark = S.make("canvas", { width: 24, height: 24, className: "mark" }), g = mark.getContext("2d");
+        g.scale(2, 2); g.beginPath(); S.marker(g, k, 6, 6, 4.5); g.fillStyle = palette[k]; g.fill();
+        return S.make("button", { type: "button", "aria-pressed": String(!hidden.has(name)), title: "Show or hide", onclick: () => {
+          if (!hidden.delete(name)) hidden.add(name);
+          S.frame++;
+          S.redraw();
+        } }, mark, word);
+      }));
+      if (focus >= 0) legendButtons.children[focus]?.focus();
+    }
     const panel = S.panel({
       id: "against", title: "2 Residual against any variable", height: 420,
       about: "Band: noise, ± 2σ. Points outside it are what the model does not explain.",
-      how: "Drag a rectangle: select states in all panels; with Shift they are added. Left and right arrows: step through the states; Enter selects one; Escape clears the selection.",
-      controls: [x, y, colour, kind, S.button({ onclick: () => { S.scales.clear(); S.ghost = null; S.frame++; S.redraw(); } }, "Rescale")], draw, table,
-      key: S.onKeys({ ArrowRight: () => S.goTo(S.state.at + 1), ArrowLeft: () => S.goTo(S.state.at - 1) }, () => [S.state.at]),
+      how: "Drag a rectangle from a point, or from anywhere with Shift: select states in all panels; with Ctrl they are added. Drag from an empty place: move the picture; wheel after a click: zoom; double click: all of it. Left and right arrows: step through the states, + and −: zoom, Enter selects, Escape clears the selection.",
+      controls: [x, y, colour, kind, S.button({ onclick: () => { S.scales.clear(); windows.clear(); S.ghost = null; S.frame++; S.redraw(); } }, "Rescale"), legendButtons], draw, table,
+      key: S.onKeys({
+        ArrowRight: () => S.goTo(S.state.at + 1), ArrowLeft: () => S.goTo(S.state.at - 1),
+        "+": () => zoom(1 / 1.25, axes.box.x + axes.box.w / 2, axes.box.y + axes.box.h / 2), "-": () => zoom(1.25, axes.box.x + axes.box.w / 2, axes.box.y + axes.box.h / 2),
+      }, () => [S.state.at]),
       depends: () => S.everything() + (brush?.key() ?? ""),
     });
     const heading = S.make("h3", {}, "What explains the residual, by its share of the variance (all states)");
@@ -29,8 +52,30 @@
     brush = S.brush(panel.canvas, () => axes, (chosen, event, click) => {
       const states = [...new Set(chosen.map((p) => axes.stateOf(p)))].sort((a, b) => a - b);
       if (click && states.length) S.goTo(states[0]);
-      S.select(states, event.shiftKey && states.length > 0);
-    });
+      S.select(states, (event.ctrlKey || event.metaKey) && states.length > 0);
+    }, { pan, zoom, all: () => { windows.delete(windowKey()); S.frame++; }, words: wordsOf });
+
+    /** Which part of a picture is shown, by what its axes show; none: all of it. */
+    const windowKey = () => `${S.part}/${S.state.x}/${S.state.y}`;
+    function look(x, y) {
+      windows.set(windowKey(), { x, y });
+      S.frame++;
+      S.redraw();
+    }
+    function pan(dx, dy) {
+      const { box, ends } = axes, u = (-dx / box.w) * (ends.x[1] - ends.x[0]), v = (dy / box.h) * (ends.y[1] - ends.y[0]);
+      look(ends.x.map((value) => value + u), ends.y.map((value) => value + v));
+    }
+    function zoom(by, px, py) {
+      const { box, ends } = axes, u = ends.x[0] + ((px - box.x) / box.w) * (ends.x[1] - ends.x[0]), v = ends.y[1] - ((py - box.y) / box.h) * (ends.y[1] - ends.y[0]);
+      look(ends.x.map((value) => u + by * (value - u)), ends.y.map((value) => v + by * (value - v)));
+    }
+    /** Run, row and values of a point. */
+    function wordsOf(p) {
+      const { across, up, stateOf, valueOf } = points(), i = stateOf(p);
+      const value = (quantity) => (quantity.levels.length ? quantity.levels[valueOf(quantity, p)] ?? "" : `${S.digits(valueOf(quantity, p))} ${quantity.unit}`);
+      return `${data.runs[states.run[i]].name}, row ${states.row[i]}: ${value(up)} at ${across.label} ${value(across)}`;
+    }
 
     /** Number of the colour of each point, and the legend. @param {number} count @param {(q: any, p: number) => number} valueOf */
     function colours(count, valueOf) {
@@ -91,13 +136,19 @@
       }
       const ghost = drawnOf(S.ghost, count, stateOf, valueOf), hollow = drawnOf(S.hollow, count, stateOf, valueOf), t = S.moved();
       const palette = scale ? theme.scale : theme.series;
-      const top = scale ? 26 : S.legend(g, { x: 74, w: width - 92 }, legend, palette, scale);
+      legendOf(scale ? [] : legend, palette);
+      if (!scale && legend.length) for (let p = 0; p < count; p++) if (hidden.has(`${S.state.colour}/${numbers[p]}`)) shown[p] = NaN;
+      const top = scale ? 26 : S.drawsFile ? S.legend(g, { x: 74, w: width - 92 }, legend, palette, scale) : 12;
       const box = { x: 74, y: top, w: width - 92, h: height - 44 - top }, named = up.levels.length > 0;
       const yEnds = named ? [-0.5, up.levels.length - 0.5] : locked("y", S.span(joined(shown, ghost?.y, hollow?.y))), oneSided = S.state.y === "r.length";
       const sigma = up.sigma > 0 ? 2 * up.sigma : 0;
       if (sigma && !oneSided) { yEnds[0] = Math.min(yEnds[0], -1.2 * sigma); yEnds[1] = Math.max(yEnds[1], 1.2 * sigma); }
       const ends = across.levels.length ? [-0.5, across.levels.length - 0.5] : locked("x", S.span(joined(xs.map((value, p) => (Number.isFinite(shown[p]) ? value : NaN)), ghost?.x, hollow?.x)));
+      const part = windows.get(windowKey());
+      if (part && !across.levels.length) ends.splice(0, 2, ...part.x);
+      if (part && !named) yEnds.splice(0, 2, ...part.y);
       const { toX, toY } = S.axes(g, box, { x: ends, y: yEnds, xLabel: S.withUnit(across), yLabel: S.withUnit(up), xNames: across.levels, yNames: up.levels });
+      g.save(); g.beginPath(); g.rect(box.x, box.y, box.w, box.h); g.clip();
       if (sigma) {
         g.fillStyle = theme.band;
         g.fillRect(box.x, toY(sigma), box.w, toY(oneSided ? 0 : -sigma) - toY(sigma));
@@ -122,7 +173,9 @@
         px[p] = toX(across.levels.length ? xs[p] + spread(p) : xs[p]);
         py[p] = toY(named ? shown[p] + spread(p) : shown[p]);
       }
-      axes = { px, py, stateOf };
+      const inBox = (p) => px[p] >= box.x - 1 && px[p] <= box.x + box.w + 1 && py[p] >= box.y - 1 && py[p] <= box.y + box.h + 1;
+      if (part) for (let p = 0; p < count; p++) if (!inBox(p)) px[p] = NaN;
+      axes = { px, py, stateOf, box, ends: { x: [...ends], y: [...yEnds] } };
       const r = count > 2500 ? 1.8 : 2.8;
       for (let group = -1; group < palette.length; group++) {
         g.beginPath();
@@ -146,6 +199,7 @@
       for (let p = apart * S.state.at; p < apart * (S.state.at + 1); p++) {
         if (Number.isFinite(px[p] + py[p])) { g.beginPath(); g.rect(px[p] - 7, py[p] - 7, 14, 14); g.strokeStyle = theme.ink; g.stroke(); }
       }
+      g.restore();
       brush.draw(g);
       if (scale) S.legend(g, box, legend, palette, scale);
       propose();

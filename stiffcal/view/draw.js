@@ -15,7 +15,7 @@
 
   /** A canvas in pixels of the screen; lengths are CSS pixels. @param {HTMLCanvasElement} canvas */
   S.begin = function (canvas) {
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = S.drawsFile ? S.fileRatio : window.devicePixelRatio || 1;
     const width = canvas.clientWidth || 300, height = canvas.clientHeight || 200;
     if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
     if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
@@ -208,7 +208,7 @@
   S.bars = function (g, width, rows, options) {
     const right = Math.max(64, ...rows.map((row) => g.measureText(row.text).width + 12)), height = options.rowHeight;
     const left = Math.max(90, Math.min(0.47 * width, 320, width - right - 70));
-    const most = Math.max(...rows.map((row) => Math.max(row.value || 0, row.second || 0)), options.line || 0) || 1;
+    const most = options.most || Math.max(...rows.map((row) => Math.max(row.value || 0, row.second || 0)), options.line || 0) || 1;
     const least = options.log ? Math.min(...rows.flatMap((row) => [row.value, row.second]).filter((v) => v > 0), options.line || most) / 2 : 0;
     const toX = (v) => left + (options.log ? Math.max(Math.log(v / least), 0) / Math.log((most * 1.15) / least) : v / (most * 1.15)) * (width - left - right);
     rows.forEach((row, k) => {
@@ -219,10 +219,12 @@
       g.textAlign = "left"; g.textBaseline = "middle";
       g.fillText(S.shortened(g, (row.chosen ? "▸ " : "") + S.visible(row.name), left - 10), 4, y + height / 2 - 1);
       if (row.value > 0) {
+        const end = Math.min(toX(row.value), width - right + 4), cut = end < toX(row.value);
         g.fillStyle = row.grey ? S.theme.line : S.theme.series[0];
-        g.fillRect(left, y + 4, toX(row.value) - left, height - 10);
+        g.fillRect(left, y + 4, end - left, height - 10);
+        if (cut) { g.fillStyle = S.theme.ground; for (const at of [10, 15]) { g.beginPath(); g.moveTo(end - at, y + height - 5); g.lineTo(end - at + 4, y + 3); g.lineTo(end - at + 6, y + 3); g.lineTo(end - at + 2, y + height - 5); g.closePath(); g.fill(); } }
         g.fillStyle = S.theme.ink;
-        g.fillText(row.text, toX(row.value) + 5, y + height / 2 - 1);
+        g.fillText(row.text, end + 5, y + height / 2 - 1);
       } else {
         g.fillStyle = S.theme.quiet;
         g.fillText(row.text, left + 4, y + height / 2 - 1);

@@ -13,20 +13,29 @@
     const { data } = S;
     // where no model has residuals of states, all can be compared by their errors and parameters
     const none = !data.models.some(S.isDrawable), selectable = (model) => Boolean(model) && (none || S.isDrawable(model));
+    let folded = true;
+    const standing = new Map(data.candidates.map((entry) => [entry.name, entry.standing]));
+    const isRejected = (model) => model.kind === "with" && standing.get(model.effect) === "rejected";
+    const VERDICT = { alike: ", cannot be distinguished", undecided: ", undecided", possible: ", possible", rejected: ", rejected" };
+    const standingOf = (model) => (model.kind === "with" ? VERDICT[standing.get(model.effect)] ?? "" : "");
+    /** The scale ends at the worst model; without any model the error may be much larger, and its bar is cut off. */
+    const mostOf = () => Math.max(...data.models.map((model) => Math.max(S.main(model.heldout_rms) ?? 0, S.main(model.fit_rms) ?? 0)), S.main(data.noise) || 0);
     const rows = () => [
       { name: "no model", value: S.main(data.zero), text: S.error(data.zero), grey: true },
-      ...data.models.filter((model) => model.kind !== "without").map((model) => ({
-        id: model.id, name: model.kind === "fit" ? model.label : `${model.kind === "all" ? "all missing: " : "with "}${model.effect}`, value: S.main(model.heldout_rms) ?? S.main(model.fit_rms),
+      ...data.models.filter((model) => model.kind !== "without" && !(folded && isRejected(model))).map((model) => ({
+        id: model.id, name: model.kind === "fit" ? model.label : `${model.kind === "all" ? "all missing: " : "with "}${model.effect}${standingOf(model)}`, value: S.main(model.heldout_rms) ?? S.main(model.fit_rms),
         second: S.main(model.fit_rms), text: S.error(S.main(model.heldout_rms) !== null ? model.heldout_rms : model.fit_rms) + (S.main(model.heldout_rms) !== null ? "" : " (fit)"),
         grey: !selectable(model), chosen: model.id === S.state.model,
       })),
     ];
     const height = 44 + ROW * rows().length;
+    const unfold = S.check("rejected candidates too", false, (on) => { folded = !on; panel.canvas.style.height = `${44 + ROW * rows().length}px`; S.frame++; S.redraw(); });
+    unfold.element.hidden = !data.models.some(isRejected);
     const panel = S.panel({
       id: "ladder", title: "3 Ladder of models", height,
-      about: `Error ${S.leftOut()} (bars) and of the fit (frames), all states, logarithmic scale. Choose a model to show it in all panels.${data.models.every(selectable) ? "" : " Grey: the store does not hold its predictions."}`,
+      about: `Error ${S.leftOut()} (bars) and of the fit (frames), all states. Choose a model to show it in all panels.${data.models.every(selectable) ? "" : " Grey: the store does not hold its predictions."}`,
       how: "A click, or up and down arrows: show a model in all panels. The table below has a button for each.",
-      draw, table: list, key, depends: S.shownKey,
+      controls: [unfold], draw, table: list, key, depends: () => `${S.shownKey()}/${folded}`,
     });
     let find = () => -1;
     const choose = (id) => { if (selectable(S.modelById.get(id))) S.set({ model: id, off: [] }); };
@@ -49,7 +58,7 @@
     let listed = "";
     function draw(canvas) {
       const { g, width } = S.begin(canvas);
-      find = S.bars(g, width, rows(), { top: 34, rowHeight: ROW, log: true, line: S.main(data.noise) || 0, lineLabel: `noise ${S.size(S.main(data.noise))}` });
+      find = S.bars(g, width, rows(), { top: 34, rowHeight: ROW, most: mostOf(), line: S.main(data.noise) || 0, lineLabel: `noise ${S.size(S.main(data.noise))}` });
       const model = S.modelById.get(S.state.model);
       if (!model) return data.refits_missing;
       numbers.textContent = S.visible(`${model.label}: ${S.error(model.heldout_rms)} rms ${S.leftOut()}${model.fit_rms ? `, ${S.error(model.fit_rms)} of the fit` : ""}; noise ${S.error(data.noise)}.`);

@@ -17,8 +17,8 @@ from stiffcal.view.content import ViewContent, ViewModel, ViewVariable
 from stiffcal.view.packing import NOISE_SHARE, Packer
 
 SCRIPTS = (
-    "data.js", "words.js", "state.js", "draw.js", "panel.js", "robot.js", "against.js", "ladder.js", "effects.js",
-    "poses.js", "reading.js", "kinds.js", "tryout.js", "main.js",
+    "data.js", "words.js", "state.js", "draw.js", "svg.js", "panel.js", "robot.js", "against.js", "ladder.js",
+    "effects.js", "poses.js", "reading.js", "kinds.js", "tryout.js", "main.js",
 )  # fmt: skip
 """In the order in which they are run; each adds to the one name ``stiffcal``."""
 LIVE_SCRIPT = "live.js"

@@ -60,6 +60,43 @@
 
   /** Save a canvas. @param {string} name @param {HTMLCanvasElement} canvas */
   S.savePicture = (name, canvas) => canvas.toBlob((blob) => save(`${name}.png`, blob));
+  /** True while a picture is drawn for a file: what stands around it on the page is then drawn into it. */
+  S.drawsFile = false;
+  const HEAD = 44, TWICE = 2;
+  /** What a picture shows, of which model and campaign, and when it was saved. */
+  const headOf = (title) => [title.replace(/^\d+[a-z]? /, ""), `${S.data.robot}, campaign ${S.data.campaign}; ${S.modelById.get(S.state.model)?.label ?? ""}; ${new Date().toISOString().slice(0, 10)}`];
+
+  /** Save a panel's picture, twice as fine as on the screen, with a title. @param {string} id @param {string} title */
+  function savePng(id, title, draw, width, height) {
+    const canvas = S.make("canvas"), file = S.make("canvas", { width: TWICE * width, height: TWICE * (height + HEAD) }), g = file.getContext("2d");
+    Object.defineProperties(canvas, { clientWidth: { value: width }, clientHeight: { value: height } });
+    drawForFile(draw, canvas, TWICE);
+    g.fillStyle = S.theme.ground;
+    g.fillRect(0, 0, file.width, file.height);
+    g.drawImage(canvas, 0, TWICE * HEAD);
+    g.scale(TWICE, TWICE);
+    writeHead(g, title, width);
+    S.savePicture(id, file);
+  }
+  function writeHead(g, title, width) {
+    const [first, second] = headOf(title);
+    g.textAlign = "left"; g.textBaseline = "middle";
+    g.fillStyle = S.theme.ink; g.font = "600 14px system-ui, sans-serif"; g.fillText(S.shortened(g, S.visible(first), width - 16), 8, 14);
+    g.fillStyle = S.theme.quiet; g.font = "12px system-ui, sans-serif"; g.fillText(S.shortened(g, S.visible(second), width - 16), 8, 33);
+  }
+  /** Save a panel's picture as lines and texts. */
+  function saveSvg(id, title, draw, width, height) {
+    const canvas = S.make("canvas"), recorder = S.svgContext(width, height + HEAD);
+    Object.defineProperties(canvas, { clientWidth: { value: width }, clientHeight: { value: height }, getContext: { value: () => recorder } });
+    recorder.within(0, HEAD, () => drawForFile(draw, canvas, 1));
+    writeHead(recorder, title, width);
+    save(`${id}.svg`, new Blob([recorder.text()], { type: "image/svg+xml" }));
+  }
+  function drawForFile(draw, canvas, ratio) {
+    S.drawsFile = true;
+    S.fileRatio = ratio;
+    try { draw(canvas); } finally { S.drawsFile = false; }
+  }
 
   /** Save texts, one line each, as a picture. @param {string} name @param {string[][]} rows columns of each line */
   S.saveText = function (name, rows) {
@@ -94,35 +131,81 @@
   };
 
   const CLICK = 4, NEAR = 12;
+  /** The point that is nearest to a place, at most `NEAR` pixels away; −1 where none is. */
+  function nearestOf({ px, py }, x, y) {
+    let nearest = -1, best = NEAR;
+    for (let p = 0; p < px.length; p++) {
+      const far = Math.hypot(px[p] - x, py[p] - y);
+      if (far < best) { best = far; nearest = p; }
+    }
+    return nearest;
+  }
+
+  /** The words next to the pointer. */
+  const hover = S.make("div", { id: "hover", hidden: true });
+  document.body.append(hover);
+  function showHover(event, text) {
+    hover.hidden = !text;
+    if (!text) return;
+    hover.textContent = S.visible(text);
+    hover.style.left = `${Math.min(event.clientX + 12, innerWidth - hover.offsetWidth - 8)}px`;
+    hover.style.top = `${Math.min(event.clientY + 12, innerHeight - hover.offsetHeight - 8)}px`;
+  }
+
   /**
-   * A rectangle drawn with the pointer over a canvas, or a click on its nearest point.
+   * What the pointer does over a canvas: a click chooses the nearest point, a drag from a point, or with Shift, draws a
+   * rectangle that selects; a drag from an empty place moves the picture where it can be moved, the wheel zooms it after
+   * a click, a double click shows all of it again.
    * @param {HTMLCanvasElement} canvas @param {() => {px: ArrayLike<number>, py: ArrayLike<number>}} points pixels, NaN where none is drawn
    * @param {(chosen: number[], event: PointerEvent, click: boolean) => void} choose numbers of the points
+   * @param {{pan: (dx: number, dy: number) => void, zoom: (by: number, x: number, y: number) => void, all: () => void, words: (p: number) => string}} [view]
    */
-  S.brush = function (canvas, points, choose) {
-    const brush = { from: null, to: null };
+  S.brush = function (canvas, points, choose, view) {
+    const brush = { from: null, to: null, pans: false };
     const where = (event) => [event.offsetX, event.offsetY];
-    canvas.addEventListener("pointerdown", (event) => { brush.from = brush.to = where(event); canvas.setPointerCapture(event.pointerId); });
-    canvas.addEventListener("pointermove", (event) => { if (brush.from) { brush.to = where(event); S.redraw(); } });
+    canvas.addEventListener("pointerdown", (event) => {
+      brush.from = brush.to = where(event);
+      brush.pans = Boolean(view) && !event.shiftKey && !event.ctrlKey && nearestOf(points(), ...brush.from) < 0;
+      canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!brush.from) {
+        if (!view) return;
+        const near = nearestOf(points(), ...where(event));
+        showHover(event, near < 0 ? "" : view.words(near));
+        return;
+      }
+      showHover(event, "");
+      const [x, y] = brush.to;
+      brush.to = where(event);
+      if (brush.pans) view.pan(brush.to[0] - x, brush.to[1] - y);
+      S.redraw();
+    });
+    canvas.addEventListener("pointerleave", (event) => showHover(event, ""));
     canvas.addEventListener("pointercancel", () => { brush.from = null; S.redraw(); });
     canvas.addEventListener("pointerup", (event) => {
       if (!brush.from) return;
       const [[x0, x1], [y0, y1]] = [0, 1].map((k) => [brush.from[k], brush.to[k]].sort((a, b) => a - b));
       const click = x1 - x0 < CLICK && y1 - y0 < CLICK, { px, py } = points(), inside = [];
-      let nearest = -1, best = NEAR;
-      for (let p = 0; p < px.length; p++) {
-        if (px[p] >= x0 && px[p] <= x1 && py[p] >= y0 && py[p] <= y1) inside.push(p);
-        const far = Math.hypot(px[p] - x0, py[p] - y0);
-        if (far < best) { best = far; nearest = p; }
-      }
+      for (let p = 0; p < px.length; p++) if (px[p] >= x0 && px[p] <= x1 && py[p] >= y0 && py[p] <= y1) inside.push(p);
+      const nearest = nearestOf({ px, py }, x0, y0), pans = brush.pans && !click;
       brush.from = null;
-      choose(click ? (nearest >= 0 ? [nearest] : []) : inside, event, click);
+      if (!pans) choose(click ? (nearest >= 0 ? [nearest] : []) : inside, event, click);
       S.redraw();
     });
+    if (view) {
+      canvas.addEventListener("wheel", (event) => {
+        if (document.activeElement !== canvas) return;
+        event.preventDefault();
+        view.zoom(event.deltaY < 0 ? 1 / 1.15 : 1.15, ...where(event));
+        S.redraw();
+      }, { passive: false });
+      canvas.addEventListener("dblclick", () => { view.all(); S.redraw(); });
+    }
     return {
       key: () => (brush.from ? brush.to.join() : ""),
       draw: (g) => {
-        if (!brush.from) return;
+        if (!brush.from || brush.pans) return;
         const [[x, y], [u, v]] = [brush.from, brush.to];
         g.strokeStyle = S.theme.accent; g.setLineDash([4, 3]); g.strokeRect(x, y, u - x, v - y); g.setLineDash([]);
       },
@@ -151,7 +234,8 @@
     const note = S.make("p", { className: "note", id: `${options.id}-note` });
     const section = S.make("section", { id: options.id, className: "panel", "aria-labelledby": `${options.id}-title` },
       S.make("div", { className: "heading" }, S.make("h2", { id: `${options.id}-title` }, options.title),
-        S.button({ onclick: () => S.savePicture(options.id, canvas), title: "Save this picture" }, "PNG"),
+        S.button({ onclick: () => savePng(options.id, options.title, options.draw, canvas.clientWidth, canvas.clientHeight), title: "Save this picture" }, "PNG"),
+        S.button({ onclick: () => saveSvg(options.id, options.title, options.draw, canvas.clientWidth, canvas.clientHeight), title: "Save this picture as lines and texts" }, "SVG"),
         S.button({ onclick: csv, title: "Save the numbers of this picture" }, "CSV")),
       ...(options.about ? [S.make("p", { className: "about" }, options.about)] : []),
       ...(options.how ? [S.make("details", { className: "how" }, S.make("summary", {}, "Mouse and keys"), S.make("p", { className: "about" }, options.how))] : []),

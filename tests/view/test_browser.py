@@ -37,6 +37,8 @@ def test_a_model_of_the_ladder_shows_the_numbers_of_history(page: Any, content: 
     assert float(numbers.get_attribute("data-fit")) == pytest.approx(fits[0].fit_rms.translation, rel=1e-12)
     first = page.evaluate("Array.from(stiffcal.residual().move)")
     # a click on the row of the first candidate switches all panels
+    page.get_by_label("rejected candidates too").check()
+    settled(page)
     order = ["no model", *(model.id for model in content[0].models if model.kind != "without")]
     chosen = next(model.id for model in content[0].models if model.kind == "with")
     box = page.locator("#ladder-canvas").bounding_box()
@@ -54,9 +56,11 @@ def test_brushing_selects_in_all_panels_and_stands_in_the_address(page: Any, bro
     canvas.scroll_into_view_if_needed()
     box = canvas.bounding_box()
     page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 40)
+    page.keyboard.down("Shift")
     page.mouse.down()
     page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 0.8 * box["height"], steps=3)
     page.mouse.up()
+    page.keyboard.up("Shift")
     settled(page)
     chosen = page.evaluate("Array.from(stiffcal.selected.keys()).filter((i) => stiffcal.selected[i])")
     assert 0 < len(chosen) < page.evaluate("stiffcal.n")
