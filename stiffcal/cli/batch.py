@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -86,7 +90,8 @@ def batch(
             finished=printer.finished,
         )
         try:
-            result = batch_campaigns(folders, batch_options)
+            with ended_in_order():
+                result = batch_campaigns(folders, batch_options)
         except KeyboardInterrupt:
             answer.notify(printer.interrupted())
             raise
@@ -95,6 +100,24 @@ def batch(
                 write_summary(text(result), file)
         answer.give(result, show_batch, _next(result, store))
     return OK if result.passed else NOT_HELD
+
+
+@contextmanager
+def ended_in_order() -> Iterator[None]:
+    """Have whatever asks this process to end do what Ctrl-C does: the workers take away what they were writing."""
+    asked = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in asked}
+    # only where nobody else has chosen: nohup has SIGHUP ignored, and threads may not choose
+    chosen = [number for number, action in before.items() if action is signal.SIG_DFL]
+    if threading.current_thread() is not threading.main_thread():
+        chosen = []
+    for number in chosen:
+        signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number in chosen:
+            signal.signal(number, before[number])
 
 
 class _BatchPrinter:

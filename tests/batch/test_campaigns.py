@@ -25,6 +25,7 @@ from stiffcal.batch.results import BatchCounts, BatchResult, BatchTask, BatchWor
 from stiffcal.batch.summary import junit_text, markdown_text
 from stiffcal.batch.task import run_task
 from stiffcal.cli.app import main
+from stiffcal.cli.batch import ended_in_order
 from stiffcal.documents import document_of, result_from_values
 from stiffcal.errors import InputError, Progress
 from stiffcal.fault_codes import FaultCode
@@ -356,6 +357,22 @@ def test_ctrl_c_ends_all_processes_and_the_next_call_goes_on(copied: Path) -> No
     found = by_name(batch_campaigns([copied], BatchOptions(jobs=1, report=False)))
     assert {outcome.state for outcome in found.values()} == {"held"}
     assert (done(found["a"]), done(found["b"])) == ([], ["identify", "validate"])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are another matter there")
+@pytest.mark.parametrize("sent", ["SIGTERM", "SIGHUP"])
+def test_whatever_asks_the_command_to_end_does_what_ctrl_c_does(sent: str) -> None:
+    number = getattr(signal, sent)
+    before = signal.signal(number, signal.SIG_DFL)
+    try:
+        with pytest.raises(KeyboardInterrupt), ended_in_order():
+            signal.raise_signal(number)
+        assert signal.getsignal(number) is signal.SIG_DFL
+        signal.signal(number, signal.SIG_IGN)
+        with ended_in_order():
+            signal.raise_signal(number)
+    finally:
+        signal.signal(number, before)
 
 
 def until(stream: IO[str], words: str) -> Iterator[str]:
