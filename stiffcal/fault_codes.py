@@ -59,6 +59,7 @@ class FaultCode(StrEnum):
     HEADER_MISSING = "header-missing", "A table without a line of column names."
     COLUMN_MISSING = "column-missing", "A column that is needed or named and that the table does not hold."
     COLUMN_DUPLICATE = "column-duplicate", "Several columns of one name."
+    COLUMN_AMBIGUOUS = "column-ambiguous", "A column whose name and unit leave open what it holds."
     COLUMN_TYPE = "column-type", "A column of words where numbers are needed, or of numbers where words are needed."
     CELL_EMPTY = "cell-empty", "A cell without a value."
     NUMBER_INVALID = "number-invalid", "Text that is not a number, or a number that is not finite or implausibly large."

@@ -323,6 +323,19 @@ def listing(names: Iterable[str], limit: int = 12) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else DASH
 
 
+def unused_columns(names: Sequence[str]) -> list[str]:
+    """Return one sentence that names the columns of a table which nothing reads; none where there are none.
+
+    Examples
+    --------
+    >>> unused_columns([]), unused_columns(["note", "Rx"])
+    ([], ['columns note and Rx are not used'])
+    """
+    many = len(names) > 1
+    words = f"column{'s' * many} {listing(names)} {'are' if many else 'is'} not used"
+    return [words] if names else []
+
+
 def lines_in_words(lines: Iterable[int], limit: int = 5) -> str:
     """Return numbers of lines of a file, in ascending order, as a place in a message; of many stretches the first ones.
 

@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
+from stiffcal.campaign.column_names import (
+    QUATERNIONS,
+    STEMS,
+    TIMES,
+    Component,
+    Reading,
+    component_of,
+    numbered_joints,
+    plain_name,
+    words_of,
+)
 from stiffcal.campaign.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of, single_target
 from stiffcal.campaign.table_sniffing import SniffedColumn
 
-# Words that say where, not what; they are noted and taken off the name.
-_PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "mean", "avg")
-
-_JOINT_STEMS = (
-    *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "th", "gelenk", "angle", "winkel"),
-    *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
-)
-_TRIPLES = {
-    "force": ("f", "force", "kraft", "load", "last"),
-    "moment": ("t", "m", "torque", "moment", "drehmoment", "tau", "mom"),
-    "deflection": ("d", "delta", "u", "disp", "displacement", "defl", "deflection", "verschiebung", "def"),
-    "rotation": ("dr", "deltar", "drot", "rot", "r", "phi", "dphi"),
-    "position": ("", "p", "pos", "position", "target", "point", "messpunkt", "measurement", "measured"),
-}
-# A tracked target, also one of several: the first that is complete is taken.
-_TARGETS = re.compile(r"(led|marker|smr|reflector|reflektor|probe|tmac|tprobe|p|pt|point|punkt)\d*")
-_QUATERNIONS = (("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz"))
 _RUNS = ("run", "lauf", "pose", "versuch", "series", "config", "configuration", "messung", "runid", "poseid")
-_TIMES = ("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt")
 _MASSES = ("kg", "mass", "masse", "weight", "gewicht", "payload", "payloadmass", "nutzlast", "traglast")
 
 
@@ -41,6 +33,8 @@ class Role:
     """Words in the names that say where ("base", "tool", …)."""
     sigma: SigmaColumns | None = None
     """The uncertainty of each reading, where the table holds it."""
+    is_open: bool = False
+    """Whether names and missing units leave open what the columns hold."""
 
     @property
     def all_columns(self) -> tuple[SniffedColumn, ...]:
@@ -86,16 +80,15 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     (3, ['base'], ['note'])
     """
     columns = tuple(columns)
-    keys = {column.header: _key(column.name) for column in columns}
-    plain = {column.header: keys[column.header][0] for column in columns}
+    plain = {column.header: plain_name(column.name) for column in columns}
     quaternion = _quaternion(columns, plain)
     assigned = set(quaternion.columns) if quaternion is not None else set()
     joints = Role(tuple(joint_columns)) if joint_columns else None
-    joints = joints or _joints([column for column in columns if column not in assigned], plain)
+    joints = joints or _joints([column for column in columns if column not in assigned])
     assigned |= set(joints.columns) if joints is not None else set()
-    sigma = sigma_columns({column: _words(column.name)[0] for column in columns if column not in assigned})
+    sigma = sigma_columns({column: words_of(column.name)[0] for column in columns if column not in assigned})
     free = [column for column in columns if column.values and column not in (assigned | set(sigma.values()))]
-    triples = _triples(free, keys)
+    triples = _triples(free)
     targets = _targets(free, plain) if quaternion is None and "deflection" not in triples else ()
     triples |= {"position": targets[0][1]} if targets else {}
     if not triples.keys() & {"position", "deflection"} and (
@@ -108,10 +101,12 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
             triples[signal] = _with_sigma(triples[signal], plain, sigma, of_all=signal == "position")
     assigned |= set(sigma.values())
     run = _single([column for column in columns if column not in assigned], plain, _RUNS)
-    time = _single([column for column in columns if column.values and column not in assigned], plain, _TIMES)
+    time = _single([column for column in columns if column.values and column not in assigned], plain, TIMES)
     mass = _single([column for column in columns if column.values and column not in assigned], plain, _MASSES)
     further = [role for _, role in targets]
-    roles = [role for role in (joints, quaternion, *triples.values(), *further) if role is not None]
+    # a rotation belongs to a displacement; next to a place it is written in too many ways to be taken
+    taken = [role for name, role in triples.items() if name != Reading.ROTATION or Reading.DEFLECTION in triples]
+    roles = [role for role in (joints, quaternion, *taken, *further) if role is not None]
     used = {column for role in roles for column in role.all_columns} | {c for c in (run, time, mass) if c is not None}
     return Roles(
         joints=joints,
@@ -123,19 +118,6 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
         unused=tuple(column for column in columns if column not in used),
         **triples,
     )
-
-
-def _key(name: str) -> tuple[str, frozenset[str]]:
-    """Take a name apart: the bare word in small letters, and the words that say where."""
-    kept, places = _words(name)
-    return "".join(kept), places
-
-
-def _words(name: str) -> tuple[list[str], frozenset[str]]:
-    """Take a name apart: its words in small letters, and those among them that say where."""
-    words = [word for word in re.split(r"[^A-Za-z0-9]+", name.lower()) if word]
-    places = frozenset(word for word in words if word in _PLACES)
-    return [word for word in words if word not in places], places
 
 
 def _targets(columns: list[SniffedColumn], plain: dict[str, str]) -> tuple[tuple[str, Role], ...]:
@@ -152,41 +134,40 @@ def _with_sigma(role: Role, plain: dict[str, str], sigma: dict[str, SniffedColum
     return replace(role, sigma=sigma_of(names, sigma, of_all))
 
 
-def _joints(columns: list[SniffedColumn], plain: dict[str, str]) -> Role | None:
-    """Find the columns numbered from 1 or 0 without a gap, three or more, with a stem that means joints."""
-    groups: dict[str, dict[int, SniffedColumn]] = {}
-    for column in columns:
-        match = re.fullmatch(r"([a-z]*)0*(\d+)", plain[column.header])
-        if match is not None and column.values:
-            groups.setdefault(match[1], {})[int(match[2])] = column
-    for stem in _JOINT_STEMS:
-        group = groups.get(stem, {})
-        if len(group) >= 3 and sorted(group) in (list(range(1, len(group) + 1)), list(range(len(group)))):
-            return Role(tuple(group[number] for number in sorted(group)))
-    return None
+def _joints(columns: list[SniffedColumn]) -> Role | None:
+    """Find the numbered columns of the joints."""
+    of_name = {column.name: column for column in columns if column.values}
+    names = numbered_joints(list(of_name))
+    return Role(tuple(of_name[name] for name in names)) if names else None
 
 
-def _triples(columns: list[SniffedColumn], keys: dict[str, tuple[str, frozenset[str]]]) -> dict[str, Role]:
-    """Find the groups of three columns that end in x, y and z."""
-    groups: dict[tuple[str, frozenset[str]], dict[str, SniffedColumn]] = {}
+def _triples(columns: list[SniffedColumn]) -> dict[str, Role]:
+    """Find the groups of three columns x, y and z."""
+    groups: dict[tuple[Reading, str, frozenset[str]], dict[int, tuple[SniffedColumn, Component]]] = {}
     for column in columns:
-        word, places = keys[column.header]
-        if word and word[-1] in "xyz":
-            groups.setdefault((word[:-1], places), {})[word[-1]] = column
+        found = component_of(column.name, column.unit)
+        if found is not None:
+            groups.setdefault((found.reading, found.stem, found.places), {})[found.axis] = column, found
     roles: dict[str, Role] = {}
-    for role, stems in _TRIPLES.items():
-        for stem in stems:
-            for (word, places), group in groups.items():
-                bare = _TARGETS.fullmatch(word)
-                same = word == stem or (stem == "target" and bare is not None)
-                if same and len(group) == 3 and role not in roles:
-                    roles[role] = Role((group["x"], group["y"], group["z"]), places)
+    for reading, stems in STEMS.items():
+        ordered = sorted(
+            (group for (own, _, _), group in groups.items() if own is reading and len(group) == 3),
+            key=lambda group: _rank(group[0][1].stem, stems),
+        )
+        if ordered:
+            group = ordered[0]
+            is_open = group[0][1].is_open
+            roles[reading] = Role(tuple(group[k][0] for k in range(3)), group[0][1].places, is_open=is_open)
     return roles
+
+
+def _rank(stem: str, stems: tuple[str, ...]) -> int:
+    return stems.index(stem if stem in stems else "target")
 
 
 def _quaternion(columns: tuple[SniffedColumn, ...], plain: dict[str, str]) -> Role | None:
     by_name = {plain[column.header]: column for column in columns}
-    for names in _QUATERNIONS:
+    for names in QUATERNIONS:
         if all(name in by_name for name in names):
             return Role(tuple(by_name[name] for name in names))
     return None

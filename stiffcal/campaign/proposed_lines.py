@@ -102,7 +102,16 @@ def source_lines(
         payload = _payload_lines(roles)
         places = _target_tables(roles) if roles.targets else _moved_lines(roles, TOOL)
         return [*lines, _joints_line(roles, prismatic), *payload, *places]
-    return [*lines, _joints_line(roles, prismatic), *_load_lines(roles, TOOL), *_moved_lines(roles, TOOL)]
+    question = _question_lines(roles)
+    return [*lines, _joints_line(roles, prismatic), *_load_lines(roles, TOOL), *question, *_moved_lines(roles, TOOL)]
+
+
+def _question_lines(roles: Roles) -> list[ProposedLine]:
+    """Return a question about columns that may be moments or rotations, where no displacement takes the latter."""
+    if roles.rotation is None or not roles.rotation.is_open or roles.deflection is not None:
+        return []
+    names = ", ".join(column.header for column in roles.rotation.columns)
+    return [ProposedLine("", f"{names} are not used: moments (add them to the columns of wrench), or rotations?")]
 
 
 def run_lines(roles: Roles) -> list[ProposedLine]:
@@ -134,7 +143,7 @@ def signal_lines(roles: Roles, names: FrameNames = DEFAULT_NAMES) -> list[Propos
     lines = [_joints_line(roles)] if roles.joints is not None else []
     lines += _load_lines(roles, names.point) if roles.force is not None else []
     moved = roles.deflection is not None or roles.position is not None
-    return lines + (_moved_lines(roles, names.body) if moved else [])
+    return [*lines, *_question_lines(roles), *(_moved_lines(roles, names.body) if moved else [])]
 
 
 def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
@@ -238,6 +247,10 @@ def _moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
         if roles.rotation is not None:
             turned = max(column.size for column in roles.rotation.columns)
             angle, guessed = unit_of_role(roles.rotation, "angle", "rad" if turned < _LARGEST_DEFLECTION_M else "deg")
+            if roles.rotation.is_open:
+                doubts.append(
+                    f"{', '.join(column.header for column in roles.rotation.columns)}: rotations, not moments"
+                )
             doubts += [f"turns in {angle}"] if guessed else []
             units, rotation = f"{units}, rotation = {quoted(angle)}", f", rotation = {columns_text(roles.rotation)}"
         doubts += [] if roles.deflection.places else ["in base axes"]

@@ -12,21 +12,19 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+from stiffcal.campaign.column_names import bare_unit, header_parts, is_unit_row
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.scope_export import PROPERTIES, TIME, TIME_UNIT, is_scope_header, scope_columns, scope_units
 from stiffcal.measurements.timestamps import seconds_of_times
 from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
-from stiffcal.quantities import UnknownUnitError, quantities, unit
 
 # So many rows show a column's unit by their size; a longer log is not read to its end.
 ROWS_LOOKED_AT = 5000
 BYTES_LOOKED_AT = 1 << 22
 
 _DELIMITERS = (";", "\t", ",", "|")
-_BRACKETED = re.compile(r"^(?P<name>.*?)(?:\[(?P<a>[^\]]*+)\]|\((?P<b>[^)]*+)\)|\s/\s*+(?P<c>\S++))\s*+$")
-_LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which takes the square of its length
 
 
 @dataclass(frozen=True)
@@ -124,7 +122,7 @@ def _header(rows: list[list[str]], first: int, width: int, display_name: str) ->
             "add a line with the column names",
         )
     header = above[-1]
-    if len(above) > 1 and _is_unit_row(rows[header]):
+    if len(above) > 1 and is_unit_row(rows[header]):
         return above[-2], rows[above[-2]], rows[header]
     return header, rows[header], [""] * width
 
@@ -218,36 +216,15 @@ def _is_data(row: list[str], decimal: str) -> bool:
     return numbers >= 0.6 * len(row) or 3 <= numbers >= 0.4 * len(row)
 
 
-def _is_unit_row(row: list[str]) -> bool:
-    """Every cell is a unit or empty, and some are units."""
-    cells = [cell.strip("[]() ") for cell in row]
-    return any(cells) and all(not cell or _is_unit(cell) or cell in ("-", "1") for cell in cells)
-
-
-def _is_unit(text: str) -> bool:
-    for quantity in quantities():
-        try:
-            unit(text, quantity)
-        except UnknownUnitError:
-            continue
-        return True
-    return False
-
-
 def _column(header: str, unit_cell: str, cells: list[str], decimal: str) -> SniffedColumn:
     numbers = [_number(cell, decimal) for cell in cells]
     values = tuple(number for number in numbers if number is not None)
     if not values and (moments := _moments(cells)):
         return SniffedColumn(header, header, "iso8601", moments)
-    name, written = header, unit_cell.strip("[]() ") or None
-    match = _BRACKETED.match(header) if len(header) <= _LONGEST_NAME else None
-    if match is not None:
-        name = match["name"].strip()
-        written = (match["a"] or match["b"] or match["c"] or "").strip() or written
-    elif header.startswith(f"{TIME} ") and written == TIME_UNIT:  # of one channel of a scope
+    parts = header_parts(header)
+    name, written = parts.name, parts.unit or bare_unit(unit_cell) or None
+    if header.startswith(f"{TIME} ") and written == TIME_UNIT:  # of one channel of a scope
         name = TIME
-    elif "_" in header and _is_unit(header.rsplit("_", 1)[1]) and len(header.rsplit("_", 1)[1]) > 1:
-        name, written = header.rsplit("_", 1)  # dx_mm, A1_deg; not F_N, where one letter may be part of the name
     filled = sum(1 for cell in cells if cell)  # a target is hidden at times
     return SniffedColumn(header, name, written, values if len(values) > 0.5 * filled else ())
 

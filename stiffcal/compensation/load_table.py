@@ -1,10 +1,15 @@
-"""Tables that a person writes: joints by name, Fx … Tz, positions and more, a unit in brackets where it is another."""
+"""Tables that a person writes for a command: joints, forces and moments, positions and more, one state a row.
+
+The only reading of such tables: `predict`, `compensate` and `plan` take files through `read_table`, the Python
+interface takes arrays through `load_table_of`, and both go through the same names, units and doubts. Columns are known
+by the names that people give them (`stiffcal.campaign.column_names`); a unit stands by the name or in a row under the
+header, else it is that of `table_columns.QUANTITIES`. Columns that are not read are named, and nothing is guessed.
+"""
 
 from __future__ import annotations
 
 import csv
-import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,28 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.column_names import bare_unit, is_unit_row
 from stiffcal.campaign.reach import read_given
 from stiffcal.campaign.toml_reading import LARGEST
+from stiffcal.compensation.table_columns import (
+    AXES,
+    FORCES,
+    POSITION,
+    TableColumn,
+    columns_of,
+    joints_in_words,
+)
+from stiffcal.compensation.table_doubts import angle_doubts
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.limits import TABLE
-from stiffcal.quantities import unit
-
-AXES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
-_HEADER = re.compile(r"\s*+(?P<name>[^\[\]]++)(?:\[\s*+(?P<unit>[^\]]++)\]\s*+)?")
-
-
-POSITION = ("X", "Y", "Z")
-QUATERNION, ANGLES = ("qw", "qx", "qy", "qz"), ("roll", "pitch", "yaw")
-# quantity and unit of the columns that are known by name; joints are added by theirs
-QUANTITIES: dict[str, tuple[str, str]] = (
-    {name: ("force", "N") if name.startswith("F") else ("moment", "N*m") for name in AXES}
-    | dict.fromkeys(POSITION, ("position", "mm"))
-    | dict.fromkeys(ANGLES, ("angle", "deg"))
-    | {"t": ("time", "s")}
-)
+from stiffcal.wording import unused_columns
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,12 @@ class LoadTable:
     """(n, L) logged joint angles, rad."""
     wrench: Floats
     """(n, 6) N and N·m; zero where the table has no such column."""
+    doubts: tuple[str, ...] = ()
+    """What was read and may not have been meant, and columns that were not read, in words."""
+    where: str = "poses"
+    """What the loads are from, as messages call it."""
+    unit_mend: str = ""
+    """What to do where the forces are in another unit; empty: the table states it."""
 
 
 @dataclass(frozen=True)
@@ -53,16 +60,20 @@ class WrittenTable:
     file: str
     """As it is called in messages."""
     numbers: Mapping[str, Floats]
-    """Column name to (n,)."""
+    """Column name, as `table_columns` has it, to (n,)."""
     words: Mapping[str, tuple[str, ...]]
     """Column name to n words."""
     lines: NDArray[np.int64]
     """(n,) line of each row in the file."""
+    stated: frozenset[str] = frozenset()
+    """Columns whose unit stands in the table."""
+    unused: tuple[str, ...] = ()
+    """Headers of the columns that were not read."""
 
     def __len__(self) -> int:
         return len(self.lines)
 
-    def has(self, names: Sequence[str]) -> bool:
+    def has(self, names: Iterable[str]) -> bool:
         """Return whether all these columns of numbers stand in the table."""
         return all(name in self.numbers for name in names)
 
@@ -70,6 +81,11 @@ class WrittenTable:
         """Return (n, k) columns side by side; zero where there is none of that name."""
         zero = np.zeros(len(self))
         return np.stack([self.numbers.get(name, zero) for name in names], axis=1)
+
+    @property
+    def unused_words(self) -> list[str]:
+        """One sentence on the columns that were not read; none where all were."""
+        return [f"{self.file}: {words}" for words in unused_columns(self.unused)]
 
 
 def read_load_table(
@@ -89,11 +105,7 @@ def read_load_table(
     InputError : the file is missing, a column or a cell is wrong.
     """
     table = read_table(file, joint_names, (*joint_names, *AXES), prismatic=prismatic)
-    lacking = [name for name in joint_names if name not in table.numbers]
-    if joints_needed and lacking:
-        mend = f"the table needs a column for each of {joints_in_words(joint_names, prismatic)}"
-        raise InputError.at(FaultCode.COLUMN_MISSING, table.file, "line 1", f"no column {lacking[0]}", mend)
-    return LoadTable(table.block(joint_names), table.block(AXES))
+    return _load_table(table, joint_names, joints_needed, prismatic)
 
 
 def load_table_of(
@@ -103,8 +115,7 @@ def load_table_of(
 
     Parameters
     ----------
-    columns : (n,) each: joints in degrees, Fx … Tz in N and N·m, another unit in brackets (``A1 [rad]``); other names
-        are passed over.
+    columns : (n,) each, as the columns of `read_load_table`.
     joint_names : the L joints of the robot; each needs a column.
     shown : what the table is called in messages. prismatic : as of `read_load_table`.
 
@@ -112,33 +123,60 @@ def load_table_of(
     ------
     InputError : a joint has no column, or a value is no finite number.
     """
-    columns_read = {word: _column(word, joint_names, (*joint_names, *AXES), shown, prismatic) for word in columns}
-    known = {name: (word, factor) for word, (name, factor) in columns_read.items() if name in (*joint_names, *AXES)}
-    lacking = [name for name in joint_names if name not in known]
-    if lacking:
-        mend = f"give a column for each of {joints_in_words(joint_names, prismatic)}"
-        raise InputError.at(FaultCode.COLUMN_MISSING, shown, "columns", f"no column {lacking[0]}", mend)
+    known = columns_of(list(columns), (), joint_names, (*joint_names, *AXES), shown, "columns", prismatic)
     numbers = {}
-    for name, (word, factor) in known.items():
-        values = np.asarray(columns[word], dtype=np.float64)
+    for column in known:
+        if column.name is None:
+            continue
+        values = np.asarray(columns[column.header], dtype=np.float64)
         if not np.isfinite(values).all() or np.abs(values).max(initial=0.0) > LARGEST:
-            place = f"row {int(np.argmin(np.isfinite(values) & (np.abs(values) <= LARGEST))) + 1}, column {word}"
+            row = int(np.argmin(np.isfinite(values) & (np.abs(values) <= LARGEST))) + 1
             reason = "not a finite number, or larger than anything that is measured"
+            place = f"row {row}, column {column.header}"
             raise InputError.at(FaultCode.NUMBER_INVALID, shown, place, reason, "correct the value")
-        numbers[name] = factor * values
-    count = len(numbers[joint_names[0]])
-    nothing = np.zeros(count)
-    return LoadTable(
-        np.stack([numbers[name] for name in joint_names], axis=1),
-        np.stack([numbers.get(name, nothing) for name in AXES], axis=1),
-    )
+        numbers[column.name] = column.factor * values
+    count = max(map(len, numbers.values()), default=0)
+    table = _written(shown, numbers, {}, np.arange(1, count + 1), known)
+    return _load_table(table, joint_names, True, prismatic, "columns")
 
 
-def joints_in_words(joint_names: Sequence[str], prismatic: Collection[str]) -> str:
-    """Return the joints and the unit of their columns, as in a mend."""
-    lengths = [name for name in joint_names if name in prismatic]
-    unit = f"degrees; {', '.join(lengths)}: mm" if lengths else "degrees"
-    return f"{', '.join(joint_names)} ({unit})"
+def _load_table(
+    table: WrittenTable,
+    joint_names: Sequence[str],
+    joints_needed: bool,
+    prismatic: Collection[str],
+    place: str = "line 1",
+) -> LoadTable:
+    lacking = [name for name in joint_names if name not in table.numbers]
+    if joints_needed and lacking:
+        mend = f"the table needs a column for each of {joints_in_words(joint_names, prismatic)}"
+        raise InputError.at(FaultCode.COLUMN_MISSING, table.file, place, f"no column {lacking[0]}", mend)
+    doubts = [*table.unused_words, *joint_doubts(table, joint_names, prismatic)]
+    if not any(name in table.numbers for name in AXES):
+        doubts.append(f"{table.file}: no column of a force or moment: all loads are taken as zero")
+    return LoadTable(table.block(joint_names), table.block(AXES), tuple(doubts), table.file, force_mend(table))
+
+
+def joint_doubts(table: WrittenTable, joint_names: Sequence[str], prismatic: Collection[str]) -> list[str]:
+    """Return a warning where angles that state no unit look like radians."""
+    turning = [name for name in joint_names if name not in prismatic and name in table.numbers]
+    if not turning or any(name in table.stated for name in turning):
+        return []
+    return angle_doubts(table.block(turning), table.file, _mend(turning[0], "rad", "deg"))
+
+
+def force_mend(table: WrittenTable) -> str:
+    """Return what to do where the forces of a table are in another unit, "" where it states theirs."""
+    return "" if table.stated.intersection(FORCES) else _mend(FORCES[0], "kN", "N")
+
+
+def place_mend() -> str:
+    """Return what to do where the positions of a table are in metres."""
+    return _mend(POSITION[0], "m", "mm")
+
+
+def _mend(name: str, other: str, default: str) -> str:
+    return f'write the unit after the names, "{name} [{other}]", or "{name} [{default}]" if not'
 
 
 def read_table(
@@ -148,13 +186,13 @@ def read_table(
     words: Sequence[str] = (),
     prismatic: Collection[str] = (),
 ) -> WrittenTable:
-    """Read a CSV of named columns; columns that are not asked for are passed over.
+    """Read a CSV of named columns; the names of those that are not asked for are kept.
 
     Parameters
     ----------
-    file : the table: commas, semicolons or tabs between the cells.
+    file : the table: commas, semicolons or tabs between the cells; the second line may hold units.
     joint_names : the L joints of the robot, whose columns are in degrees where no unit is stated.
-    asked : names of columns of numbers: joints, and names of `QUANTITIES` and `QUATERNION`.
+    asked : names of columns of numbers: joints, and names of `table_columns`.
     words : names of columns of words. prismatic : as of `read_load_table`.
 
     Raises
@@ -162,15 +200,7 @@ def read_table(
     InputError : the file is missing, a column or a cell is wrong.
     """
     display_name = str(file)
-    if not is_given(file):
-        raise InputError.at(FaultCode.FILE_MISSING, display_name, "", "no such file", "correct the path")
-    try:
-        text = read_given(file, TABLE).decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError.at(
-            FaultCode.FILE_UNREADABLE, display_name, "", f"cannot be read: {error}", "give a CSV file in UTF-8"
-        ) from error
-    numbered = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    numbered = _numbered_lines(file)
     lines = [line for _, line in numbered]
     if len(lines) < 2:
         raise InputError.at(
@@ -182,73 +212,71 @@ def read_table(
     except csv.Error as error:
         mend = "close every quotation mark, with one number per cell"
         raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"not a table: {error}", mend) from error
-    known = (*asked, *words)
-    columns = [_column(csv_cell.original(word), joint_names, known, display_name, prismatic) for word in header]
+    units: list[str] = []
+    if len(rows) > 1 and len(rows[0]) == len(header) and is_unit_row(rows[0]):
+        units, rows, numbered = [bare_unit(cell) for cell in rows[0]], rows[1:], [numbered[0], *numbered[2:]]
+    place = f"line {numbered[0][0]}"
+    headers = [csv_cell.original(word) for word in header]
+    columns = columns_of(headers, units, joint_names, (*asked, *words), display_name, place, prismatic)
     at = np.array([number for number, _ in numbered[1:]], dtype=np.int64)
-    numbers = {name: np.zeros(len(rows)) for name, _ in columns if name in asked}
-    texts: dict[str, list[str]] = {name: [] for name, _ in columns if name in words}
+    numbers = {
+        column.name: np.zeros(len(rows)) for column in columns if column.name is not None and column.name in asked
+    }
+    texts: dict[str, list[str]] = {column.name: [] for column in columns if column.name in words and column.name}
     for number, row in enumerate(rows):
         if len(row) != len(columns):
             reason = f"{len(row)} cells, the header has {len(columns)}"
             raise InputError.at(
                 FaultCode.SHAPE_MISMATCH, display_name, f"line {at[number]}", reason, "complete the line"
             )
-        for (name, factor), cell in zip(columns, row, strict=True):
-            if name in numbers:
-                numbers[name][number] = factor * _number(cell, display_name, int(at[number]), name, delimiter)
-            elif name in texts:
-                texts[name].append(csv_cell.original(cell.strip()))
-    return WrittenTable(display_name, numbers, {name: tuple(cells) for name, cells in texts.items()}, at)
+        for column, cell in zip(columns, row, strict=True):
+            if column.name in numbers:
+                value = _number(cell, display_name, int(at[number]), column.header, delimiter)
+                numbers[column.name][number] = column.factor * value
+            elif column.name in texts:
+                texts[column.name].append(csv_cell.original(cell.strip()))
+    # a delimiter at the end of every line makes a column without a name and without a cell
+    held = [k for k, column in enumerate(columns) if column.header.strip() or any(row[k].strip() for row in rows)]
+    return _written(display_name, numbers, texts, at, [columns[k] for k in held])
 
 
-def _column(
-    word: str, joint_names: Sequence[str], asked: Sequence[str], display_name: str, prismatic: Collection[str]
-) -> tuple[str, float]:
-    """Return a column's name and the factor to SI; 1 for a column that is not asked for."""
-    match = _HEADER.fullmatch(word)
-    name, named_unit = (match["name"].strip(), (match["unit"] or "").strip()) if match else (word.strip(), "")
-    if name not in asked:
-        plain = {_plain(known): known for known in asked}
-        if _plain(name) in plain:  # a load or an angle that would silently be taken as zero
-            reason = f"unknown column {name}"
-            raise InputError.at(
-                FaultCode.COLUMN_MISSING, display_name, "line 1", reason, f"did you mean {plain[_plain(name)]}?"
-            )
-        return name, 1.0
-    quantity, default = ("angle", "deg") if name in joint_names else QUANTITIES.get(name, ("", ""))
-    if name in prismatic:
-        quantity, default = "length", "mm"
-    if not quantity:
-        return name, 1.0
+def _written(
+    display_name: str,
+    numbers: Mapping[str, Floats],
+    texts: Mapping[str, Sequence[str]],
+    lines: NDArray[np.int64],
+    columns: Iterable[TableColumn],
+) -> WrittenTable:
+    stated = frozenset(column.name for column in columns if column.name is not None and column.stated)
+    unused = tuple(column.header.strip() or "without a name" for column in columns if column.name is None)
+    words = {name: tuple(cells) for name, cells in texts.items()}
+    return WrittenTable(display_name, numbers, words, lines, stated, unused)
+
+
+def _numbered_lines(file: Path) -> list[tuple[int, str]]:
+    """Return the lines of a file that hold something, each with its number."""
+    if not is_given(file):
+        raise InputError.at(FaultCode.FILE_MISSING, str(file), "", "no such file", "correct the path")
     try:
-        return name, unit(named_unit or default, quantity).factor
-    except ValueError as error:
+        text = read_given(file, TABLE).decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
         raise InputError.at(
-            FaultCode.UNIT_UNKNOWN, display_name, f"line 1, column {name}", str(error), f"write it in {default}"
+            FaultCode.FILE_UNREADABLE, str(file), "", f"cannot be read: {error}", "give a CSV file in UTF-8"
         ) from error
+    return [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
 
 
-def _plain(name: str) -> str:
-    return re.sub(r"[\W_]", "", name).casefold()
-
-
-def _number(cell: str, display_name: str, line: int, name: str, delimiter: str) -> float:
-    text = cell.strip().replace(",", ".") if delimiter == ";" else cell.strip()
+def _number(cell: str, display_name: str, line: int, header: str, delimiter: str) -> float:
+    text = cell.strip().replace(",", ".") if delimiter != "," else cell.strip()
     try:
         value = float(text)
     except ValueError:
         value = float("nan")
+    place = f"line {line}, column {header.strip()}"
     if not np.isfinite(value):
-        raise InputError.at(
-            FaultCode.NUMBER_INVALID,
-            display_name,
-            f"line {line}, column {name}",
-            f"{cell!r} is not a number",
-            "correct the cell",
-        )
+        reason = f"{cell!r} is not a number"
+        raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, reason, "correct the cell")
     if abs(value) > LARGEST:
         reason = f"{value:g} is larger than any plausible value"
-        raise InputError.at(
-            FaultCode.NUMBER_INVALID, display_name, f"line {line}, column {name}", reason, "correct the cell"
-        )
+        raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, reason, "correct the cell")
     return value

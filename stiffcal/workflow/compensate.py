@@ -10,7 +10,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.compensation.load_table import AXES
+from stiffcal.compensation.table_columns import AXES
+from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.wording import lines_in_words
@@ -288,6 +289,7 @@ def _corrected_poses(path: CompensationPath, corrected: Corrected) -> list[Corre
 
 def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateRequest) -> list[str]:
     sentences = list(path.doubts)
+    sentences += deflection_doubts(corrected.deflection, path.wrench, path.loads_from, path.unit_mend)
     only = corrected.position_reached & ~corrected.reached
     if options.orientation and only.any():
         worst = 1e3 * float(np.abs(corrected.after[only, 3:]).max())

@@ -13,17 +13,20 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.toml_reading import LARGEST
-from stiffcal.compensation.load_table import (
+from stiffcal.compensation.load_table import WrittenTable, force_mend, joint_doubts, place_mend, read_table
+from stiffcal.compensation.table_columns import (
     ANGLES,
     AXES,
     POSITION,
     QUATERNION,
-    WrittenTable,
+    SEGMENT,
+    TIME,
     joints_in_words,
-    read_table,
 )
+from stiffcal.compensation.table_doubts import MOST_METRES, angle_doubts, position_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
+from stiffcal.wording import unused_columns
 
 if TYPE_CHECKING:
     from stiffcal.compensation.targets import PoseGoal
@@ -33,11 +36,7 @@ if TYPE_CHECKING:
 
 
 _MOST_FAULTS = 10
-# What numbers without a unit may be where they are taken for another: radians for degrees, metres for millimetres.
-_MOST_RADIANS, _MOST_METRES = 3.2, 0.01
-_OTHER_UNIT = (
-    '{0} of the path have small values, read as {1}: if they are in {2}, write the unit after the names, "{3}"'
-)
+OPTION_IN_N = "the option takes N and N·m"
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,25 @@ class CompensationPath:
     time: Floats | None
     """(n,) s, or None."""
     doubts: tuple[str, ...] = ()
-    """What was read and may not have been meant, in words."""
+    """What was read and may not have been meant, and columns that were not read, in words."""
+    loads_from: str = ""
+    """The file or option that the loads are from."""
+    unit_mend: str = ""
+    """What to do where the loads are in another unit; empty: theirs is stated."""
+
+
+@dataclass(frozen=True)
+class _Loads:
+    """Loads on a path as they are given."""
+
+    wrench: Floats
+    """(n, 6)"""
+    where: str
+    """The file or option that they are from."""
+    mend: str = ""
+    """What to do where they are in another unit; empty: theirs is stated."""
+    doubts: tuple[str, ...] = ()
+    """What was not read of their table, in words."""
 
 
 def read_path(
@@ -104,26 +121,26 @@ def read_path(
     """
     chain = fitted.campaign.chain
     names = chain.joint_names
-    asked = (*names, *POSITION, *QUATERNION, *ANGLES, *AXES, "t")
-    table = read_table(file, names, asked, ("segment",), chain.prismatic_names)
-    goal, doubts = None, []
+    asked = (*names, *POSITION, *QUATERNION, *ANGLES, *AXES, TIME)
+    table = read_table(file, names, asked, (SEGMENT,), chain.prismatic_names)
+    goal, doubts = None, table.unused_words
     if table.has(names):
         joints = table.block(names)
-        # An arm in all its joints within three degrees of zero is rare, and radians are never more.
-        turns = joints[:, ~chain.prismatic]
-        if turns.any() and np.degrees(np.abs(turns).max()) <= _MOST_RADIANS:
-            doubts.append(_OTHER_UNIT.format("all joint angles", "degrees", "radians", f"{names[0]} [rad]"))
+        doubts += joint_doubts(table, names, chain.prismatic_names)
+        places = [name for name in (*POSITION, *QUATERNION, *ANGLES) if name in table.numbers]
+        doubts += [f"{table.file}: the joint angles give the path: {words}" for words in unused_columns(places)]
         _check_limits(fitted, table, joints)
     elif table.has(POSITION):
         joints, goal = _from_poses(fitted, setup, table, start)
-        if np.abs(goal.position).max() < _MOST_METRES:
-            doubts.append(_OTHER_UNIT.format("all positions", "mm", "metres", "X [m]"))
+        doubts += [] if start is None else pose_doubts(pose_of_words(start, chain, "--start"), chain, "--start")
+        if not table.stated.intersection(POSITION):
+            doubts += position_doubts(goal.position, table.file, place_mend())
     else:
         lacking = next(name for name in names if name not in table.numbers)
         of_joints = joints_in_words(names, chain.prismatic_names)
         mend = f"give a column for each of {of_joints}, or {', '.join(POSITION)} (mm)"
         raise InputError.at(FaultCode.COLUMN_MISSING, table.file, "line 1", f"no column {lacking}", mend)
-    time = table.numbers.get("t")
+    time = table.numbers.get(TIME)
     if time is not None and np.any(np.diff(time) < 0.0):
         row = int(np.argmax(np.diff(time) < 0.0)) + 1
         raise InputError.at(
@@ -134,10 +151,9 @@ def read_path(
             "sort the rows by time",
         )
     setup = _in_frame(fitted, setup, forces)
-    wrench = _wrench(fitted, setup, table, joints, forces)
-    if forces.acts_on == "environment":
-        wrench = -wrench
-    return CompensationPath(table, joints, goal, wrench, setup, time, tuple(doubts))
+    loads = _loads(fitted, setup, table, joints, forces)
+    wrench = -loads.wrench if forces.acts_on == "environment" else loads.wrench
+    return CompensationPath(table, joints, goal, wrench, setup, time, (*doubts, *loads.doubts), loads.where, loads.mend)
 
 
 def _check_limits(fitted: FittedRobot, table: WrittenTable, joints: Floats) -> None:
@@ -196,6 +212,9 @@ def _from_poses(
         rotation = rotation_from_quaternion(quaternion)
     elif table.has(ANGLES):
         rotation = rotation_from_rpy(table.block(ANGLES))
+    elif (incomplete := _incomplete_orientation(table)) is not None:
+        mend = f"give {', '.join(QUATERNION)}, or {', '.join(ANGLES)}, or none of them"
+        raise InputError.at(FaultCode.COLUMN_MISSING, table.file, "line 1", f"no column {incomplete}", mend)
     else:
         home = middle_of_ranges(chain) if start_angles is None else start_angles
         _, home_rotation = attached_poses(chain, chain.model_angles(home[None]), target)
@@ -205,7 +224,7 @@ def _from_poses(
     if not reached.all():
         reason = "the robot does not reach this pose within its joint limits"
         mend = "move the path, or state with --start from which joint angles it is reached"
-        if np.abs(goal.position).max() < _MOST_METRES:
+        if np.abs(goal.position).max() < MOST_METRES:
             mend += '; X, Y, Z were read as mm: where they are metres, write "X [m]"'
         raise_faults(
             shortened(
@@ -216,6 +235,21 @@ def _from_poses(
             )
         )
     return joints, goal
+
+
+def _incomplete_orientation(table: WrittenTable) -> str | None:
+    """Return a column that is missing of an orientation of which others are there."""
+    for names in (QUATERNION, ANGLES):
+        lacking = [name for name in names if name not in table.numbers]
+        if lacking and len(lacking) < len(names):
+            return lacking[0]
+    return None
+
+
+def pose_doubts(angles: Floats, chain: Chain, option: str) -> list[str]:
+    """Return a warning where a pose of an option, (L,) rad and m, looks like radians."""
+    turning = angles[~chain.prismatic]
+    return angle_doubts(turning[None], option, "it takes degrees")
 
 
 def pose_of_words(text: str, chain: Chain, option: str) -> Floats:
@@ -259,14 +293,12 @@ def _in_frame(fitted: FittedRobot, setup: MeasurementSetup, forces: Forces) -> M
     return replace(setup, wrench_axes=frame, wrench_point=point, moments_measured=True)
 
 
-def _wrench(
-    fitted: FittedRobot, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
-) -> Floats:
+def _loads(fitted: FittedRobot, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces) -> _Loads:
     has_columns = any(name in table.numbers for name in AXES)
     options_given = [name for name in ("everywhere", "segments", "log") if getattr(forces, name) is not None]
     corrects_geometry = any(placed.changes_geometry for placed in fitted.robot.placed)
     if not options_given and not has_columns and corrects_geometry and forces.filter_hz is None and forces.tool is None:
-        return np.zeros((len(table), 6))  # the calibrated robot under its own weight
+        return _Loads(np.zeros((len(table), 6)), table.file)  # the calibrated robot under its own weight
     if len(options_given) + has_columns != 1:
         mend = "give the forces once: columns Fx … Tz of the path, --force, --segments or --log"
         reason = "no forces are given" if not options_given and not has_columns else "forces are given more than once"
@@ -293,16 +325,17 @@ def _wrench(
             raise InputError.at(
                 FaultCode.OPTION_INVALID, "command line", "--force", f"{forces.everywhere!r} is not a wrench", mend
             )
-        return np.repeat(np.array([given + [0.0] * (6 - len(given))]), len(table), axis=0)
+        wrench = np.repeat(np.array([given + [0.0] * (6 - len(given))]), len(table), axis=0)
+        return _Loads(wrench, "--force", OPTION_IN_N)
     if forces.segments is not None:
-        return _segment_wrenches(table, forces.segments)
+        return _segment_loads(table, forces.segments)
     if forces.log is not None:
         return _logged(fitted, setup, table, joints, forces)
-    return table.block(AXES)
+    return _Loads(table.block(AXES), table.file, force_mend(table))
 
 
-def _segment_wrenches(table: WrittenTable, file: Path) -> Floats:
-    if "segment" not in table.words:
+def _segment_loads(table: WrittenTable, file: Path) -> _Loads:
+    if SEGMENT not in table.words:
         raise InputError.at(
             FaultCode.COLUMN_MISSING,
             table.file,
@@ -310,8 +343,8 @@ def _segment_wrenches(table: WrittenTable, file: Path) -> Floats:
             "no column segment",
             "state for each row which segment it belongs to",
         )
-    listed = read_table(file, (), AXES, ("segment",))
-    if "segment" not in listed.words or not any(name in listed.numbers for name in AXES):
+    listed = read_table(file, (), AXES, (SEGMENT,))
+    if SEGMENT not in listed.words or not any(name in listed.numbers for name in AXES):
         raise InputError.at(
             FaultCode.COLUMN_MISSING,
             listed.file,
@@ -319,7 +352,7 @@ def _segment_wrenches(table: WrittenTable, file: Path) -> Floats:
             "no columns segment and Fx … Tz",
             "one row for each segment",
         )
-    names = listed.words["segment"]
+    names = listed.words[SEGMENT]
     faults = [
         Fault(
             FaultCode.DATA_MISSING,
@@ -328,7 +361,7 @@ def _segment_wrenches(table: WrittenTable, file: Path) -> Floats:
             f"no force for the segment {word}",
             f"add it to {listed.file}",
         )
-        for line, word in zip(table.lines, table.words["segment"], strict=True)
+        for line, word in zip(table.lines, table.words[SEGMENT], strict=True)
         if word not in names
     ]
     doubled = sorted({name for name in names if names.count(name) > 1})
@@ -337,21 +370,21 @@ def _segment_wrenches(table: WrittenTable, file: Path) -> Floats:
             Fault(FaultCode.NAME_DUPLICATE, listed.file, "segment", f"{doubled[0]} is given twice", "leave one out")
         )
     raise_faults(shortened(faults))
-    segment_of_row = [names.index(word) for word in table.words["segment"]]
-    return listed.block(AXES)[segment_of_row]
+    segment_of_row = [names.index(word) for word in table.words[SEGMENT]]
+    return _Loads(listed.block(AXES)[segment_of_row], listed.file, force_mend(listed), tuple(listed.unused_words))
 
 
 def _logged(
     fitted: FittedRobot, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
-) -> Floats:
+) -> _Loads:
     """Return the forces of a log at the path's times: filtered, without the tool's weight."""
     from stiffcal.compensation.tool_weight import without_tool
     from stiffcal.mechanics.low_pass import LowPass
 
     assert forces.log is not None
-    log = read_table(forces.log, (), (*AXES, "t"))
-    if "t" not in table.numbers or "t" not in log.numbers:
-        short = table if "t" not in table.numbers else log
+    log = read_table(forces.log, (), (*AXES, TIME))
+    if TIME not in table.numbers or TIME not in log.numbers:
+        short = table if TIME not in table.numbers else log
         raise InputError.at(
             FaultCode.COLUMN_MISSING,
             short.file,
@@ -359,7 +392,7 @@ def _logged(
             "no column t",
             "path and log need times, s, of the same clock",
         )
-    moments, at = log.numbers["t"], table.numbers["t"]
+    moments, at = log.numbers[TIME], table.numbers[TIME]
     steps = np.diff(moments)
     if len(moments) < 2 or np.any(steps <= 0.0):
         row = int(np.argmax(steps <= 0.0)) + 1 if len(moments) > 1 else 0
@@ -395,7 +428,8 @@ def _logged(
             raise InputError.at(
                 FaultCode.OPTION_INVALID, "command line", "--filter", str(error), "choose a lower cut-off"
             ) from error
-    return np.stack([np.interp(at, moments, readings[:, k]) for k in range(6)], axis=1)
+    wrench = np.stack([np.interp(at, moments, readings[:, k]) for k in range(6)], axis=1)
+    return _Loads(wrench, log.file, force_mend(log), tuple(log.unused_words))
 
 
 def tool_of_words(text: str) -> tuple[float, Floats]:

@@ -13,6 +13,7 @@ from stiffcal.campaign.reach import check_given
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
+from stiffcal.wording import unused_columns
 from stiffcal.workflow.command_results import InitResult
 
 OF_TABLES = ("load", "absolute")
@@ -91,7 +92,7 @@ def init_campaign(
                 proposal = propose_campaign(folder, files_at_rest, urdf=urdf, robot=robot, tool=tool)
         written, guessed = proposal.files, list(proposal.guessed)
         lacks_tool = proposal.lacks_tool
-        unused = [f"column {name} is not recognised and not used" for name in proposal.unused]
+        unused = unused_columns(proposal.unused)
         if not of_logs and (urdf is not None or robot is not None):
             from stiffcal.workflow.robot_remarks import remarks_of
 

@@ -14,9 +14,10 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.campaign.sizes import HEAVIEST_KG, LONGEST_M
+from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
+from stiffcal.workflow.compensation_path import OPTION_IN_N, numbers_of_words, pose_doubts, pose_of_words
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.plot import PICTURES
 from stiffcal.workflow.steps import RunContext
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from stiffcal.compensation.workspace import MapTask
     from stiffcal.measurements.columns import Values
     from stiffcal.measurements.load_states import MeasurementSetup
+    from stiffcal.mechanics.chain import Chain
 
 
 PLANES: dict[Plane, tuple[int, int, int]] = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
@@ -111,7 +113,12 @@ def map_campaign(
         raise error.of_load("command line", "--load", "give a smaller load") from error
     reached = workspace.status == REACHED
     result = MapResult(
-        warnings=[*fitted.warnings, *fitted.load_point_notes, *_nothing_reached(reached)],
+        warnings=[
+            *_doubts(campaign.chain, request, task, workspace.deflection[reached]),
+            *fitted.warnings,
+            *fitted.load_point_notes,
+            *_nothing_reached(reached),
+        ],
         values_from=fitted.source,
         target=target,
         wrench=task.wrench,
@@ -286,6 +293,15 @@ def _ends(values: Floats) -> Floats | None:
     """Return (2,) the smallest and the largest known value, None where none is known."""
     finite = values[np.isfinite(values)]
     return np.array([finite.min(), finite.max()]) if finite.size else None
+
+
+def _doubts(chain: Chain, request: MapRequest, task: MapTask, deflection: Floats) -> Iterator[str]:
+    """Yield warnings where the pose or the load, with the deflections (n, 6) that it makes, look like other units."""
+    if request.pose is not None:
+        yield from pose_doubts(task.home, chain, "--pose")
+    if len(deflection):
+        where = "--mass" if request.load is None else "--load"
+        yield from deflection_doubts(deflection, task.wrench[None], where, OPTION_IN_N if request.load else "")
 
 
 def _nothing_reached(reached: NDArray[np.bool_]) -> Iterator[str]:

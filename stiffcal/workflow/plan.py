@@ -142,7 +142,8 @@ def _planned(
     chosen = chosen_runs(campaign, plan, model, candidates, purpose)
     context.progress("expected uncertainties", 0.8)
     result = answer_of(campaign, plan, model, chosen, purpose, minutes_per_run)
-    result = replace(result, candidates=len(candidates.joints))
+    warnings = [*area.doubts, *result.warnings]
+    result = replace(result, candidates=len(candidates.joints), warnings=warnings)
     if rivals:
         planned = n_runs * (candidates.wrench.shape[1] + unloaded) * model.readings_per_state
         readings = max(rival.readings for rival in rivals) + planned

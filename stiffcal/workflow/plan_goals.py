@@ -52,6 +52,8 @@ class PredictedArea:
     """(n, 6) N, N·m."""
     name: str
     """The path's file, "region", or "possible poses"."""
+    doubts: tuple[str, ...] = ()
+    """What was read of the path's file and may not have been meant, in words."""
 
 
 def wanted_goals(purpose: str, with_rivals: bool) -> list[WantedGoal]:
@@ -104,8 +106,9 @@ def area_of(
     if named is not None and named != REGION:
         from stiffcal.compensation.load_table import read_load_table
 
-        table = read_load_table(Path(named), campaign.chain.joint_names, joints_needed=True)
-        return PredictedArea(table.joints, table.wrench, Path(named).name)
+        chain = campaign.chain
+        table = read_load_table(Path(named), chain.joint_names, joints_needed=True, prismatic=chain.prismatic_names)
+        return PredictedArea(table.joints, table.wrench, Path(named).name, table.doubts)
     if named == REGION or plan.region is not None:
         return _region(campaign, plan, model, candidates)
     pick = np.linspace(0, len(candidates.joints) - 1, min(AREA_POSES, len(candidates.joints))).astype(np.int64)

@@ -11,12 +11,14 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign, load_campaign
-from stiffcal.compensation.load_table import AXES, LoadTable, read_load_table
+from stiffcal.compensation.load_table import LoadTable, read_load_table
+from stiffcal.compensation.table_columns import AXES
+from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
-from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
+from stiffcal.workflow.compensation_path import OPTION_IN_N, numbers_of_words, pose_doubts, pose_of_words
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.steps import LOAD_PATHS, RunContext, open_store
 
@@ -99,7 +101,13 @@ def predict_campaign(
     parts = link_parts(fitted.robot, angles, loads.wrench, setup, order, fitted.link_compliances)
     path = None if load_path is None else _load_path(campaign, load_path, loads, prediction, corners)
     result = PredictResult(
-        warnings=[*fitted.warnings, *fitted.load_point_notes, *_unknown_twists(fitted, parts)],
+        warnings=[
+            *loads.doubts,
+            *deflection_doubts(prediction.deflection, loads.wrench, loads.where, loads.unit_mend),
+            *fitted.warnings,
+            *fitted.load_point_notes,
+            *_unknown_twists(fitted, parts),
+        ],
         values_from=fitted.source,
         target=fitted.setup.target_names[0],
         states=_states(loads, prediction, parts),
@@ -129,9 +137,11 @@ def _requested_loads(
     if poses is not None:
         return read_load_table(Path(poses), names, joints_needed=True, prismatic=prismatic), ()
     assert request is not None
+    doubts, where, mend = [], "--load-path", OPTION_IN_N
     if is_given(Path(request.corners)):
         table = read_load_table(Path(request.corners), names, request.pose is None, prismatic)
         corner_loads, pose = table.wrench, table.joints[0]
+        doubts, where, mend = list(table.doubts), table.where, table.unit_mend
         if request.pose is None and np.ptp(table.joints, axis=0).max() > 0.0:
             raise InputError.at(
                 FaultCode.PATH_INVALID,
@@ -144,6 +154,7 @@ def _requested_loads(
         corner_loads, pose = _corners(request.corners), np.zeros(len(names))
     if request.pose is not None:
         pose = pose_of_words(request.pose, campaign.chain, "--at")
+        doubts += pose_doubts(pose, campaign.chain, "--at")
     elif not is_given(Path(request.corners)):
         raise InputError.at(
             FaultCode.OPTION_MISSING,
@@ -156,7 +167,7 @@ def _requested_loads(
         mend = "give two loads or more, and at least one point on each leg"
         raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--load-path", "not a load path", mend)
     wrench, corners = load_path(corner_loads, request.points)
-    return LoadTable(np.repeat(pose[None], len(wrench), axis=0), wrench), corners
+    return LoadTable(np.repeat(pose[None], len(wrench), axis=0), wrench, tuple(doubts), where, mend), corners
 
 
 def _corners(text: str) -> Floats:

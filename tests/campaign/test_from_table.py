@@ -424,3 +424,39 @@ def test_each_of_several_targets_is_a_frame_and_may_be_hidden(tmp_path: Path, fo
     assert [pose["position"] for pose in poses.values()] == [names[k : k + 3] for k in (0, 3, 6)]
     assert all(pose["units"] == {"position": "m"} for pose in poses.values())
     assert all(frames[name] == {"parent": "flange", "estimate": True, "xyz_m": [0.0, 0.0, 0.0]} for name in poses)
+
+
+JOINT_NAMES = "A1,A2,A3,A4,A5,A6"
+
+
+@pytest.mark.parametrize(
+    "moments", ["Mx,My,Mz", "Tx,Ty,Tz", "Moment_x,Moment_y,Moment_z", "torque.x,torque.y,torque.z", "M_x,M_y,M_z"]
+)
+def test_moments_by_the_names_of_others(moments: str, tmp_path: Path) -> None:
+    text = f"{JOINT_NAMES},Fx,Fy,Fz,{moments},dx,dy,dz\n1,-72,93,4,55,6,0,0,-500,1,2,3,0.1,0,-0.6\n"
+    proposal = draft_campaign([table(tmp_path, text)])
+    wrench = tomllib.loads(proposal.manifest)["sources"]["table"]["wrench"]
+    assert wrench["columns"][3:] == moments.split(",")
+    assert proposal.unused == ()
+
+
+def test_tx_in_millimetres_is_a_translation(tmp_path: Path) -> None:
+    text = f"{JOINT_NAMES},Fx,Fy,Fz,Tx [mm],Ty [mm],Tz [mm]\n1,-72,93,4,55,6,0,0,-500,0.1,0,-0.6\n"
+    source = tomllib.loads(draft_campaign([table(tmp_path, text)]).manifest)["sources"]["table"]
+    assert source["deflection"]["translation"] == ["Tx [mm]", "Ty [mm]", "Tz [mm]"]
+    assert len(source["wrench"]["columns"]) == 3
+
+
+def test_rx_without_a_unit_is_a_question(tmp_path: Path) -> None:
+    displaced = f"{JOINT_NAMES},Fx,Fy,Fz,dx,dy,dz,{{}}\n1,-72,93,4,55,6,0,0,-500,0.1,0,-0.6,0.001,0.002,0.003\n"
+    (line,) = [line for line in draft_campaign([table(tmp_path, displaced.format("Rx,Ry,Rz"))]).guessed if "Rx" in line]
+    assert "not moments" in line.split(GUESS)[1]
+    with_units = displaced.format("Rx [rad],Ry [rad],Rz [rad]")
+    assert not any("not moments" in line for line in draft_campaign([table(tmp_path, with_units)]).guessed)
+    # next to places nothing takes a rotation: the columns are named, and may be moments
+    rows = "a,1,-72,93,4,55,6,0,0,{},1800,900,1200,1,2,3\n"
+    placed = f"run,{JOINT_NAMES},Fx,Fy,Fz,X,Y,Z,Rx,Ry,Rz\n" + rows.format(0) + rows.format(-500)
+    proposal = draft_campaign([table(tmp_path, placed)])
+    assert proposal.unused == ("Rx", "Ry", "Rz")
+    (line,) = [line for line in proposal.guessed if "Rx" in line]
+    assert "moments" in line.split(GUESS)[1]

@@ -282,7 +282,7 @@ def test_units_that_were_forgotten_are_suspected(campaign: Path) -> None:
     )
     file.write_text("X,Y,Z\n1.4,0,0.9\n")
     document = document_of(compensate_campaign(campaign, CompensateRequest(file, forces)))
-    assert any("if they are in metres" in text for text in document["warnings"])
+    assert any("are they in metres?" in text for text in document["warnings"])
 
 
 def test_faulty_wishes(campaign: Path) -> None:

@@ -159,9 +159,35 @@ def test_units_in_brackets_and_decimal_commas(tmp_path: Path) -> None:
         ("A1,A2,A3,A4,A5,A6 [gon],Fx", "0,0,0,0,0,0,0", "column A6"),
         ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0", "line 2: 6 cells, the header has 7"),
         ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0,nan", "line 2, column Fx: 'nan' is not a number"),
-        ("A1,A2,A3,A4,A5,A6,FX", "0,0,0,0,0,0,100", "did you mean Fx"),
+        ("A1,A2,A3,A4,A5,A6,Rx", "0,0,0,0,0,0,100", "column Rx may be a moment or a rotation"),
     ],
 )
 def test_faulty_tables_name_line_and_column(tmp_path: Path, header: str, row: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read_load_table(poses_file(tmp_path, [row], header), NAMES, joints_needed=True)
+
+
+def test_moments_by_another_name_count(campaign: Path) -> None:
+    rows = [POSE + ",0,0,-300,0,50,0"]
+    first = predict_campaign(campaign, poses=poses_file(campaign, rows))
+    other = predict_campaign(campaign, poses=poses_file(campaign, rows, "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,Mx,My,Mz"))
+    assert np.array_equal(first.states[0].deflection, other.states[0].deflection)
+    assert other.states[0].wrench[4] == 50.0
+
+
+def test_poses_and_loads_in_other_units_are_doubted(campaign: Path) -> None:
+    """One line each, and none where the units are stated."""
+    radians = ",".join(f"{np.radians(angle):.4f}" for angle in POSES_DEG[0])
+    header = "A1,A2,A3,A4,A5,A6,Fz"
+    sound = predict_campaign(campaign, poses=poses_file(campaign, [POSE + ",-300"], header)).warnings
+    for row, names, count in (
+        (f"{radians},-300", header, 1),
+        (f"{POSE},-0.3", header, 1),
+        (f"{radians},-0.3", header, 2),
+        (f"{radians},-0.3", "A1 [rad],A2 [rad],A3 [rad],A4 [rad],A5 [rad],A6 [rad],Fz [kN]", 0),
+        (f"{POSE},-0.3", header.replace("Fz", "Fz [N]"), 0),
+    ):
+        warnings = predict_campaign(campaign, poses=poses_file(campaign, [row], names)).warnings
+        assert len(warnings) == len(sound) + count, warnings
+    warnings = predict_campaign(campaign, load_path=LoadPathRequest("0,0,0;0,0,-0.3", radians, points=2)).warnings
+    assert len(warnings) == len(sound) + 2

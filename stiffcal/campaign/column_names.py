@@ -1,0 +1,242 @@
+"""What the name of a column says: what it holds, along which axis, and in which unit.
+
+One vocabulary for `init`, for the tables that commands read, and for the comparison of a header with the manifest.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from types import MappingProxyType
+
+from stiffcal.quantities import UnknownUnitError, quantities, unit
+
+# Words that say where, not what; they are noted and taken off the name.
+PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "fts", "wrench", "mean", "avg")
+JOINT_STEMS = (
+    *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "th", "gelenk", "angle", "winkel"),
+    *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
+)
+TIMES = ("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt")
+QUATERNIONS = (("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz"))
+XYZ = "xyz"
+
+_LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which takes the square of its length
+_BRACKETED = re.compile(r"^(?P<name>.*?)(?:\[(?P<a>[^\]]*+)\]|\((?P<b>[^)]*+)\))\s*+$")
+# A unit behind a slash (DIN 1313: "F / kN"), a word, an underscore or a blank: part of the name unless it is one.
+_SEPARATED = re.compile(
+    r"^(?P<name>.*?\S)(?:\s*/\s*(?P<ratio>[^\s/]++)|(?:\s+in\s+|,\s*|(?P<loose>_|\s+))(?P<unit>[^\s_,]++))\s*+$"
+)
+# A tracked target, also one of several.
+_TARGET = re.compile(r"(led|marker|smr|reflector|reflektor|probe|tmac|tprobe|p|pt|point|punkt)\d*")
+_LEAST_AXIS_FIRST = 3
+"""Letters of a word that may follow its axis ("x_force"); of shorter ones the axis is the end ("fx")."""
+
+
+class Reading(StrEnum):
+    """What three columns x, y, z hold; the values are the names of `Roles`."""
+
+    FORCE = "force"
+    MOMENT = "moment"
+    DEFLECTION = "deflection"
+    ROTATION = "rotation"
+    POSITION = "position"
+
+
+QUANTITY: Mapping[Reading, str] = MappingProxyType(
+    {
+        Reading.FORCE: "force",
+        Reading.MOMENT: "moment",
+        Reading.DEFLECTION: "translation",
+        Reading.ROTATION: "angle",
+        Reading.POSITION: "position",
+    }
+)
+"""The quantity of a reading's unit."""
+STEMS: Mapping[Reading, tuple[str, ...]] = MappingProxyType(
+    {
+        Reading.FORCE: ("f", "force", "kraft", "load", "last"),
+        Reading.MOMENT: ("t", "m", "torque", "moment", "drehmoment", "tau", "mom"),
+        Reading.DEFLECTION: (
+            *("d", "delta", "u", "disp", "displacement", "defl", "deflection", "verschiebung", "def"),
+            "t",
+        ),
+        Reading.ROTATION: ("dr", "deltar", "drot", "rot", "phi", "dphi", "r"),
+        Reading.POSITION: (
+            *("", "p", "pos", "position", "target", "point", "messpunkt", "measurement", "measured"),
+            "m",
+        ),
+    }
+)
+"""What stands before x, y or z, the likeliest first. A unit decides where a stem belongs to several readings: Tx is a
+moment, and a translation where a unit of length stands by it."""
+_OPEN: Mapping[str, tuple[Reading, ...]] = MappingProxyType({"r": (Reading.ROTATION, Reading.MOMENT, Reading.FORCE)})
+"""Stems that mean several things about as often (Rx: a rotation, a reaction); without a unit it is a question."""
+
+
+@dataclass(frozen=True)
+class Header:
+    """A column's header, taken apart."""
+
+    name: str
+    """Without the unit."""
+    unit: str | None
+    """As written; None where there is none."""
+
+
+@dataclass(frozen=True)
+class Component:
+    """One of three columns."""
+
+    reading: Reading
+    axis: int
+    """0, 1, 2 for x, y, z."""
+    stem: str
+    """What stands before the axis."""
+    places: frozenset[str]
+    """Words in the name that say where ("base", "tool", …)."""
+    is_open: bool = False
+    """Whether the name and the missing unit leave open which reading it is."""
+
+
+def header_parts(header: str) -> Header:
+    """Return a header's name and the unit that stands in it.
+
+    Examples
+    --------
+    >>> headers = "Fx [kN]", "F / N", "Fx/kN", "dx_mm", "Kraft X in kN", "v_deg/s", "F_N", "Fx_N", "joint_1", "note"
+    >>> for parts in map(header_parts, headers):
+    ...     print(parts.name, parts.unit, sep=", ")
+    Fx, kN
+    F, N
+    Fx, kN
+    dx, mm
+    Kraft X, kN
+    v, deg/s
+    F_N, None
+    Fx, N
+    joint_1, None
+    note, None
+    """
+    if len(header) > _LONGEST_NAME:
+        return Header(header, None)
+    bracketed = _BRACKETED.match(header)
+    if bracketed is not None:
+        return Header(bracketed["name"].strip(), (bracketed["a"] or bracketed["b"] or "").strip() or None)
+    separated = _SEPARATED.match(header)
+    if separated is not None:
+        written, name = separated["ratio"] or separated["unit"], separated["name"]
+        # one letter after an underscore or a blank completes a name, as in F_N, unless an axis or a number is its end
+        complete = len(written) > 1 or separated["loose"] is None or name[-1].lower() in XYZ or name[-1].isdigit()
+        if complete and is_unit(written):
+            return Header(name.strip(), written)
+    return Header(header, None)
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a text is a unit of any quantity."""
+    return any(is_unit_of(text, quantity) for quantity in quantities())
+
+
+def is_unit_of(text: str, quantity: str) -> bool:
+    """Return whether a text is a unit of a quantity."""
+    try:
+        unit(text, quantity)
+    except UnknownUnitError:
+        return False
+    return True
+
+
+def bare_unit(cell: str) -> str:
+    """Return a cell of a row of units without brackets."""
+    return cell.strip("[]() ")
+
+
+def is_unit_row(row: Sequence[str]) -> bool:
+    """Return whether every cell of a row is a unit or empty, and some are units."""
+    cells = [bare_unit(cell) for cell in row]
+    return any(is_unit(cell) for cell in cells) and all(
+        not cell or is_unit(cell) or cell in ("-", "1") for cell in cells
+    )
+
+
+def words_of(name: str) -> tuple[list[str], frozenset[str]]:
+    """Take a name apart: its words in small letters, and those among them that say where."""
+    words = [word for word in re.split(r"[^A-Za-z0-9]+", name.lower()) if word]
+    places = frozenset(word for word in words if word in PLACES)
+    return [word for word in words if word not in places], places
+
+
+def plain_name(name: str) -> str:
+    """Return a name's letters and digits, small, without words that say where.
+
+    Examples
+    --------
+    >>> plain_name("Base_Fx"), plain_name("Axis 1")
+    ('fx', 'axis1')
+    """
+    return "".join(words_of(name)[0])
+
+
+def component_of(name: str, written: str | None) -> Component | None:
+    """Return which of three columns a name is, None where it is none.
+
+    Parameters
+    ----------
+    name : without its unit. written : the unit, None where none is stated.
+
+    Examples
+    --------
+    >>> for name, written in (("Mx", None), ("Tx", None), ("Tx", "mm"), ("wrench.torque.z", None), ("x_force", None)):
+    ...     found = component_of(name, written)
+    ...     print(found.reading, found.axis)
+    moment 0
+    moment 0
+    deflection 0
+    moment 2
+    force 0
+    >>> component_of("Rx", None).is_open, component_of("Rx", "rad").is_open, component_of("note", None)
+    (True, False, None)
+    """
+    kept, places = words_of(name)
+    word = "".join(kept)
+    for stem, axis in _stems_and_axes(word):
+        readings = _OPEN.get(stem) or tuple(
+            reading
+            for reading, stems in STEMS.items()
+            if stem in stems or ("target" in stems and _TARGET.fullmatch(stem))
+        )
+        if not readings:
+            continue
+        of_unit = [reading for reading in readings if written is not None and is_unit_of(written, QUANTITY[reading])]
+        return Component((of_unit or readings)[0], axis, stem, places, is_open=stem in _OPEN and not of_unit)
+    return None
+
+
+def _stems_and_axes(word: str) -> Iterable[tuple[str, int]]:
+    if word and word[-1] in XYZ:
+        yield word[:-1], XYZ.index(word[-1])
+    if word and word[0] in XYZ and len(word) > _LEAST_AXIS_FIRST:
+        yield word[1:], XYZ.index(word[0])
+
+
+def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names that are numbered from 1 or 0 without a gap, three or more, with a stem that means joints.
+
+    Examples
+    --------
+    >>> numbered_joints(["t", "q2", "q1", "q3", "Fx"])
+    ('q1', 'q2', 'q3')
+    """
+    groups: dict[str, dict[int, str]] = {}
+    for name in names:
+        match = re.fullmatch(r"([a-z]*)0*(\d+)", plain_name(name))
+        if match is not None:
+            groups.setdefault(match[1], {})[int(match[2])] = name
+    for stem in JOINT_STEMS:
+        group = groups.get(stem, {})
+        if len(group) >= 3 and sorted(group) in (list(range(1, len(group) + 1)), list(range(len(group)))):
+            return tuple(group[number] for number in sorted(group))
+    return ()
