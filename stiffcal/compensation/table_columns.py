@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from stiffcal.campaign.column_names import (
     QUATERNIONS,
     TIMES,
+    Header,
     Reading,
     component_of,
     header_parts,
@@ -80,12 +81,14 @@ def columns_of(
     """
     parts = [header_parts(header.strip()) for header in headers]
     below = [written or None for written in units] or [None] * len(headers)
+    parts = [Header(part.name, part.unit or written) for part, written in zip(parts, below, strict=True)]
     joints = _joints_by_header([part.name for part in parts], joint_names)
+    names = {k: joints.get(k) or _name_of(part, asked) for k, part in enumerate(parts)}
+    _check_open(parts, headers, set(joints), set(names.values()), display_name, place)
     columns: list[TableColumn] = []
     first: dict[str, str] = {}
     for k, header in enumerate(headers):
-        written = parts[k].unit or below[k]
-        name = joints.get(k) or _name_of(parts[k].name, written, asked, header, display_name, place)
+        written, name = parts[k].unit, names[k]
         if name is None or name not in asked:
             columns.append(TableColumn(header, None))
             continue
@@ -121,13 +124,11 @@ def _joints_by_header(names: Sequence[str], joint_names: Sequence[str]) -> dict[
     return {names.index(name): joint for name, joint in zip(numbered, joint_names, strict=True)}
 
 
-def _name_of(
-    name: str, written: str | None, asked: Sequence[str], header: str, display_name: str, place: str
-) -> str | None:
+def _name_of(part: Header, asked: Sequence[str]) -> str | None:
     """Return what a column that is no joint's is; None where this is not known."""
-    if name in asked and name not in AXES:
-        return name
-    plain = plain_name(name)
+    if part.name in asked and part.name not in AXES:
+        return part.name
+    plain = plain_name(part.name)
     for known in (*ANGLES, SEGMENT):
         if plain == known:
             return known
@@ -136,14 +137,31 @@ def _name_of(
     for names in QUATERNIONS:
         if plain in names:
             return QUATERNION[names.index(plain)]
-    component = component_of(name, written)
-    if component is None or (component.reading not in _OF_READING and not component.is_open):
+    component = component_of(part.name, part.unit)
+    if component is None or component.is_open or component.reading not in _OF_READING:
         return None
-    if component.is_open:
-        meant = f'write T{"xyz"[component.axis]} for a moment, or "{name} [rad]" for a rotation, or leave it out'
-        reason = f"column {header.strip()} may be a moment or a rotation: no unit stands by it"
-        raise InputError.at(FaultCode.COLUMN_AMBIGUOUS, display_name, place, reason, meant)
     return _OF_READING[component.reading][component.axis]
+
+
+def _check_open(
+    parts: Sequence[Header],
+    headers: Sequence[str],
+    joints: Collection[int],
+    names: Collection[str | None],
+    display_name: str,
+    place: str,
+) -> None:
+    """Raise where a column may be a moment, and no other column is one: it would count as zero."""
+    if any(name in MOMENTS for name in names):
+        return
+    for k, part in enumerate(parts):
+        component = None if k in joints else component_of(part.name, part.unit)
+        if component is not None and component.is_open:
+            reason = f"column {headers[k].strip()} may be a moment or a rotation: no unit stands by it"
+            mend = (
+                f'write {MOMENTS[component.axis]} for a moment, or "{part.name} [rad]" for a rotation, or leave it out'
+            )
+            raise InputError.at(FaultCode.COLUMN_AMBIGUOUS, display_name, place, reason, mend)
 
 
 def _factor(

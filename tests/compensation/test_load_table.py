@@ -114,6 +114,11 @@ def test_columns_that_are_not_read_are_named(name: str, tmp_path: Path) -> None:
     assert "poses.csv" in doubt
 
 
+def test_rx_next_to_moments_is_none(tmp_path: Path) -> None:
+    (doubt,) = read(tmp_path, f"{JOINTS},Fz,Ty,Rx", f"{POSE},-300,5,1").doubts
+    assert "Rx" in doubt
+
+
 def test_a_delimiter_at_the_end_of_the_lines_is_no_column(tmp_path: Path) -> None:
     assert read(tmp_path, f"{JOINTS},Fz,", f"{POSE},-300,").doubts == ()
     assert len(read(tmp_path, f"{JOINTS},Fz,", f"{POSE},-300,5").doubts) == 1

@@ -45,7 +45,7 @@ WORDS: dict[str, list[str]] = {
     "predict": ["predict", "{}", "--load-path", "0,0,0;0,0,-100", "--at", "0,-70,20,0,30,0"],
     "plan": ["plan", "{}", "--force", "300", "--runs", "4", "-o", "{}/runs.csv"],
     "map": ["map", "{}", "--load", "0,0,-100", "--points", "4"],
-    "compensate": ["compensate", "{}", "--path", "{}/raw/states.csv"],
+    "compensate": ["compensate", "{}", "--path", "{}/path.csv"],
     "error": ["identify", "{}/nowhere"],
     "check": ["check", "{}"],
     "diagnose": ["diagnose", "{}"],
@@ -70,6 +70,7 @@ WORDS: dict[str, list[str]] = {
 def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A campaign for all commands here, every result in its store: its answers are checked, not how it was made."""
     folder = write_small_campaign(tmp_path_factory.mktemp("documents") / "small", poses=3)
+    (folder / "path.csv").write_text("A1,A2,A3,A4,A5,A6,Fz\n-30,-70,20,15,40,10,-300\n")
     validate_campaign(folder)
     diagnose_campaign(folder)
     return folder
