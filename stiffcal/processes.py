@@ -22,6 +22,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import IO
 
@@ -47,6 +48,9 @@ _START = (
     "from stiffcal.processes import run_child; run_child(*sys.argv[2:])"
 )
 
+# Linux ends a child with the thread that has started it: this one lasts as long as the process.
+_starter = ThreadPoolExecutor(max_workers=1, thread_name_prefix="start processes")
+
 
 class ChildEndedError(Exception):
     """A child process ended before it answered; the text states how."""
@@ -57,9 +61,7 @@ class ChildSilentError(Exception):
 
 
 class ChildProcess:
-    """A process that runs a function of a module.
-
-    Used by one thread at a time. On Linux it ends with the thread that made it.
+    """A process that runs a function of a module. Used by one thread at a time.
 
     Parameters
     ----------
@@ -77,7 +79,8 @@ class ChildProcess:
     ) -> None:
         windows = sys.platform == "win32"
         # Of a group of its own: Ctrl-C in a terminal reaches the one who started it, who then stops it in order.
-        self._process: subprocess.Popen[bytes] = subprocess.Popen(
+        self._process: subprocess.Popen[bytes] = _starter.submit(
+            subprocess.Popen,
             [
                 *(sys.executable, *child_options(), "-c", _START, json.dumps(without_current_folder(sys.path))),
                 *(function.__module__, function.__qualname__, str(memory_bytes or ""), str(processor_s or "")),
@@ -88,7 +91,7 @@ class ChildProcess:
             env={**child_environment(), **_ONE_THREAD},
             process_group=None if windows else 0,
             creationflags=_NEW_GROUP if windows else 0,
-        )
+        ).result()
         # Few wait: a child that sends much is held up until they are taken.
         self._messages: queue.Queue[bytes | None] = queue.Queue(maxsize=4)
         self._errors = b""
@@ -244,7 +247,7 @@ def run_child(module: str, name: str, memory_bytes: str, processor_s: str) -> No
 
 
 def _end_with_parent() -> None:
-    """Have the system kill this process with the thread that started it, even where no line of Python can run."""
+    """Have the system kill this process with the one that started it, even where no line of Python can run."""
     import ctypes
 
     signal_at_end_of_parent = 1  # PR_SET_PDEATHSIG of the system's headers

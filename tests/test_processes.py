@@ -104,6 +104,22 @@ def test_a_child_ends_with_its_parent_whatever_it_does(function: str) -> None:
         assert ended
 
 
+def test_a_child_outlasts_the_thread_that_made_it(started: Callable[..., ChildProcess]) -> None:
+    """Linux can only be asked to end a process with the thread that started it."""
+    made: list[ChildProcess] = []
+
+    def make() -> None:
+        made.append(started(children.answer_everything))
+        made[0].send(b"1")
+        made[0].receive(LONG_S)
+
+    thread = threading.Thread(target=make)
+    thread.start()
+    thread.join()
+    made[0].send(b"2")
+    assert made[0].receive(LONG_S) == b"2"
+
+
 @LINUX
 def test_an_idle_child_ends_when_the_pipe_from_its_parent_does(started: Callable[..., ChildProcess]) -> None:
     """What holds on every system: nothing but the pipe shows the end of the parent here."""
