@@ -14,6 +14,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.ingest.constant_signals import constant_signals
+from stiffcal.ingest.header_units import conflict_warnings, declared_units, unit_conflicts
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
@@ -22,7 +23,7 @@ from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.force_zero_faults import force_zero_faults
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
-from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
+from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row, units_in_file
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.reading_bounds import check_displacements
 from stiffcal.reduction.repeated_rows import repeated_rows
@@ -40,6 +41,7 @@ class DataQuality:
     def __init__(self, campaign: Campaign) -> None:
         self._campaign = campaign
         self.logs: dict[tuple[str, str, str], LogQuality] = {}
+        self._unit_conflicts: dict[tuple[str, str], tuple[str, ...]] = {}
 
     def update(self, source: str, file: str, rows: Rows, run: str = "") -> None:
         """Look at rows as they stream past; raises `InputError` at what cannot be.
@@ -49,6 +51,7 @@ class DataQuality:
         key = (source, file, run)
         if key not in self.logs:
             settings = self._campaign.manifest.sources[source]
+            self._compare_units(source, file)
             place = partial(partial, place_of_row, self._campaign.folder, settings)
             files = files_of_signals(settings, source)
             elsewhere = {signal: (own, place(own)) for signal, own in files.items()}
@@ -59,14 +62,19 @@ class DataQuality:
                 columns_of_signals(settings, source),
                 elsewhere=elsewhere,
                 slides=frozenset() if settings.joints is None else settings.joints.length_columns(),
-                declared={
-                    column: unit.name
-                    for signal in settings.signals().values()
-                    for column, unit in signal.columns_with_units().items()
-                },
+                declared={column: unit.name for column, unit in declared_units(settings).items()},
                 by_the_wall=settings.time is not None and settings.time.unit == "iso8601",
             )
         self.logs[key].update(rows.number, rows.time, rows.signals)
+
+    def _compare_units(self, source: str, file: str) -> None:
+        """Compare the units that a log states with the manifest's; in the first log alone where that takes long."""
+        settings, folder = self._campaign.manifest.sources[source], self._campaign.folder
+        for own in {file, *files_of_signals(settings, source).values()} if settings.in_files else ():
+            if (source, own) not in self._unit_conflicts:
+                later = any(name == source for name, _ in self._unit_conflicts)
+                stated = units_in_file(folder, settings, own, at_once=later)
+                self._unit_conflicts[source, own] = unit_conflicts(settings, stated)
 
     def stuck_channel_faults(self) -> list[Fault]:
         """Return a fault for every channel that does not change: the cause where load and motion contradict."""
@@ -85,6 +93,7 @@ class DataQuality:
         """Return warnings: doubts that are no faults."""
         remarks = [remark for watch in self.logs.values() for remark in watch.remarks()]
         remarks += constant_signals(self.logs)[1]
+        remarks += conflict_warnings((file, found) for (_, file), found in self._unit_conflicts.items())
         for (source, _, _), watch in self.logs.items():
             other_logs = [log for (name, _, _), log in self.logs.items() if name == source and log is not watch]
             remarks += [

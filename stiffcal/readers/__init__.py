@@ -123,6 +123,8 @@ class Reader(ABC):
     """Endings of packers behind one of `endings` that are unpacked as well."""
     options: ClassVar[type[TomlTable]] = NoOptions
     """The table of options of a source, ``csv = {…}``; its fields are what `read_batches` is given."""
+    header_at_once: ClassVar[bool] = False
+    """True where names and units are the first lines of a file, and need no library to be read."""
     in_files: ClassVar[bool] = True
     """False where the logs are no files: `file` of a source is then a table or a query; see `DatabaseReader`."""
     fuzz_inputs: ClassVar[tuple[FuzzInput, ...]] = ()

@@ -222,6 +222,20 @@ def place_of_row(folder: Path, source: Source, file: str, row: int) -> str:
     return str(reader.place_of_row(folder / file, reader_options(source, reader.name, file), row))
 
 
+def units_in_file(folder: Path, source: Source, file: str, at_once: bool) -> dict[str, str]:
+    """Return the units that a file states next to its columns' names, by column; empty where it states none.
+
+    Parameters
+    ----------
+    at_once : leave out a file whose header is not read at once.
+    """
+    path = folder / file
+    reader = find_reader(path, source.format_for(file), file)
+    if at_once and not reader.header_at_once:
+        return {}
+    return dict(reader.read_header(path, reader_options(source, reader.name, file), file).units)
+
+
 def raw_rows_of(folder: Path, source: Source, file: str, rows: Collection[int]) -> RawRows:
     """Return data rows (from 1) as they stand in the file; nothing where the format is no text."""
     reader = find_reader(folder / file, source.format_for(file), file)

@@ -52,6 +52,7 @@ class CsvReader(Reader):
     endings = (".csv", ".txt", ".tsv", ".dat", ".asc")
     packed_endings = (".gz", ".bz2", ".xz", ".zst")
     options = CsvOptions
+    header_at_once = True
     fuzz_inputs = (FuzzInput(".csv", _write_fuzz_input, ("t", "Fx"), ("run",)),)
 
     def recognises(self, path: Path) -> bool:
