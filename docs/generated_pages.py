@@ -10,11 +10,10 @@ import inspect
 import json
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
-
-import typer
 
 from docs.document_page import document_page
 from docs.effect_page import effect_page
@@ -23,7 +22,8 @@ from docs.markdown import cell, code, table
 from docs.schema_words import SCHEMAS, read_schema, type_of
 from stiffcal.campaign.file_formats import format_names, log_format
 from stiffcal.cli import endings
-from stiffcal.cli.app import COMMANDS
+from stiffcal.cli.command_tree import COMMANDS, command_named
+from stiffcal.cli.common_options import CommonOptions
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Reader
 
@@ -53,11 +53,26 @@ def write_pages(folder: Path) -> None:
 def command_page() -> str:
     """Every command with its arguments and options, as `--help` lists them."""
     first = [(f"[{code(name)}](#{name})", cell(summary)) for name, summary in COMMANDS.items()]
+    common = [field.name for field in fields(CommonOptions)]
     parts = ["# Commands\n", "`DIR` is a campaign folder, `.` where left out.\n", table(("command", "purpose"), first)]
+    parts += ["## Every command\n", EVERY_COMMAND, parameter_table("check", only=common)]
     for name in COMMANDS:
         function = getattr(importlib.import_module(f"stiffcal.cli.{name}"), name)
-        parts += [f"## {name}\n", *command_description(function), parameter_table(function)]
+        parts += [f"## {name}\n", *command_description(function), parameter_table(name, without=common)]
     return "\n".join(parts)
+
+
+EVERY_COMMAND = """\
+These, `--json` and `--store` may stand before the command's name or after it. `--force` is the largest force of `plan`
+and the load of `compensate`: there `--overwrite` alone replaces files.
+
+No command writes to a file that holds something it did not write: it ends with exit code 2, unless `--overwrite` is
+given. stiffcal notes the SHA-256 of what it writes in the user's state folder (`outputs/`): a report, a table or a
+picture that is as it wrote it is replaced without asking, one that was edited since is not. A log is appended to where
+its first line is one of a log.
+
+What a command writes without being told where goes to `DIR`; a relative name after `-o` is one of the current folder.
+"""
 
 
 def command_description(function: Callable[..., int]) -> Iterator[str]:
@@ -70,12 +85,12 @@ def command_description(function: Callable[..., int]) -> Iterator[str]:
             yield cell(words) + "\n"
 
 
-def parameter_table(function: Callable[..., int]) -> str:
-    """Return the table of a command's arguments and options."""
-    app = typer.Typer(add_completion=False, rich_markup_mode=None)
-    app.command()(function)
+def parameter_table(name: str, without: Sequence[str] = (), only: Sequence[str] | None = None) -> str:
+    """Return the table of a command's arguments and options, or of some of them."""
     rows = []
-    for parameter in typer.main.get_command(app).params:
+    for parameter in command_named(name).params:
+        if parameter.name in without or (only is not None and parameter.name not in only):
+            continue
         metavar = getattr(parameter, "metavar", None) or ""
         if parameter.param_type_name == "option":
             shown = f"{', '.join(parameter.opts)} {metavar}".strip()
@@ -231,9 +246,9 @@ that is closed (`>&-`) counts as the null device.
 Each command first runs the steps before it that are missing or out of date, and reports that in one line; `--no-update`
 refuses instead. `--store` sets the folder of the store.
 
-`--verbose` with any command writes each step with its time (UTC) to standard error, and `--log FILE` appends the same
-lines to a file: the command line, steps that are run first, warnings, errors and the duration. Passwords in addresses
-are masked. Colour is left out where the output is no terminal or `NO_COLOR` is set.
+`--verbose` with any command writes each step with its time (UTC) to standard error, and `--log-file FILE` appends the
+same lines to a file: the command line, steps that are run first, warnings, errors and the duration. Passwords in
+addresses are masked. Colour is left out where the output is no terminal or `NO_COLOR` is set.
 """
 
 

@@ -219,8 +219,17 @@ def is_of_the_system(goal: Path) -> bool:
     )
 
 
-def _check_goal(goal: Path) -> None:
-    """Refuse to put a file in the place of what is none: with the rights of root, /dev/null would be lost."""
+def check_goal(goal: Path) -> None:
+    """Refuse to put a file where none can be, or in the place of what is none.
+
+    With the rights of root, /dev/null would be lost.
+
+    Raises
+    ------
+    InputError : its folder does not exist, or it is a pipe, a device or a name of the operating system.
+    """
+    if not goal.parent.is_dir():
+        raise InputError.at(FaultCode.FILE_MISSING, str(goal), "", "its folder does not exist", "make the folder first")
     with suppress(OSError):
         mode = goal.stat().st_mode
         if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
@@ -260,11 +269,7 @@ def replacing(goal: Path) -> Iterator[Path]:
     """
     temporary = goal.with_name(temporary_name(goal.suffix))
     try:
-        if not goal.parent.is_dir():
-            raise InputError.at(
-                FaultCode.FILE_MISSING, str(goal), "", "its folder does not exist", "make the folder first"
-            )
-        _check_goal(goal)
+        check_goal(goal)
         yield temporary
         temporary.replace(goal)
     except OSError as error:

@@ -57,6 +57,8 @@ class BatchOptions:
     """The address of a Dask cluster that is to do the work; None: this machine."""
     idle_timeout_s: float = IDLE_TIMEOUT_S
     """After so long without progress a campaign's process is given up, s."""
+    overwrite: bool = False
+    """Also write PDFs over files that hold something stiffcal did not write."""
     progress: Progress = no_progress
     """Called with what is being done."""
     finished: Callable[[CampaignOutcome, int, int], None] = no_outcome
@@ -207,6 +209,7 @@ def _tasks(
                 store=store,
                 report=options.report,
                 report_file=report_file,
+                overwrite=options.overwrite,
                 thresholds=thresholds,
                 allowed_paths=allowed_paths,
                 idle_timeout_s=options.idle_timeout_s,

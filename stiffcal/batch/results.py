@@ -43,6 +43,8 @@ class BatchTask:
     """Whether a PDF is made."""
     report_file: str | None = None
     """Where the PDF goes; None: DIR/report.pdf."""
+    overwrite: bool = False
+    """Whether the PDF may replace a file that holds something stiffcal did not write."""
     thresholds: Document | None = None
     """A file of thresholds, as read; None where there is none."""
     allowed_paths: list[str] = field(default_factory=list)

@@ -10,18 +10,19 @@ from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.errors import InputError
 from stiffcal.escapes import markdown, xml_text
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import is_of_the_system, write_whole
+from stiffcal.files import is_of_the_system
 from stiffcal.measurements.rms import Rms
+from stiffcal.trust.outputs import check_not_foreign, write_output
 
 VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
 
 
-def prepare_files(*files: Path) -> None:
+def prepare_files(*files: Path, overwrite: bool = False) -> None:
     """Make the folders of files that are to be written after long work, and refuse now what cannot be one.
 
     Raises
     ------
-    InputError : a file is a folder, or its folder cannot be made.
+    InputError : a file is a folder, its folder cannot be made, or it holds something stiffcal did not write.
     """
     for file in files:
         try:
@@ -33,19 +34,20 @@ def prepare_files(*files: Path) -> None:
             ) from None
         if file.is_dir():
             raise InputError.at(FaultCode.FILE_KIND, str(file), "", "this is a folder", "name a file in it")
+        check_not_foreign(file, overwrite)
 
 
-def write_summary(text: str, output: Path) -> None:
+def write_summary(text: str, output: Path, *, overwrite: bool = False) -> None:
     """Write a summary; what is no ordinary file (a pipe, /dev/stdout) is written to as it is.
 
     Raises
     ------
-    InputError : it cannot be written.
+    InputError : it cannot be written, or holds something stiffcal did not write.
     """
     if output.exists() and (is_of_the_system(output) or not output.is_file()):
         output.write_text(text, encoding="utf-8")
     else:
-        write_whole(output, text)
+        write_output(output, text, overwrite)
 
 
 def verdict_of(outcome: CampaignOutcome) -> str:

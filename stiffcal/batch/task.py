@@ -42,7 +42,7 @@ from stiffcal.store.origin import committed_by_this_process
 from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
 from stiffcal.workflow.error_result import FaultEntry
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
-from stiffcal.workflow.report import report_campaign
+from stiffcal.workflow.report import REPORT_FILE, report_campaign
 from stiffcal.workflow.steps import (
     VALIDATE,
     Ingested,
@@ -148,6 +148,7 @@ def _all_steps(task: BatchTask, run: _Run) -> CampaignOutcome:
         on_step=run.starting,
         reach=tuple(Path(path) for path in task.allowed_paths),
         thorough=True,
+        overwrite=task.overwrite,
     )
     file = None if task.thresholds is None else ThresholdsFile.model_validate(task.thresholds)
     with run.doing("ingest"):
@@ -215,7 +216,7 @@ def _with_numbers(
 def _report(data: Ingested, task: BatchTask, context: RunContext, run: _Run) -> str:
     """Write the PDF where it is not there, or not of what the store holds now; return its file."""
     folder = data.campaign.folder
-    file = Path(task.report_file) if task.report_file else folder / "report.pdf"
+    file = Path(task.report_file) if task.report_file else folder / REPORT_FILE
     key = _report_key(data)
     # A stranger can compute the key too, and deliver a PDF of their own with it.
     foreign = data.store.origin_of(REPORT) == FOREIGN
@@ -224,7 +225,9 @@ def _report(data: Ingested, task: BatchTask, context: RunContext, run: _Run) -> 
         return str(file)
     run.starting("report", "there is no report yet" if not file.exists() else "the report belongs to an earlier result")
     file.parent.mkdir(parents=True, exist_ok=True)
-    report_campaign(folder, RunContext(store=context.store, reach=context.reach), output=file)
+    report_campaign(
+        folder, RunContext(store=context.store, reach=context.reach, overwrite=context.overwrite), output=file
+    )
     data.commit({}, {REPORT: document_of(StoredReport(key=key, sha256=_digest(file)))}, command="batch")
     return str(file)
 

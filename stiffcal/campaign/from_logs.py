@@ -74,13 +74,19 @@ class _ProposedRun:
 
 
 def propose_from_logs(
-    folder: Path, kind: str, tables: Sequence[Path], *, urdf: Path | None = None, robot: str | None = None
+    folder: Path,
+    kind: str,
+    tables: Sequence[Path],
+    *,
+    urdf: Path | None = None,
+    robot: str | None = None,
+    overwrite: bool = False,
 ) -> Proposal:
     """Write a proposed campaign folder: manifest, robot file, the simplest model of the kind, and the logs in ``raw/``.
 
     Parameters
     ----------
-    folder : made where it does not exist; nothing in it is overwritten. Others as in `draft_from_logs`.
+    folder : made where it does not exist. overwrite : also files in it. Others as in `draft_from_logs`.
 
     Returns
     -------
@@ -92,7 +98,7 @@ def propose_from_logs(
     InputError
         As `draft_from_logs`; or the folder holds a campaign already.
     """
-    return write_proposal(folder, draft_from_logs(kind, tables, urdf=urdf, robot=robot))
+    return write_proposal(folder, draft_from_logs(kind, tables, urdf=urdf, robot=robot), overwrite=overwrite)
 
 
 def draft_from_logs(

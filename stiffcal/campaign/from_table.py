@@ -139,12 +139,13 @@ def propose_campaign(
     urdf: Path | None = None,
     robot: str | None = None,
     tool: Sequence[float] | None = None,
+    overwrite: bool = False,
 ) -> Proposal:
     """Write a proposed campaign folder: manifest, robot file, and the tables copied into ``raw/``.
 
     Parameters
     ----------
-    folder : made where it does not exist; nothing in it is overwritten. Others as in `draft_campaign`.
+    folder : made where it does not exist. overwrite : also files in it. Others as in `draft_campaign`.
 
     Returns
     -------
@@ -157,27 +158,27 @@ def propose_campaign(
         As `draft_campaign`; or the folder holds a campaign already.
     """
     proposal = draft_campaign([tables] if isinstance(tables, Path) else tables, urdf=urdf, robot=robot, tool=tool)
-    return write_proposal(folder, proposal)
+    return write_proposal(folder, proposal, overwrite=overwrite)
 
 
-def write_proposal(folder: Path, proposal: Proposal) -> Proposal:
+def write_proposal(folder: Path, proposal: Proposal, *, overwrite: bool = False) -> Proposal:
     """Write a proposed campaign folder, and return the proposal with the files that were written.
 
     Raises
     ------
     InputError
-        A file is there already; nothing is overwritten.
+        A file is there already, and is not to be overwritten.
     """
     for name, source in proposal.copies.items():
         target = folder / name
-        if target.exists() and target.resolve() != source.resolve():
+        if not overwrite and target.exists() and target.resolve() != source.resolve():
             raise InputError.at(
                 FaultCode.FILE_EXISTS, str(target), "", "the file already exists", "choose another folder"
             )
-    copies = {name: source for name, source in proposal.copies.items() if not (folder / name).exists()}
+    copies = {name: source for name, source in proposal.copies.items() if (folder / name).resolve() != source.resolve()}
     texts = {MANIFEST_FILE: proposal.manifest, "robot.toml": proposal.robot}
     texts |= {MODEL_FILE: proposal.model} if proposal.model else {}
-    written = write_folder(folder, texts, copies)
+    written = write_folder(folder, texts, copies, overwrite=overwrite)
     return replace(proposal, files=written)
 
 

@@ -100,13 +100,14 @@ def bundled_robot(name: str) -> str:
     return (_HERE / "robots" / f"{name}.toml").read_text(encoding="utf-8")
 
 
-def write_template(folder: Path, kind: str) -> list[Path]:
+def write_template(folder: Path, kind: str, *, overwrite: bool = False) -> list[Path]:
     """Write a commented campaign folder to fill in.
 
     Parameters
     ----------
     folder : made where it does not exist.
     kind : one of `template_kinds`.
+    overwrite : also over files that are there.
 
     Returns
     -------
@@ -128,10 +129,12 @@ def write_template(folder: Path, kind: str) -> list[Path]:
     for name in ("robot.toml", "model.toml", "simulate.toml"):  # what this kind has of its own
         file = template / name
         texts |= {name: file.read_text(encoding="utf-8")} if file.exists() else {}
-    return write_folder(folder, texts)
+    return write_folder(folder, texts, overwrite=overwrite)
 
 
-def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path] | None = None) -> list[Path]:
+def write_folder(
+    folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path] | None = None, *, overwrite: bool = False
+) -> list[Path]:
     """Write the files of a new campaign folder and its `raw/`: all of them or, where that cannot be, none.
 
     Parameters
@@ -139,6 +142,7 @@ def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Pa
     folder : the campaign folder.
     texts : file name to contents.
     copies : file name to the file that is copied there.
+    overwrite : also over files that are there.
 
     Raises
     ------
@@ -146,8 +150,8 @@ def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Pa
         One of the files is there already, or cannot be written; then nothing is written.
     """
     for name in texts:
-        if (folder / name).exists():
-            mend = "choose another folder, or move that file"
+        if (folder / name).exists() and not overwrite:
+            mend = "choose another folder, move that file, or add --overwrite"
             raise InputError.at(FaultCode.FILE_EXISTS, str(folder / name), "", "the file already exists", mend)
     if folder.exists() and not folder.is_dir():
         raise InputError.at(
@@ -173,15 +177,17 @@ def _fill(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path]) ->
     try:
         (folder / "raw").mkdir(exist_ok=True)
         for name, source in copies.items():
+            is_new = not (folder / name).exists()
             with replacing(folder / name) as temporary:
                 shutil.copyfile(source, temporary)
-            written.append(folder / name)
+            written += [folder / name] * is_new
         if not any((folder / "raw").iterdir()):
             texts = {**texts, "raw/README.txt": _RAW_NOTE}
         # The manifest, which stands first, is written last: a folder that was left half-made is no campaign yet.
         for name, text in reversed(list(texts.items())):
+            is_new = not (folder / name).exists()
             write_whole(folder / name, text)
-            written.append(folder / name)
+            written += [folder / name] * is_new
     except BaseException:
         for path in written:
             path.unlink(missing_ok=True)

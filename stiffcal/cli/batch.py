@@ -15,7 +15,7 @@ import typer
 from stiffcal.cli.answers import Answer, answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.next_step import is_within_noise
-from stiffcal.cli.options import AsJson, StoreAt, Thresholds
+from stiffcal.cli.options import AsJson, Overwrite, StoreAt, Thresholds
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import deviation, share
@@ -64,6 +64,7 @@ def batch(
     ] = 600.0,
     as_json: AsJson = False,
     store: StoreAt = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Run many campaigns in parallel and check them against thresholds.
 
@@ -76,7 +77,7 @@ def batch(
         from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
         from stiffcal.batch.summary import junit_text, markdown_text, prepare_files, write_summary
 
-        prepare_files(*(file for file in (junit, markdown) if file is not None))
+        prepare_files(*(file for file in (junit, markdown) if file is not None), overwrite=overwrite)
         printer = _BatchPrinter(answer)
         batch_options = BatchOptions(
             jobs,
@@ -88,6 +89,7 @@ def batch(
             idle_timeout,
             progress=answer.progress,
             finished=printer.finished,
+            overwrite=overwrite,
         )
         try:
             with ended_in_order():
@@ -97,7 +99,7 @@ def batch(
             raise
         for file, text in ((junit, junit_text), (markdown, markdown_text)):
             if file is not None:
-                write_summary(text(result), file)
+                write_summary(text(result), file, overwrite=overwrite)
         answer.give(result, show_batch, _next(result, store))
     return OK if result.passed else NOT_HELD
 

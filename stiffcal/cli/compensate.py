@@ -9,7 +9,7 @@ import typer
 
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import angle, deviation, length, share
 
@@ -120,6 +120,7 @@ def compensate(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
+    overwrite: OverwriteAlone = False,
 ) -> int:
     """Correct the joint targets of a path with known forces.
 
@@ -133,7 +134,9 @@ def compensate(
         from stiffcal.workflow.compensation_path import Forces
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        context = RunContext(
+            store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
+        )
         forces = Forces(force, segments, log, frame, acts_on, filter_hz, tool, zeroed)
         request = CompensateRequest(path, forces, target, start, not position_only, sag, normal, judge)
         result = compensate_campaign(folder, request, context, output=output, picture=picture)

@@ -58,7 +58,7 @@ def completion_script(shell: str, commands: Mapping[str, str]) -> str:
 
 def options_of(name: str) -> list[str]:
     """Return the long options of a command."""
-    return sorted([*OPTIONS[name].split(), *WITH_EVERY_COMMAND.split()])
+    return sorted({*OPTIONS[name].split(), *WITH_EVERY_COMMAND.split()})
 
 
 def _fish(commands: Mapping[str, str], options: Mapping[str, list[str]]) -> str:

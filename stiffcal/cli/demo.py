@@ -13,7 +13,7 @@ from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.history import show_history
 from stiffcal.cli.improve import print_step
 from stiffcal.cli.next_step import after_diagnosis
-from stiffcal.cli.options import AsJson
+from stiffcal.cli.options import AsJson, Overwrite
 from stiffcal.cli.run import show_run
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 def demo(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where the example is copied to.")] = Path("demo"),
     as_json: AsJson = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Find a hidden effect in a bundled example.
 
@@ -38,7 +39,7 @@ def demo(
         from stiffcal.workflow.history import read_history
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(progress=answer.progress, notify=answer.notify)
+        context = RunContext(progress=answer.progress, notify=answer.notify, overwrite=overwrite)
         result = run_demo(folder, context, None if as_json else partial(print_step, answer))
         ladder = read_history(folder, context)
         show = partial(show_demo, ladder=ladder, page=command_line("view", folder))

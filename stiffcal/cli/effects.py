@@ -13,7 +13,7 @@ import typer
 
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import HERE, AsJson, Output
+from stiffcal.cli.options import HERE, AsJson, Output, Overwrite
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import significant
 from stiffcal.errors import InputError
@@ -60,6 +60,7 @@ def effects(
     ] = None,
     as_json: AsJson = False,
     output: Output = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """List the physical effects, or explain one.
 
@@ -99,7 +100,7 @@ def effects(
 
         result = replace(result, sketch=sketch_effect(name, plugins))
         if output is not None:
-            result = replace(result, picture=str(output), drawn=draw_effect(name, output, plugins))
+            result = replace(result, picture=str(output), drawn=draw_effect(name, output, plugins, overwrite=overwrite))
         # Split before the answer is made fit for a terminal: that puts every text on one line.
         sections = [(title, escaped(text)) for title, text in sections_of(result.effects[0].physics)]
         page = partial(show_effect, sections=sections)

@@ -10,7 +10,7 @@ import typer
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import after_export
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Overwrite, StoreAt
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,15 +21,16 @@ if TYPE_CHECKING:
 def export(
     folder: Folder = HERE,
     output: Annotated[
-        Path,
+        Path | None,
         typer.Option(
             "-o",
             "--output",
             metavar="FILE",
-            help="*.csv, *.parquet: states; *.json: the model; *.urdf, *.toml: the calibrated robot; *.xml: the robot "
-            "for MuJoCo; *.c, *.st: code for a controller.",
+            help="Output file (default: DIR/states.csv). *.csv, *.parquet: states; *.json: the model; *.urdf, *.toml: "
+            "the calibrated robot; *.xml: the robot for MuJoCo; *.c, *.st: code for a controller.",
+            show_default=False,
         ),
-    ] = Path("states.csv"),
+    ] = None,
     raw_text: Annotated[
         bool, typer.Option("--raw-text", help="CSV: no ' before texts that a spreadsheet would read as formulas.")
     ] = False,
@@ -93,8 +94,11 @@ def export(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Write the states or the model for other programs, or as code for a controller.
+
+    The file is DIR/states.csv, or that of -o.
 
     States with measured, predicted and residual as CSV or Parquet; the model as JSON; the robot with the geometry
     that absolute places gave as URDF or robot file, with its springs as XML for MuJoCo; its compensation, from a
@@ -111,7 +115,9 @@ def export(
         from stiffcal.workflow.export import export_campaign, row_options
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        context = RunContext(
+            store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
+        )
         options = ControllerOptions(cycle_ms, filter_hz, tool, zeroed_at, sensor, target, tuple(leave_out or ()))
         rows = row_options(convention, strict=strict)
         result = export_campaign(folder, context, output, raw_text=raw_text, loop=options, rows=rows)

@@ -10,7 +10,7 @@ import typer
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import after_pictures
-from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, Overwrite, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, places
 from stiffcal.errors import one_line
@@ -36,6 +36,7 @@ def history(
     yes: Annotated[bool, typer.Option("--yes", help="Restore a model that is not from you without asking.")] = False,
     as_json: AsJson = False,
     store: StoreAt = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """List every fit: model, error in held-out data, noise.
 
@@ -45,7 +46,9 @@ def history(
         from stiffcal.workflow.history import read_history, restore_model
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=False, progress=answer.progress, notify=answer.notify)
+        context = RunContext(
+            store=store, update=False, progress=answer.progress, notify=answer.notify, overwrite=overwrite
+        )
         if restore is not None:
             answer.notify(restore_model(folder, context, restore, lambda fit: agrees(answer, fit, yes)))
         result = read_history(folder, context)

@@ -11,7 +11,7 @@ import typer
 from stiffcal.campaign.templates import template_kinds
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import AsJson
+from stiffcal.cli.options import AsJson, Overwrite
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -52,6 +52,7 @@ def init(
         ),
     ] = None,
     as_json: AsJson = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Create a commented campaign folder, or propose one from a table.
 
@@ -71,7 +72,9 @@ def init(
             question = "tool point, X,Y,Z in m in the flange frame (Enter: write it into campaign.toml later)"
             tool = typer.prompt(question, default="", show_default=False, err=True) or None
         point = None if tool is None else tool_point(tool)
-        result = init_campaign(folder, kind=kind, tables=table or (), urdf=urdf, robot=robot, tool=point)
+        result = init_campaign(
+            folder, kind=kind, tables=table or (), urdf=urdf, robot=robot, tool=point, overwrite=overwrite
+        )
         answer.give(result, show_init, command_line("check", folder))
     return OK
 

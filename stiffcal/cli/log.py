@@ -1,12 +1,12 @@
-"""What a command does, line by line: on standard error with ``--verbose``, in a file with ``--log FILE``.
+"""What a command does, line by line: on standard error with ``--verbose``, in a file with ``--log-file FILE``.
 
-Both work with every command. They are taken out of the arguments before the command reads its own, so that a command
-without them loads nothing for it. The lines go through Python's ``logging``, as of the logger ``stiffcal``; where
-another program has handlers for it, they get them as well.
+The lines go through Python's ``logging``, as of the logger ``stiffcal``; where another program has handlers for it,
+they get them as well.
 """
 
 from __future__ import annotations
 
+import re
 import shlex
 import sys
 import time
@@ -18,73 +18,47 @@ from typing import TYPE_CHECKING
 from stiffcal import __version__
 from stiffcal.errors import InputError, one_line
 from stiffcal.fault_codes import FaultCode
+from stiffcal.files import open_regular
 from stiffcal.masking import mask
+from stiffcal.trust.outputs import check_not_foreign
 
 if TYPE_CHECKING:
     import logging
 
-VERBOSE, LOG = "--verbose", "--log"
+    from stiffcal.cli.common_options import CommonOptions
+
 NAME = "stiffcal"
+LOG_FILE = "--log-file"
 _verbose = [False]
+_FIRST = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z INFO version \S+: stiffcal ")
 _LINE, _TIME = "%(asctime)s.%(msecs)03dZ %(levelname)s %(message)s", "%Y-%m-%dT%H:%M:%S"
 
 
-def taken_out(given: Sequence[str]) -> tuple[list[str], bool, str | None]:
-    """Return the arguments without ``--verbose`` and ``--log FILE``, whether there was the one, and the file.
-
-    Raises
-    ------
-    InputError : `--log` has no file.
-
-    Examples
-    --------
-    >>> taken_out(["check", "robot", "--log=run.log", "--verbose"])
-    (['check', 'robot'], True, 'run.log')
-    """
-    kept: list[str] = []
-    verbose, file = False, None
-    words = iter(given)
-    for word in words:
-        if word == "--":
-            kept += [word, *words]
-        elif word == VERBOSE:
-            verbose = True
-        elif word == LOG or word.startswith(f"{LOG}="):
-            file = next(words, "") if word == LOG else word.partition("=")[2]
-            if not file or file.startswith("-"):
-                raise InputError.at(
-                    FaultCode.OPTION_INVALID, "command line", LOG, "it needs a file", f"{LOG} stiffcal.log"
-                )
-        else:
-            kept.append(word)
-    return kept, verbose, file
-
-
 @contextmanager
-def logging_to(verbose: bool, file: str | None, given: Sequence[str]) -> Iterator[None]:
+def logging_to(options: CommonOptions, given: Sequence[str]) -> Iterator[None]:
     """Write the lines of `record` inside the block, and the command line before and the duration after it.
 
     Parameters
     ----------
-    verbose : to standard error. file : appended to; None: to no file. given : the command line.
+    options : where to. given : the command line.
 
     Raises
     ------
-    InputError : the file cannot be written.
+    InputError : the file cannot be written, or holds something else than such lines.
     """
-    if not verbose and file is None:
+    if not options.verbose and options.log_file is None:
         yield
         return
     import logging
 
     logger = logging.getLogger(NAME)
-    handlers = _handlers(verbose, file)
+    handlers = _handlers(options)
     level, propagate = logger.level, logger.propagate
     logger.setLevel(logging.DEBUG)
     logger.propagate = False
     for handler in handlers:
         logger.addHandler(handler)
-    _verbose.append(verbose)
+    _verbose.append(options.verbose)
     start = time.monotonic()
     try:
         record(f"version {__version__}: stiffcal {shlex.join(given)}")
@@ -102,24 +76,37 @@ def logging_to(verbose: bool, file: str | None, given: Sequence[str]) -> Iterato
         logger.propagate = propagate
 
 
-def _handlers(verbose: bool, file: str | None) -> list[logging.Handler]:
+def _handlers(options: CommonOptions) -> list[logging.Handler]:
     import logging
 
     handlers: list[logging.Handler] = []
-    if verbose:
+    if options.verbose:
         handlers.append(logging.StreamHandler(sys.stderr))
         handlers[0].addFilter(lambda line: not getattr(line, "is_printed", False))
-    if file is not None:
+    if options.log_file is not None:
+        file = Path(options.log_file)
+        if not options.log_file or options.log_file.startswith("-"):
+            reason = f"{options.log_file!r} is no name of a file"
+            raise InputError.at(FaultCode.OPTION_INVALID, "command line", LOG_FILE, reason, f"{LOG_FILE} stiffcal.log")
         try:
-            handlers.append(logging.FileHandler(Path(file), encoding="utf-8", errors="backslashreplace"))
+            check_not_foreign(file, options.overwrite, is_own=_is_log)
+            handlers.append(logging.FileHandler(file, encoding="utf-8", errors="backslashreplace"))
         except OSError as error:
             reason = f"cannot be written ({error.strerror or error})"
-            raise InputError.at(FaultCode.FILE_UNWRITABLE, file, LOG, reason, "choose a file that can") from error
+            raise InputError.at(
+                FaultCode.FILE_UNWRITABLE, options.log_file, LOG_FILE, reason, "choose a file that can"
+            ) from error
     form = logging.Formatter(_LINE, _TIME)
     form.converter = time.gmtime
     for handler in handlers:
         handler.setFormatter(form)
     return handlers
+
+
+def _is_log(file: Path) -> bool:
+    """Return whether a file begins as a log of ours does."""
+    with open_regular(file) as opened:
+        return _FIRST.match(opened.read(100)) is not None
 
 
 def record(text: str, level: str = "INFO", is_printed: bool = False) -> None:

@@ -10,7 +10,7 @@ import typer
 
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import angle, length, significant
 
@@ -64,6 +64,7 @@ def map(  # noqa: A001  (the command's name)
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Map deflection or stiffness over the workspace.
 
@@ -75,7 +76,9 @@ def map(  # noqa: A001  (the command's name)
         from stiffcal.workflow.map import MapRequest, map_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        context = RunContext(
+            store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
+        )
         request = MapRequest(load, mass, stiffness, plane, at, slices, points, pose, target)
         result = map_campaign(folder, request, context, picture=output or folder / "map.svg", table=table)
         answer.give(result, show_map, command_line("compensate", folder, "--path", "path.csv", store=store))

@@ -1,6 +1,6 @@
 """Each command's own options, for the completion script: listed here, so that printing it imports no command."""
 
-WITH_EVERY_COMMAND = "--help --json --log --verbose"
+WITH_EVERY_COMMAND = "--debug --force --help --json --log-file --overwrite --verbose"
 OPTIONS = {
     "init": "--from --kind --robot --tool --urdf",
     "check": "--quick --run --store",
@@ -26,10 +26,10 @@ OPTIONS = {
         "--at --load --mass --no-update --output --plane --points --pose --slices --stiffness --store --table --target"
     ),
     "compensate": (
-        "--acts-on --filter --force --frame --judge --never-zeroed --no-sag --no-update --normal --output --path "
+        "--acts-on --filter --frame --judge --log --never-zeroed --no-sag --no-update --normal --output --path "
         "--picture --position-only --sag --segments --start --store --target --tool --zeroed"
     ),
-    "plan": "--campaign --criterion --for --force --no-update --output --program --runs --store --tell",
+    "plan": "--campaign --criterion --for --no-update --output --program --runs --store --tell",
     "simulate": "--from --seed",
     "effects": "--from --output",
     "add": "--all --curved --joints --links --pairs --start",

@@ -17,7 +17,14 @@ NoUpdate: TypeAlias = Annotated[
     bool, typer.Option("--no-update", help="Stop if an earlier step is missing or stale, instead of running it.")
 ]
 Output: TypeAlias = Annotated[
-    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Output file.", show_default=False)
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="Output file; a relative name is one of the current folder.",
+        show_default=False,
+    ),
 ]
 Joints: TypeAlias = Annotated[
     str | None, typer.Option("--joints", metavar="2,3", help="Joints by number or name.", show_default=False)
@@ -34,4 +41,12 @@ Thresholds: TypeAlias = Annotated[
         "--thresholds", metavar="FILE", help="File of thresholds; a campaign can only tighten them.", show_default=False
     ),
 ]
+Overwrite: TypeAlias = Annotated[
+    bool,
+    typer.Option("--overwrite", "--force", help="Also replace a file that holds something stiffcal did not write."),
+]
+OverwriteAlone: TypeAlias = Annotated[
+    bool, typer.Option("--overwrite", help="Also replace a file that holds something stiffcal did not write.")
+]
+"""For commands whose `--force` is a load."""
 HERE = Path()

@@ -9,7 +9,7 @@ import typer
 
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, length, significant
 from stiffcal.printed_units import printed_unit
@@ -67,6 +67,7 @@ def plan(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
+    overwrite: OverwriteAlone = False,
 ) -> int:
     """Plan which poses and loads to measure.
 
@@ -79,7 +80,9 @@ def plan(
         from stiffcal.workflow.plan import PlanRequest, plan_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        context = RunContext(
+            store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
+        )
         request = PlanRequest(purpose, criterion, runs, force, output, tell or (), program, campaign)
         result = plan_campaign(folder, context, request)
         answer.give(result, show_plan, command_line("check", campaign or folder, store=store))

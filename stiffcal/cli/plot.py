@@ -9,7 +9,7 @@ import typer
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import after_pictures
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -32,10 +32,12 @@ def plot(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Draw load against deformation, or the residual.
 
-    The residual against any logged variable; SVG, PNG or PDF by the ending of the file name.
+    The residual against any logged variable; SVG, PNG or PDF by the ending of the file name. The picture goes to
+    DIR/plot.svg, or to -o.
 
     Example: stiffcal plot demo --against torque:4 -o residual.svg
     """
@@ -43,7 +45,9 @@ def plot(
         from stiffcal.workflow.plot import plot_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        context = RunContext(
+            store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
+        )
         result = plot_campaign(folder, context, output=output, run=run, against=against)
         answer.give(result, show_plot, after_pictures(folder, context, store, ("report",)))
     return OK

@@ -9,7 +9,7 @@ import typer
 
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, significant
 from stiffcal.uncertainty import NORMAL_95
@@ -54,6 +54,7 @@ def predict(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Predict deflection and stiffness under given loads.
 
@@ -65,7 +66,9 @@ def predict(
         from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        context = RunContext(
+            store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
+        )
         path = LoadPathRequest(load_path, at, points, note) if load_path is not None else None
         result = predict_campaign(folder, context, poses=poses, load_path=path, output=output)
         answer.give(result, show_prediction, command_line("export", folder, "-o", "model.json", store=store))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import after_pictures
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,6 +21,7 @@ def report(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Write the report as a PDF (DIR/report.pdf).
 
@@ -30,7 +31,9 @@ def report(
         from stiffcal.workflow.report import report_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        context = RunContext(
+            store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
+        )
         result = report_campaign(folder, context, output=output)
         answer.give(result, show_report, after_pictures(folder, context, store, ("view",)))
     return OK

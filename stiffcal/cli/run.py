@@ -9,7 +9,7 @@ from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.identify import show_fitted
 from stiffcal.cli.next_step import after_diagnosis
-from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, Overwrite, StoreAt
 from stiffcal.cli.validate import show_elasticity, whole_error
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import deviation, length, share
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stiffcal.workflow.run_result import RunResult
 
 
-def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -> int:
+def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None, overwrite: Overwrite = False) -> int:
     """Check, ingest, identify, validate, diagnose, report and view in one go.
 
     Example: stiffcal run demo
@@ -33,7 +33,7 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
         from stiffcal.workflow.run import run_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, progress=answer.progress, notify=answer.notify)
+        context = RunContext(store=store, progress=answer.progress, notify=answer.notify, overwrite=overwrite)
         try:
             result = run_campaign(folder, context)
         except InputError as error:

@@ -9,7 +9,7 @@ import typer
 
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import AsJson
+from stiffcal.cli.options import AsJson, Overwrite
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -34,6 +34,7 @@ def simulate(
         ),
     ] = None,
     as_json: AsJson = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Simulate a campaign: raw logs of a known robot.
 
@@ -44,7 +45,7 @@ def simulate(
     with answering(as_json) as answer:
         from stiffcal.workflow.simulate import simulate_campaign
 
-        result = simulate_campaign(source, out, seed=seed, progress=answer.progress)
+        result = simulate_campaign(source, out, seed=seed, progress=answer.progress, overwrite=overwrite)
         answer.give(result, show_simulation, command_line("run", out))
     return OK
 

@@ -10,7 +10,7 @@ import typer
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.before_after import change_words, estimate_words
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.options import AsJson, NoUpdate, Output
+from stiffcal.cli.options import AsJson, NoUpdate, Output, Overwrite
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import places, share, significant
 
@@ -42,6 +42,7 @@ def trend(
     output: Output = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Track one robot over many campaigns.
 
@@ -54,7 +55,7 @@ def trend(
         from stiffcal.workflow.steps import RunContext
         from stiffcal.workflow.trend import trend_campaigns
 
-        context = RunContext(update=not no_update, progress=answer.progress, notify=answer.notify)
+        context = RunContext(update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite)
         result = trend_campaigns(folders, context, output, max_change)
         answer.give(result, show_trend, _next(result))
     return OK if result.passed else NOT_HELD

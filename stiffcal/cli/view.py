@@ -10,7 +10,7 @@ import typer
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import after_pictures
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
@@ -35,6 +35,7 @@ def view(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Write one HTML file for a browser (DIR/view.html).
 
@@ -50,7 +51,9 @@ def view(
     with answering(as_json) as answer:
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        context = RunContext(
+            store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
+        )
         if live:
             _serve(answer, folder, context, not no_raw, open_page)
             return OK

@@ -265,7 +265,9 @@ class CampaignSession:
 
         return CampaignPlots(self)
 
-    def save_plot(self, file: str | Path, run: str | None = None, against: str | None = None) -> None:
+    def save_plot(
+        self, file: str | Path, run: str | None = None, against: str | None = None, *, overwrite: bool = False
+    ) -> None:
         """Write the picture that ``stiffcal plot`` draws.
 
         Parameters
@@ -273,11 +275,16 @@ class CampaignSession:
         file : ``*.svg``, ``*.png`` or ``*.pdf``.
         run : only this run.
         against : draw the residual in held-out poses against this, as ``torque:4``; None: load against deformation.
+        overwrite : also a file that holds something stiffcal did not write.
+
+        Raises
+        ------
+        InputError : there is nothing to draw, or the file cannot be written or holds something else.
         """
         from stiffcal.workflow.plot import plot_campaign
 
         with self._logged():
-            plot_campaign(self.folder, self._context, Path(file), run, against)
+            plot_campaign(self.folder, replace(self._context, overwrite=overwrite), Path(file), run, against)
 
     def _data(self) -> Ingested:
         return up_to_date_states(self.folder, self._context)

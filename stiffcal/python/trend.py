@@ -110,6 +110,8 @@ def follow_robot(
     max_change: float | None = None,
     picture: str | Path | None = None,
     progress: Progress | None = None,
+    *,
+    overwrite: bool = False,
 ) -> RobotTrend:
     """Follow one robot over many campaigns, as ``stiffcal trend`` does.
 
@@ -119,6 +121,7 @@ def follow_robot(
     max_change : share by which a parameter may change; names beyond it are in ``result.exceeded``.
     picture : ``*.svg``, ``*.png`` or ``*.pdf``: draw the parameters there.
     progress : called with what is being done and the share of it, 0 to 1 or None.
+    overwrite : also a picture's file that holds something stiffcal did not write.
 
     Raises
     ------
@@ -126,7 +129,7 @@ def follow_robot(
     """
     from stiffcal.workflow.trend import trend_campaigns
 
-    context = RunContext(progress=progress or no_progress, notify=logger.info)
+    context = RunContext(progress=progress or no_progress, notify=logger.info, overwrite=overwrite)
     named = [Path(folder) for folder in folders]
     result = trend_campaigns(named, context, None if picture is None else Path(picture), max_change)
     for warning in result.warnings:

@@ -8,9 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from stiffcal.errors import InputError, Progress, no_progress
-from stiffcal.fault_codes import FaultCode
-from stiffcal.files import replacing
+from stiffcal.errors import Progress, no_progress
 from stiffcal.report.blocks import (
     Block,
     Facts,
@@ -37,13 +35,12 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
     Parameters
     ----------
     content : finished results of the other rooms.
-    output : where to write; replaced in one step, only when the report is complete.
+    output : where to write, when the report is complete.
     progress : receives each picture's name.
 
     Raises
     ------
-    InputError
-        Where `output` cannot be written.
+    OSError : it cannot be written.
     """
     heading = PagesHeading(
         title=_title(content),
@@ -83,29 +80,21 @@ def write_pages(
     ----------
     heading : title and date.
     sections : in order.
-    output : where to write; replaced in one step, only when the pages are complete.
+    output : where to write, when the pages are complete.
     progress : receives each picture's name.
     logo : PNG next to the title; empty for none.
 
     Raises
     ------
-    InputError
-        Where `output` cannot be written.
+    OSError : it cannot be written.
     """
-    try:
-        with tempfile.TemporaryDirectory(prefix="stiffcal-report-") as folder:
-            pages = {**asdict(heading), "sections": _as_data(sections, Path(folder), progress)}
-            pages["logo"] = _LOGO_FILE if logo else ""
-            if logo:
-                (Path(folder) / _LOGO_FILE).write_bytes(logo)
-            progress("typesetting", 0.95)
-            pdf = set_pages(pages, Path(folder), heading.date)
-        _write_whole(output, pdf)
-    except OSError as error:
-        place = "choose a place that can be written, with -o"
-        raise InputError.at(
-            FaultCode.FILE_UNWRITABLE, str(output), "", f"cannot be written ({error.strerror or error})", place
-        ) from error
+    with tempfile.TemporaryDirectory(prefix="stiffcal-report-") as folder:
+        pages = {**asdict(heading), "sections": _as_data(sections, Path(folder), progress)}
+        pages["logo"] = _LOGO_FILE if logo else ""
+        if logo:
+            (Path(folder) / _LOGO_FILE).write_bytes(logo)
+        progress("typesetting", 0.95)
+        output.write_bytes(set_pages(pages, Path(folder), heading.date))
 
 
 def _title(content: ReportContent) -> str:
@@ -168,8 +157,3 @@ def _is_before_picture(following: Sequence[Block]) -> bool:
 def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:
     kinds = {Paragraph: "paragraph", Items: "items", SubheadingBlock: "subheading", Facts: "facts", TableBlock: "table"}
     return {"kind": kinds[type(block)], "before_picture": before_picture, **asdict(block)}
-
-
-def _write_whole(output: Path, content: bytes) -> None:
-    with replacing(output) as temporary:
-        temporary.write_bytes(content)

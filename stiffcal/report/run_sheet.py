@@ -52,7 +52,7 @@ def build_run_sheet(
 
     Raises
     ------
-    InputError : `output` cannot be written.
+    OSError : `output` cannot be written.
     """
     kind = KINDS[plan.experiment]
     heading = PagesHeading(title=f"Run sheet, {robot}", kind=kind, campaign=campaign, date=date, maker="stiffcal",

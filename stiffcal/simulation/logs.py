@@ -14,7 +14,6 @@ from stiffcal.campaign.source import Source
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import replacing
 from stiffcal.log_columns import single_character
 
 Column = Floats | Sequence[str]
@@ -86,35 +85,38 @@ def _wrong_preamble(place: str, n_lines: int, skipped: int) -> InputError:
     )
 
 
+FORMATS = ("csv", "hdf5", "parquet")
+
+
+def check_format(log_format: str, name: str) -> None:
+    """Refuse a format that cannot be simulated.
+
+    Raises
+    ------
+    InputError : it is none of `FORMATS`.
+    """
+    if log_format not in FORMATS:
+        reason = f"logs of format {log_format} cannot be simulated"
+        raise InputError.at(FaultCode.SIMULATION_UNSUPPORTED, "campaign.toml", name, reason, "use csv, hdf5 or parquet")
+
+
 def write_log(path: Path, log_format: str, columns: Mapping[str, Column], dialect: Dialect, group: str = "/") -> None:
     """Write one log.
 
     Parameters
     ----------
-    path : its folder is made where it is missing.
-    log_format : csv, hdf5 or parquet.
+    path : to write.
+    log_format : one of `FORMATS`.
     columns : name to n numbers (or words), in the lab's units.
     dialect : how a text log is written.
     group : where in an HDF5 file the columns lie.
-
-    Raises
-    ------
-    InputError
-        the format cannot be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
-        if log_format == "csv":
-            _write_text(temporary, columns, dialect)
-        elif log_format == "hdf5":
-            _write_hdf5(temporary, columns, group)
-        elif log_format == "parquet":
-            _write_parquet(temporary, columns)
-        else:
-            reason = f"logs of format {log_format} cannot be simulated"
-            raise InputError.at(
-                FaultCode.SIMULATION_UNSUPPORTED, "campaign.toml", path.name, reason, "use csv, hdf5 or parquet"
-            )
+    if log_format == "csv":
+        _write_text(path, columns, dialect)
+    elif log_format == "hdf5":
+        _write_hdf5(path, columns, group)
+    else:
+        _write_parquet(path, columns)
 
 
 def _write_text(path: Path, columns: Mapping[str, Column], dialect: Dialect) -> None:

@@ -7,12 +7,11 @@ file has lost the values: whoever analyses it starts as a laboratory does, and o
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,20 +29,21 @@ from stiffcal.campaign.toml_reading import parse_for_editing, toml_text
 from stiffcal.documents import Document
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import check_regular, open_regular, read_regular, replacing, write_whole
+from stiffcal.files import check_regular
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.controller import compensated
 from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.hidden import check_hidden
 from stiffcal.simulation.kinds import run_simulation
-from stiffcal.simulation.logs import Column, dialect_of, write_log
+from stiffcal.simulation.logs import Column, check_format, dialect_of, write_log
 from stiffcal.simulation.motion import MotionProgram
 from stiffcal.simulation.recording import Device, DeviceLog, RecordingContext, devices_of, record
 from stiffcal.simulation.scene import draw_acts, robot_with_values, rods_on_links, tool_weight, true_frames
 from stiffcal.simulation.settings import FILE_NAME, SimulationSettings, TrueRobot
 from stiffcal.simulation.true_motion import PlannedRun, RestSolver, TrueRun, solve_true_runs
 from stiffcal.simulation.truth import TRUTH_FILE, truth_document
+from stiffcal.trust.outputs import check_copy, check_not_foreign, write_copy, write_output, written
 
 
 def simulate_campaign(
@@ -53,6 +53,8 @@ def simulate_campaign(
     seed: int | None = None,
     progress: Progress = no_progress,
     settle: RestSolver | None = None,
+    *,
+    overwrite: bool = False,
 ) -> Document:
     """Write a simulated campaign folder.
 
@@ -65,6 +67,7 @@ def simulate_campaign(
     progress : receives what is being done.
     settle : another robot that is loaded in place of the model file's, e.g. a physics engine; the model file then only
         decides what the truth is called.
+    overwrite : also files that hold something stiffcal did not write.
 
     Returns
     -------
@@ -74,7 +77,8 @@ def simulate_campaign(
     Raises
     ------
     InputError
-        a parameter lacks a value, or folder, settings and manifest do not go together.
+        a parameter lacks a value, folder, settings and manifest do not go together, or a file to write holds
+        something else.
     """
     out = Path(out)
     drawn = settings.seed if seed is None else seed
@@ -82,8 +86,9 @@ def simulate_campaign(
         raise InputError.at(
             FaultCode.OPTION_INVALID, "command line", "--seed", f"{drawn} is negative", "give a whole number from 0"
         )
-    _check_out(out, campaign.folder)
-    _check_unchanged(out, campaign, settings.robot.hidden)
+    if not overwrite:
+        _check_out(out, campaign.folder)
+    _check_goals(out, campaign, (), overwrite=overwrite)
     progress("setting loads", 0.0)
     robot, recording = simulate_runs(campaign, settings, drawn, settle)
     devices_by_run = [
@@ -98,14 +103,17 @@ def simulate_campaign(
         logs.append([record(recording, device) for device in devices])
     corrects = any(run.compensation == "on" for run in campaign.manifest.runs)
     truth = truth_document(robot, recording, devices_by_run, logs, settings.controller if corrects else None)
+    planned = _log_files(campaign, devices_by_run, logs)
+    _check_goals(out, campaign, [log.name for log in planned], overwrite=overwrite)
     with _only_whole(out):
         # First: it distinguishes a folder that a killed process left half-made from one that holds something else.
-        write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")
-        files = [*_write_logs(out, campaign, devices_by_run, logs, progress), TRUTH_FILE]
+        write_output(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n", overwrite)
+        for number, log in enumerate(planned):
+            progress(f"writing {log.name}", 0.6 + 0.4 * number / len(planned))
+            _write_file(out / log.name, log, overwrite=overwrite)
+        files = [*(log.name for log in planned), TRUTH_FILE]
         if out.resolve() != campaign.folder.resolve():
-            files += _copy_documents(campaign, out, settings.robot.hidden)
-            truth["written"] = {name: _digest(out / name, name) for name in files if name != TRUTH_FILE}
-            write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")
+            files += _copy_documents(campaign, out, settings.robot.hidden, overwrite=overwrite)
     progress("simulated", 1.0)
     states = sum(len(true_run.planned.program) for true_run in recording.true_run)
     runs = [true_run.planned.name for true_run in recording.true_run]
@@ -213,56 +221,17 @@ def _check_out(out: Path, source: Path) -> None:
         )
 
 
-def _check_unchanged(out: Path, campaign: Campaign, hidden: Sequence[str]) -> None:
-    """Raise where a file that would be written anew is no longer what a simulation wrote.
-
-    Documents of a folder that was left half-made, or made before digests were recorded, may only be what they will be.
-    """
-    if out.resolve() == campaign.folder.resolve() or not (out / TRUTH_FILE).exists():
-        return
-    recorded = _recorded(out)
-    names = [*_document_names(campaign), *([MODEL_FILE] if campaign.model_written else [])]
-    for name in dict.fromkeys([*names, *recorded]):
+def _check_goals(out: Path, campaign: Campaign, logs: Sequence[str], *, overwrite: bool) -> None:
+    """Raise where a file to write is there already and is neither a simulation's nor what it will be."""
+    for name in (TRUTH_FILE, *logs):
         check_inside(out, name)
-        if not (out / name).exists():
-            continue
-        found = _digest(out / name, name)
-        if found == recorded.get(name):
-            continue
-        if name in names and found == _digest_to_be(campaign, name, hidden):
-            continue
-        raise InputError.at(
-            FaultCode.FILE_EXISTS,
-            str(out / name),
-            "",
-            "it was changed after it was simulated, and would be overwritten",
-            "use a folder that does not exist yet, or delete this file",
-        )
-
-
-def _recorded(out: Path) -> Mapping[str, str]:
-    """Return the digests of what a simulation wrote, by file; none where they cannot be read."""
-    try:
-        written = json.loads(read_regular(out / TRUTH_FILE, TRUTH_FILE))["written"]
-        return {str(name): str(digest) for name, digest in written.items()}
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return {}
-
-
-def _digest(path: Path, name: str) -> str:
-    digest = hashlib.sha256()
-    with open_regular(path, name) as file:
-        while piece := file.read(1 << 20):
-            digest.update(piece)
-    return digest.hexdigest()
-
-
-def _digest_to_be(campaign: Campaign, name: str, hidden: Sequence[str]) -> str:
-    """Return the digest of a document as it would be written."""
-    if name != MODEL_FILE:
-        return _digest(campaign.folder / name, name)
-    content = toml_text(campaign.model_path, MODEL_FILE)
-    return hashlib.sha256(without_values(content, hidden).encode()).hexdigest()
+        check_not_foreign(out / name, overwrite)
+    if out.resolve() != campaign.folder.resolve():
+        for name in _document_names(campaign):
+            check_inside(out, name)
+            check_copy(campaign.folder / name, out / name, overwrite)
+        if campaign.model_written:
+            check_not_foreign(out / MODEL_FILE, overwrite)
 
 
 @contextmanager
@@ -283,19 +252,28 @@ def _only_whole(out: Path) -> Iterator[None]:
         raise
 
 
-def _write_logs(
-    out: Path,
-    campaign: Campaign,
-    devices_by_run: Sequence[Sequence[Device]],
-    logs: Sequence[Sequence[DeviceLog]],
-    progress: Progress,
-) -> list[str]:
-    """Write every source's files as the manifest names them; return their names."""
+@dataclass(frozen=True)
+class _LogFile:
+    """A log to write."""
+
+    name: str
+    """Relative to the folder, as the manifest has it."""
+    source: Source
+    """What it is a log of."""
+    device: Device
+    """What writes it."""
+    parts: tuple[DeviceLog, ...]
+    """Of one run, or of all runs one after the other."""
+
+
+def _log_files(
+    campaign: Campaign, devices_by_run: Sequence[Sequence[Device]], logs: Sequence[Sequence[DeviceLog]]
+) -> list[_LogFile]:
+    """Return every source's files as the manifest names them."""
     manifest = campaign.manifest
     runs = {run.id: run for run in manifest.runs}
     files = []
-    for number, (name, source) in enumerate(manifest.sources.items()):
-        progress(f"writing {name}", 0.6 + 0.4 * number / len(manifest.sources))
+    for name, source in manifest.sources.items():
         by_file: dict[str, list[DeviceLog]] = {}
         members = [
             (device, log)
@@ -314,15 +292,12 @@ def _write_logs(
                     "give one file for it",
                 )
             by_file.setdefault(named[""], []).append(log)
-        for file, parts in by_file.items():
-            check_inside(out, file)
-            _write_file(out / file, file, source, members[0][0], parts)
-            files.append(file)
+        files += [_LogFile(file, source, members[0][0], tuple(parts)) for file, parts in by_file.items()]
     return files
 
 
-def _write_file(path: Path, file: str, source: Source, device: Device, parts: Sequence[DeviceLog]) -> None:
-    """Write one log: of one run, or of all runs one after the other."""
+def _write_file(path: Path, log: _LogFile, *, overwrite: bool) -> None:
+    source, device, parts = log.source, log.device, log.parts
     columns: dict[str, Column] = {}
     for name, first in parts[0].columns.items():
         pieces = [table.columns[name] for table in parts]
@@ -332,7 +307,11 @@ def _write_file(path: Path, file: str, source: Source, device: Device, parts: Se
             columns[name] = [word for piece in pieces for word in piece]
     dialect = dialect_of(source, device.sensor.preamble, parts[0].decimals, parts[0].units, f"sensors.{device.name}")
     group = str(source.options_of("hdf5").get("group") or "/")
-    write_log(path, source.format_for(file) or "csv", columns, dialect, group)
+    log_format = source.format_for(log.name) or "csv"
+    check_format(log_format, path.name)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with written(path, overwrite) as temporary:
+        write_log(temporary, log_format, columns, dialect, group)
 
 
 def _document_names(campaign: Campaign) -> list[str]:
@@ -343,18 +322,17 @@ def _document_names(campaign: Campaign) -> list[str]:
     return [*(Path(name).as_posix() for name in names), MANIFEST_FILE]
 
 
-def _copy_documents(campaign: Campaign, out: Path, hidden: Sequence[str]) -> list[str]:
+def _copy_documents(campaign: Campaign, out: Path, hidden: Sequence[str], *, overwrite: bool) -> list[str]:
     """Copy manifest, robot and plugins as they are, and the model file without its values and hidden effects."""
     names = _document_names(campaign)
     content = toml_text(campaign.model_path, MODEL_FILE) if campaign.model_written else None
     if content is not None:
-        write_whole(out / MODEL_FILE, without_values(content, hidden))
+        write_output(out / MODEL_FILE, without_values(content, hidden), overwrite)
     for name in names:
         check_inside(out, name)
         check_regular(campaign.folder / name, name)
         (out / name).parent.mkdir(parents=True, exist_ok=True)
-        with replacing(out / name) as temporary:
-            shutil.copyfile(campaign.folder / name, temporary)
+        write_copy(campaign.folder / name, out / name, overwrite)
     return [Path(name).as_posix() for name in (*names, *([MODEL_FILE] if content is not None else []))]
 
 

@@ -14,10 +14,10 @@ from stiffcal.compensation.table_columns import AXES
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
+from stiffcal.trust.outputs import PICTURES, TABLES, check_output, written
 from stiffcal.wording import lines_in_words
 from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
-from stiffcal.workflow.plot import PICTURES
 from stiffcal.workflow.steps import RunContext
 
 if TYPE_CHECKING:
@@ -90,7 +90,9 @@ def compensate_campaign(
     from stiffcal.model.equilibrium import NoBalanceError
 
     context = context or RunContext()
-    _check_outputs(output, picture)
+    for file, endings in ((output, TABLES), (picture, PICTURES)):
+        if file is not None:
+            check_output(file, endings, context.overwrite)
     campaign = load_campaign(Path(folder), check_files=False)
     fitted = fitted_robot(campaign, context)
     setup, target = fitted.aimed_at(options.target)
@@ -133,29 +135,14 @@ def compensate_campaign(
     if output is not None:
         from stiffcal.workflow.export import write_table
 
-        write_table(_table(campaign.chain, result, path), output)
+        write_table(_table(campaign.chain, result, path), output, overwrite=context.overwrite)
     if picture is not None:
         from stiffcal.report.figures.canvas import save_figure
         from stiffcal.report.figures.path_error import draw_path_error
 
-        save_figure(draw_path_error(_path_error(fitted, path, result, options.normal)), picture)
+        with written(picture, context.overwrite) as temporary:
+            save_figure(draw_path_error(_path_error(fitted, path, result, options.normal)), temporary)
     return result
-
-
-def _check_outputs(output: Path | None, picture: Path | None) -> None:
-    if picture is not None and picture.suffix.lower() not in PICTURES:
-        raise InputError.at(
-            FaultCode.FORMAT_UNKNOWN,
-            str(picture),
-            "",
-            "not a picture format",
-            f"end the name in one of {', '.join(PICTURES)}",
-        )
-    for file in (output, picture):
-        if file is not None and not file.parent.is_dir():
-            raise InputError.at(
-                FaultCode.FILE_MISSING, str(file), "", "its folder does not exist", "make the folder first"
-            )
 
 
 def _wanted(fitted: FittedRobot, path: CompensationPath, sag: bool | None) -> Wanted:

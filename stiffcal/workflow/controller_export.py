@@ -14,7 +14,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import write_whole
+from stiffcal.trust.outputs import check_not_foreign, write_output
 from stiffcal.wording import place
 from stiffcal.workflow.compensation_path import pose_of_words, tool_of_words
 from stiffcal.workflow.diagnose import current_diagnosis
@@ -77,6 +77,8 @@ def write_controller_code(
     from stiffcal.compensation.st_code import st_source
 
     options = options or ControllerOptions()
+    if output.suffix.lower() == ".c":
+        check_not_foreign(output.with_name(header_name(output.stem)), context.overwrite)
     campaign = load_campaign(folder, check_files=False)
     if output.suffix.lower() == ".st":
         reason = "the Structured Text turns all joints"
@@ -87,12 +89,12 @@ def write_controller_code(
     verdict = model_verdict(folder, context, fitted)
     head = list(head_lines(fitted, setup, target, model, verdict))
     if output.suffix.lower() == ".st":
-        write_whole(output, st_source(model, head, output.stem))
+        write_output(output, st_source(model, head, output.stem), context.overwrite)
         what = "Structured Text"
     else:
         source, header = c_source(model, head, output.stem)
-        write_whole(output, source)
-        write_whole(output.with_name(header_name(output.stem)), header)
+        write_output(output, source, context.overwrite)
+        write_output(output.with_name(header_name(output.stem)), header, context.overwrite)
         what = f"C99, with {header_name(output.stem)}"
     holds = (
         f"the compensation of {fitted.source} as {what} "

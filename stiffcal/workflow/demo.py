@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from stiffcal.campaign.model_file import MODEL_FILE
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.errors import InputError
-from stiffcal.files import read_regular, replacing
-from stiffcal.limits import TOML
-from stiffcal.simulation.truth import TRUTH_FILE
+from stiffcal.trust.outputs import check_not_foreign, write_output
 from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.improve_results import ImproveStep
+from stiffcal.workflow.report import REPORT_FILE
 from stiffcal.workflow.run import run_campaign
 from stiffcal.workflow.run_result import RunResult
 from stiffcal.workflow.simulate import simulate_campaign
 from stiffcal.workflow.steps import RunContext
+from stiffcal.workflow.view import VIEW_FILE
 
+README = "README.md"
 EXAMPLE = Path(__file__).parent / "example"
 """A copy of campaigns/demo, so that an installed package has it too; `make example` renews it, a test holds it."""
 
@@ -50,20 +47,9 @@ def run_demo(
         f"copying the example to {folder} and simulating its raw logs: the simulated robot has an effect that "
         f"model.toml lacks"
     )
-    _take_again(folder)
-    simulate_campaign(EXAMPLE, folder, None, context.progress)
-    with replacing(folder / "README.md") as temporary:  # not through a link that lies there
-        shutil.copyfile(EXAMPLE / "README.md", temporary)
+    for name in (README, REPORT_FILE, VIEW_FILE):
+        check_not_foreign(folder / name, context.overwrite)
+    simulate_campaign(EXAMPLE, folder, None, context.progress, overwrite=context.overwrite)
+    write_output(folder / README, (EXAMPLE / README).read_bytes(), context.overwrite)
     improve_campaign(folder, context, notify_step=notify_step)
     return replace(run_campaign(folder, context), folder=str(folder))
-
-
-def _take_again(folder: Path) -> None:
-    """Remove the model file of an earlier demo, which `improve` has changed: `simulate` would refuse to replace it."""
-    model = folder / MODEL_FILE
-    try:
-        manifest = read_regular(folder / MANIFEST_FILE, MANIFEST_FILE, limit=TOML)
-    except (InputError, OSError):
-        return
-    if manifest == (EXAMPLE / MANIFEST_FILE).read_bytes() and (folder / TRUTH_FILE).is_file() and model.is_file():
-        model.unlink()

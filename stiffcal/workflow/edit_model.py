@@ -17,8 +17,10 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.limits import TOML
+from stiffcal.trust.outputs import note_written
 from stiffcal.workflow.command_results import EditResult
-from stiffcal.workflow.history import model_of
+from stiffcal.workflow.history import can_be_restored, model_of, stored_fits
+from stiffcal.workflow.steps import RunContext, open_store
 
 if TYPE_CHECKING:
     from stiffcal.model.effect import Effect
@@ -33,6 +35,7 @@ def edit_model(
     everywhere: bool = False,
     curved: bool = False,
     start: Mapping[str, float] | None = None,
+    context: RunContext | None = None,
 ) -> EditResult:
     """Add an effect to model.toml, or remove it; the user's comments stay.
 
@@ -45,6 +48,7 @@ def edit_model(
     everywhere : at every place the effect can have (or, removing, has).
     curved : in the law's curved form, also where the model holds the straight one.
     start : values by symbol from which the fit starts; of a law with several forms the one with these symbols is added.
+    context : where the store is, whose history may keep the model as it was.
 
     Returns
     -------
@@ -56,9 +60,21 @@ def edit_model(
     InputError : no such effect or place; or no place given, with the places that there are.
     """
     campaign = load_campaign(Path(folder), check_files=False)
+    kept = _is_kept(campaign, context or RunContext())
     changes = _edit(campaign, campaign.folder, action, effect, _Wanted(where or {}, everywhere, curved, start or {}))
+    if kept:
+        note_written(campaign.folder / MODEL_FILE)
     model = load_campaign(campaign.folder, check_files=False).model
     return EditResult(warnings=[], changes=changes, model=model_of(model))
+
+
+def _is_kept(campaign: Campaign, context: RunContext) -> bool:
+    """Return whether the model file can be written again as it is now; where the history cannot be read, it cannot."""
+    try:
+        fits = stored_fits(open_store(campaign.folder, context))
+    except InputError:
+        fits = []
+    return can_be_restored(campaign.folder / MODEL_FILE, fits)
 
 
 def start_values(text: str | None) -> dict[str, float]:

@@ -25,6 +25,7 @@ from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Pl
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.plugin_code import PluginCode
 from stiffcal.report.content import EffectPicture
+from stiffcal.trust.outputs import PICTURES, check_output, written
 from stiffcal.workflow.effect_clamped_pictures import clamped_picture
 from stiffcal.workflow.effect_motion_pictures import torque_picture
 from stiffcal.workflow.effect_sketch import sketch
@@ -47,7 +48,6 @@ CLEARLY = 2.0
 SPRING: dict[str, object] = {"joint": 1, "anchor_m": [-0.6, 0.2, 0.0], "arm_m": [0.3, 0.0, 0.0], "rate_N_m": None}
 LINES = ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.6, 0.8, 0.0))
 AXES = "xyz"
-PICTURES = (".svg", ".png", ".pdf")
 
 
 @dataclass(frozen=True)
@@ -126,38 +126,23 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
     )
 
 
-def draw_effect(name: str, file: Path, plugins: PluginCode | None = None) -> str:
+def draw_effect(name: str, file: Path, plugins: PluginCode | None = None, *, overwrite: bool = False) -> str:
     """Write an effect's picture, and return its caption.
 
     Raises
     ------
-    InputError : the effect does not exist or does not show, or the file cannot be written.
+    InputError : the effect does not exist or does not show, or the file cannot be written or holds something else.
     """
     from stiffcal.report.figures.canvas import save_figure
     from stiffcal.report.figures.effect_picture import draw_effect_picture
 
-    if file.suffix.lower() not in PICTURES:
-        raise InputError.at(
-            FaultCode.FORMAT_UNKNOWN,
-            str(file),
-            "",
-            "not a picture format",
-            f"end the name in one of {', '.join(PICTURES)}",
-        )
+    check_output(file, PICTURES, overwrite)
     picture = _picture_of(name, plugins)
     if picture is None:
         mend = f"leave -o out: stiffcal effects {name} explains where it acts"
         raise InputError.at(FaultCode.DATA_MISSING, "command line", "-o", f"{name} has no load-deformation curve", mend)
-    try:
-        save_figure(draw_effect_picture(picture), file)
-    except OSError as error:
-        raise InputError.at(
-            FaultCode.FILE_UNWRITABLE,
-            str(file),
-            "",
-            f"cannot be written ({error.strerror or error})",
-            "choose another place",
-        ) from error
+    with written(file, overwrite) as temporary:
+        save_figure(draw_effect_picture(picture), temporary)
     return picture.caption
 
 

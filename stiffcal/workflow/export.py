@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, get_args
 from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import replacing, write_whole
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.trust.outputs import TABLES, chosen_output, write_output, written
 from stiffcal.workflow.command_results import ExportResult
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import HELDOUT_STATES, Ingested, RunContext, up_to_date_states
@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from stiffcal.mechanics.joint_rows import Convention
     from stiffcal.workflow.controller_export import ControllerOptions
 
-TABLES, MODELS, CODE = (".csv", ".parquet"), (".json", ".urdf", ".toml", ".xml"), (".c", ".st")
+MODELS, CODE = (".json", ".urdf", ".toml", ".xml"), (".c", ".st")
+
+
+STATES_FILE = "states.csv"
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,7 @@ def row_options(convention: str | None, *, strict: bool) -> RowOptions:
 def export_campaign(
     folder: Path,
     context: RunContext | None = None,
-    output: Path = Path("states.csv"),
+    output: Path | None = None,
     *,
     raw_text: bool = False,
     loop: ControllerOptions | None = None,
@@ -72,7 +75,8 @@ def export_campaign(
     ----------
     folder : the campaign folder.
     context : store, progress and so on.
-    output : ``*.csv`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit with its
+    output : default DIR/states.csv.
+        ``*.csv`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit with its
         model; ``*.urdf``: the robot, with the stiffness of its joints in an element of its own; ``*.toml``: the
         calibrated robot as a robot file; ``*.xml``: the robot for MuJoCo, with its springs; ``*.c``: the compensation
         of a controller's loop as C99, with its header; ``*.st``: the same as Structured Text (IEC 61131-3).
@@ -87,24 +91,16 @@ def export_campaign(
 
     Raises
     ------
-    InputError : the input is wrong, or the file's ending is none of these.
+    InputError : the input is wrong, the file's ending is none of these, or it holds something stiffcal did not write.
     """
     context = context or RunContext()
+    output = chosen_output(output, Path(folder) / STATES_FILE, (*TABLES, *MODELS, *CODE), context.overwrite)
     ending = output.suffix.lower()
-    if ending not in (*TABLES, *MODELS, *CODE):
-        mend = f"end the name in one of {', '.join((*TABLES, *MODELS, *CODE))}"
-        raise InputError.at(
-            FaultCode.FORMAT_UNKNOWN,
-            str(output),
-            "",
-            f"no export is known for {ending or 'a name without an ending'}",
-            mend,
-        )
     if ending in CODE:
         from stiffcal.workflow.controller_export import write_controller_code
 
-        written = write_controller_code(folder, context, output, loop)
-        return ExportResult(warnings=written.warnings, file=str(output), holds=written.holds)
+        code = write_controller_code(folder, context, output, loop)
+        return ExportResult(warnings=code.warnings, file=str(output), holds=code.holds)
     if ending == ".xml":
         from stiffcal.workflow.mujoco_export import write_mujoco
 
@@ -116,20 +112,21 @@ def export_campaign(
     if ending in TABLES:
         up_to_date_validation(data, identified, context)
         table = states_with_residuals(data) if len(data.states) else _readings(data)
-        write_table(table, output, raw_text=raw_text)
+        write_table(table, output, raw_text=raw_text, overwrite=context.overwrite)
         holds = f"{table.num_rows} readings with measured, predicted and residual"
         if len(data.states):
             holds = f"{table.num_rows} load states with measured, predicted and residual (held-out poses)"
     elif ending == ".json":
-        write_whole(output, json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n")
+        text = json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n"
+        write_output(output, text, context.overwrite)
         holds = f"the model of fit {identified.fit_id} with uncertainty"
     else:
-        holds, warnings = _write_robot(data, identified, output, rows or RowOptions())
+        holds, warnings = _write_robot(data, identified, output, rows or RowOptions(), context)
     return ExportResult(warnings=warnings, file=str(output), holds=holds)
 
 
 def _write_robot(
-    data: Ingested, identified: IdentifyResult, output: Path, options: RowOptions
+    data: Ingested, identified: IdentifyResult, output: Path, options: RowOptions, context: RunContext
 ) -> tuple[str, list[str]]:
     """Write the rigid robot, as URDF or as a robot file; return what is in it, and warnings."""
     setup = data.states.setup if len(data.states) else None
@@ -137,19 +134,17 @@ def _write_robot(
         from stiffcal.workflow.fitted_robot import known_from_below
         from stiffcal.workflow.urdf_export import urdf_text
 
-        write_whole(output, urdf_text(data.campaign, identified, setup))
+        write_output(output, urdf_text(data.campaign, identified, setup), context.overwrite)
         holds = f"the robot as URDF with the geometry and the joint stiffness of fit {identified.fit_id}"
         return holds, list(known_from_below(identified))
     from stiffcal.results.geometry_words import CONVENTIONS
     from stiffcal.workflow.robot_export import robot_rows_text
 
-    written = robot_rows_text(data.campaign, identified, setup, options.convention, strict=options.strict)
-    write_whole(output, written.text)
+    rows = robot_rows_text(data.campaign, identified, setup, options.convention, strict=options.strict)
+    write_output(output, rows.text, context.overwrite)
     beta = "without β" if options.strict else "with β where axes are nearly parallel"
-    holds = (
-        f"the robot with the geometry of fit {identified.fit_id} as rows of {CONVENTIONS[written.convention]}, {beta}"
-    )
-    return holds, written.warnings
+    holds = f"the robot with the geometry of fit {identified.fit_id} as rows of {CONVENTIONS[rows.convention]}, {beta}"
+    return holds, rows.warnings
 
 
 def states_with_residuals(data: Ingested) -> pa.Table:
@@ -185,24 +180,27 @@ def _readings(data: Ingested) -> pa.Table:
     )
 
 
-def write_table(table: pa.Table | Mapping[str, Any], output: Path, *, raw_text: bool = False) -> None:
+def write_table(
+    table: pa.Table | Mapping[str, Any], output: Path, *, raw_text: bool = False, overwrite: bool = False
+) -> None:
     """Write a table as CSV or Parquet, by the file's ending.
 
     Parameters
     ----------
     table : columns by name. output : the file.
     raw_text : CSV only: leave texts as they are, also those that a spreadsheet takes for formulas.
+    overwrite : also a file that holds something stiffcal did not write.
 
     Raises
     ------
-    InputError : the file cannot be written.
+    InputError : the file cannot be written, or holds something else.
     """
     import pyarrow as pa
 
     from stiffcal.store import table_of
 
     whole = table if isinstance(table, pa.Table) else table_of(dict(table))
-    with replacing(output) as temporary:
+    with written(output, overwrite) as temporary:
         if output.suffix.lower() == ".parquet":
             import pyarrow.parquet as parquet
 
@@ -211,9 +209,9 @@ def write_table(table: pa.Table | Mapping[str, Any], output: Path, *, raw_text: 
         else:
             from pyarrow import csv
 
-            written = whole if raw_text else _for_spreadsheets(whole)
+            cells = whole if raw_text else _for_spreadsheets(whole)
             with temporary.open("wb") as file:
-                csv.write_csv(written, file, csv.WriteOptions(quoting_style="needed"))
+                csv.write_csv(cells, file, csv.WriteOptions(quoting_style="needed"))
 
 
 def _for_spreadsheets(table: pa.Table) -> pa.Table:

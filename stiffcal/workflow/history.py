@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,11 +10,13 @@ from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import write_whole
+from stiffcal.files import read_regular
+from stiffcal.limits import TOML
 from stiffcal.model.summary import EffectInModel, ModelSummary
 from stiffcal.results.history_results import HistoryEntry, HistoryResult, StoredFit
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
+from stiffcal.trust.outputs import check_not_foreign, was_written, write_output
 from stiffcal.workflow.identify import NO_HISTORY
 from stiffcal.workflow.steps import HISTORY, IDENTIFY, RunContext, open_store, stored_document, stored_result
 
@@ -102,7 +104,8 @@ def restore_model(
 
     Raises
     ------
-    InputError : there is no such fit; another user made it and `confirm` returns False; its model is no model file.
+    InputError : there is no such fit; another user made it and `confirm` returns False; its model is no model file;
+        model.toml holds a model that is in no fit of the history, which would be lost.
     """
     campaign = load_campaign(Path(folder), check_files=False)
     fits = {fit.id: fit for fit in reversed(stored_fits(open_store(campaign.folder, context)))}
@@ -119,11 +122,26 @@ def restore_model(
     if fit.origin == FOREIGN:
         _check_foreign(campaign, fit, confirm)
     path = campaign.folder / MODEL_FILE
+    check_not_foreign(path, context.overwrite, lambda file: can_be_restored(file, fits.values()))
     if fit.model_text:
-        write_whole(path, fit.model_text)
+        write_output(path, fit.model_text, overwrite=True)
     else:
         path.unlink(missing_ok=True)
     return f"model.toml is restored from fit {fit_id}"
+
+
+def can_be_restored(model: Path, fits: Iterable[StoredFit]) -> bool:
+    """Return whether nothing of the user's is lost with a model file: stiffcal wrote it, or a fit of theirs keeps it.
+
+    Parameters
+    ----------
+    model : the model file; True where there is none.
+    fits : of the campaign's history.
+    """
+    if not model.exists() or was_written(model):
+        return True
+    text = read_regular(model, MODEL_FILE, limit=TOML).decode("utf-8", "replace")
+    return any(fit.model_text == text for fit in fits if fit.origin != FOREIGN)
 
 
 def _check_foreign(campaign: Campaign, fit: StoredFit, confirm: Callable[[StoredFit], bool] | None) -> None:

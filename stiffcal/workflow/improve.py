@@ -157,7 +157,9 @@ class _StepRecorder:
     def edit(self, change: Change, effect: ProposedEffect | EffectAt) -> None:
         """Add or remove an effect, then validate the changed model."""
         start = effect.form if isinstance(effect, ProposedEffect) else None
-        edit_model(self.folder, change, effect.effect, where=places_as_options(effect.where), start=start)
+        edit_model(
+            self.folder, change, effect.effect, where=places_as_options(effect.where), start=start, context=self.context
+        )
         self.validate_and_add_step(change, effect.effect, effect.where)
 
 

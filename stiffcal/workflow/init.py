@@ -27,6 +27,8 @@ def init_campaign(
     urdf: Path | None = None,
     robot: str | None = None,
     tool: Sequence[float] | None = None,
+    *,
+    overwrite: bool = False,
 ) -> InitResult:
     """Write a campaign folder.
 
@@ -39,6 +41,7 @@ def init_campaign(
         one, forces in another), instead; for clamped and friction runs from their logs, one run each.
     urdf, robot : with a table: the robot as URDF, or the name of a bundled one or a robot file (*.toml).
     tool : with a table: where the load acts and the displacement is measured, m, in the flange frame.
+    overwrite : also over files that are there.
 
     Returns
     -------
@@ -77,7 +80,7 @@ def init_campaign(
     if not tables:
         from stiffcal.campaign.templates import write_template
 
-        written, guessed, unused = write_template(folder, kind or "load"), [], []
+        written, guessed, unused = write_template(folder, kind or "load", overwrite=overwrite), [], []
     else:
         from stiffcal.campaign.from_logs import propose_from_logs
         from stiffcal.campaign.from_table import propose_campaign
@@ -87,9 +90,13 @@ def init_campaign(
                 check_given(urdf)
         with _at_rest(tables) as files_at_rest:
             if of_logs:
-                proposal = propose_from_logs(folder, str(kind), files_at_rest, urdf=urdf, robot=robot)
+                proposal = propose_from_logs(
+                    folder, str(kind), files_at_rest, urdf=urdf, robot=robot, overwrite=overwrite
+                )
             else:
-                proposal = propose_campaign(folder, files_at_rest, urdf=urdf, robot=robot, tool=tool)
+                proposal = propose_campaign(
+                    folder, files_at_rest, urdf=urdf, robot=robot, tool=tool, overwrite=overwrite
+                )
         written, guessed = proposal.files, list(proposal.guessed)
         lacks_tool = proposal.lacks_tool
         unused = unused_columns(proposal.unused)

@@ -17,9 +17,9 @@ from stiffcal.campaign.sizes import HEAVIEST_KG, LONGEST_M
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.trust.outputs import PICTURES, TABLES, check_output, written
 from stiffcal.workflow.compensation_path import OPTION_IN_N, numbers_of_words, pose_doubts, pose_of_words
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
-from stiffcal.workflow.plot import PICTURES
 from stiffcal.workflow.steps import RunContext
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 
 PLANES: dict[Plane, tuple[int, int, int]] = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
-TABLES = (".csv", ".parquet")
 # A target that the joints move by less is on their axes: rounding, no place of work.
 SMALLEST_REACH_M = 1e-6
 
@@ -90,7 +89,9 @@ def map_campaign(
     from stiffcal.model.equilibrium import NoBalanceError
 
     context = context or RunContext()
-    _check_outputs(picture, table)
+    for file, endings in ((picture, PICTURES), (table, TABLES)):
+        if file is not None:
+            check_output(file, endings, context.overwrite)
     campaign = load_campaign(Path(folder), check_files=False)
     refuse_prismatic(
         campaign.chain.prismatic_names,
@@ -140,29 +141,14 @@ def map_campaign(
     if table is not None:
         from stiffcal.workflow.export import write_table
 
-        write_table(_table(result), table)
+        write_table(_table(result), table, overwrite=context.overwrite)
     if picture is not None:
         from stiffcal.report.figures.canvas import save_figure
         from stiffcal.report.figures.workspace import draw_workspace
 
-        save_figure(draw_workspace(result), picture)
+        with written(picture, context.overwrite) as temporary:
+            save_figure(draw_workspace(result), temporary)
     return result
-
-
-def _check_outputs(picture: Path | None, table: Path | None) -> None:
-    for file, kinds, text in ((picture, PICTURES, "picture"), (table, TABLES, "table")):
-        if file is not None and file.suffix.lower() not in kinds:
-            raise InputError.at(
-                FaultCode.FORMAT_UNKNOWN,
-                str(file),
-                "",
-                f"not a {text} format",
-                f"end the name in one of {', '.join(kinds)}",
-            )
-        if file is not None and not file.parent.is_dir():
-            raise InputError.at(
-                FaultCode.FILE_MISSING, str(file), "", "its folder does not exist", "make the folder first"
-            )
 
 
 def _wrench(fitted: FittedRobot, request: MapRequest) -> Floats:

@@ -13,6 +13,7 @@ from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile, load_plan
 from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.trust.outputs import check_output
 from stiffcal.workflow.plan_answer import answer_of, separations_of
 from stiffcal.workflow.plan_candidates import Candidates, candidates_of, with_ways
 from stiffcal.workflow.plan_choice import Purpose, chosen_runs
@@ -22,7 +23,7 @@ from stiffcal.workflow.plan_model import PlanModel, as_planned, has_nonlinear_la
 from stiffcal.workflow.plan_program import check_program, write_program
 from stiffcal.workflow.plan_remedies import remedies_of
 from stiffcal.workflow.plan_rivals import NamedRival, named_rival, rival_models, rivals_of_diagnosis
-from stiffcal.workflow.plan_sheet import check_sheet, write_sheet
+from stiffcal.workflow.plan_sheet import CSV, PDF, write_sheet
 from stiffcal.workflow.steps import RunContext, with_trial_model
 
 if TYPE_CHECKING:
@@ -86,8 +87,9 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         plan = plan.model_copy(update={"load": plan.load.model_copy(update={"force_N": request.force})})
     if request.program is not None:
         check_program(request.program, campaign, kind_of(campaign, plan))
+        check_output(request.program, overwrite=context.overwrite)
     if request.sheet is not None:
-        check_sheet(request.sheet)
+        check_output(request.sheet, (CSV, PDF), context.overwrite)
     goals = wanted_goals(request.purpose, bool(request.rivals))
     model = planned_model(campaign, plan, context)
     result, candidates = _planned(campaign, plan, model, goals, request, context)
@@ -102,7 +104,7 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         text = f"no joint move avoids the boxes and stays above lowest_m: {moves}; move by hand"
         result = replace(result, warnings=[*result.warnings, text])
     if request.program is not None:
-        write_program(request.program, campaign, result, cell)
+        write_program(request.program, campaign, result, cell, overwrite=context.overwrite)
         result = replace(result, program=str(request.program))
     if request.campaign is not None:
         from stiffcal.workflow.plan_folder import write_planned_campaign
@@ -110,7 +112,7 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         files = write_planned_campaign(request.campaign, campaign, result, request.force)
         result = replace(result, folder=str(request.campaign), files=files)
     if request.sheet is not None:
-        write_sheet(request.sheet, campaign, result)
+        write_sheet(request.sheet, campaign, result, overwrite=context.overwrite)
         result = replace(result, file=str(request.sheet))
     return result
 

@@ -11,7 +11,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import replacing
+from stiffcal.trust.outputs import write_output
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -47,7 +47,7 @@ def check_program(file: Path, campaign: Campaign, kind: str = "load") -> Languag
     if language is None:
         known = ", ".join(f"{ending} ({entry.maker})" for ending, entry in languages.items())
         reason = "the file ending belongs to no known robot language"
-        raise InputError.at(FaultCode.OPTION_INVALID, str(file), "", reason, f"use one of {known}")
+        raise InputError.at(FaultCode.FORMAT_UNKNOWN, str(file), "", reason, f"use one of {known}")
     name = file.stem
     valid = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) and len(name) <= language.longest_name
     if not valid or name.lower() in language.reserved:
@@ -65,12 +65,12 @@ def check_program(file: Path, campaign: Campaign, kind: str = "load") -> Languag
     return language
 
 
-def write_program(file: Path, campaign: Campaign, plan: PlanResult, cell: Cell) -> None:
+def write_program(file: Path, campaign: Campaign, plan: PlanResult, cell: Cell, *, overwrite: bool = False) -> None:
     """Write the program: it waits before the first move and at every pose, and starts at no time by itself.
 
     Raises
     ------
-    InputError : see `check_program`; a move is not free; or the file cannot be written.
+    InputError : see `check_program`; a move is not free; or the file cannot be written or holds something else.
     """
     from stiffcal.planning.robot_programs.language import Halt, Move, Remark, program_text
 
@@ -86,8 +86,7 @@ def write_program(file: Path, campaign: Campaign, plan: PlanResult, cell: Cell) 
         steps += [Move(joints) for joints in (*run.approach, run.joints)]
         steps.append(Halt(f"{run.id}: load, unload, start" if run.wrench.any() else f"{run.id}: measure, start"))
     text = program_text(language, file.stem, _head(campaign, plan, cell), steps)
-    with replacing(file) as temporary:
-        temporary.write_text(text, encoding="ascii", newline="\n")
+    write_output(file, text.encode("ascii"), overwrite)
 
 
 def load_text(wrench: Floats) -> str:

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.documents import Vector
-from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
-from stiffcal.fault_codes import FaultCode
-from stiffcal.files import replacing
+from stiffcal.trust.outputs import written
 
 CSV, PDF = ".csv", ".pdf"
 
@@ -22,34 +20,22 @@ if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
 
 
-def check_sheet(file: Path) -> None:
-    """Check that a run sheet can be of this kind.
-
-    Raises
-    ------
-    InputError : its ending is neither .csv nor .pdf.
-    """
-    if file.suffix.lower() not in (CSV, PDF):
-        reason, mend = "a run sheet is CSV or PDF", f"let its name end with {CSV} or {PDF}"
-        raise InputError.at(FaultCode.OPTION_INVALID, str(file), "", reason, mend)
-
-
-def write_sheet(file: Path, campaign: Campaign, plan: PlanResult) -> None:
+def write_sheet(file: Path, campaign: Campaign, plan: PlanResult, *, overwrite: bool = False) -> None:
     """Write the run sheet, as CSV or as PDF by the file's ending.
 
     Raises
     ------
-    InputError : the ending is another, or the file cannot be written.
+    InputError : the file cannot be written, or holds something stiffcal did not write.
     """
-    check_sheet(file)
-    if file.suffix.lower() == CSV:
-        write_run_sheet(file, plan, _logs(campaign))
-        return
-    from stiffcal.report.run_sheet import build_run_sheet
+    with written(file, overwrite) as temporary:
+        if file.suffix.lower() == CSV:
+            write_run_sheet(temporary, plan, _logs(campaign))
+            return
+        from stiffcal.report.run_sheet import build_run_sheet
 
-    today = datetime.now(UTC).date().isoformat()
-    robot = campaign.robot.name or "a robot"
-    build_run_sheet(plan, robot, campaign.manifest.name or "", _logs(campaign), today, file)
+        today = datetime.now(UTC).date().isoformat()
+        robot = campaign.robot.name or "a robot"
+        build_run_sheet(plan, robot, campaign.manifest.name or "", _logs(campaign), today, temporary)
 
 
 def _logs(campaign: Campaign) -> tuple[str, ...]:
@@ -75,7 +61,7 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
 
     Raises
     ------
-    InputError : the file cannot be written.
+    OSError : the file cannot be written.
     """
     from stiffcal.planning.information import UNLOADED_READINGS
 
@@ -98,7 +84,7 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
             rows.append(
                 [run.id, run.rank, number, state, *_degrees(run.joints), *forces, f"{run.minutes_per_state:g}", log]
             )
-    with replacing(file) as temporary, temporary.open("w", encoding="utf-8", newline="") as stream:
+    with file.open("w", encoding="utf-8", newline="") as stream:
         csv.writer(stream, lineterminator="\n").writerows([head, *rows])
 
 

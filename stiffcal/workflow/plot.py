@@ -11,6 +11,7 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.experiments import ExperimentKind, all_kinds
 from stiffcal.fault_codes import FaultCode
+from stiffcal.trust.outputs import PICTURES, chosen_output, written
 from stiffcal.workflow.command_results import PlotResult
 from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.identify import up_to_date_fit
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from stiffcal.report.content import ReportStates, ResidualCovariate
     from stiffcal.results.identify_result import IdentifyResult
 
-PICTURES = (".svg", ".png", ".pdf")
+PLOT_FILE = "plot.svg"
 AGAINST = "torque:4, angle:2, approach:2, force:x, load, time, hold, temperature, state, or velocity:2 (friction)"
 
 
@@ -42,7 +43,7 @@ def plot_campaign(
     ----------
     folder : the campaign folder.
     context : store, progress and so on.
-    output : ``*.svg``, ``*.png`` or ``*.pdf``; default plot.svg in the present folder.
+    output : ``*.svg``, ``*.png`` or ``*.pdf``; default DIR/plot.svg.
     run : only this run.
     against : draw the residual in held-out poses against this: ``torque:4``, ``angle:2`` (joint by number or name),
         ``approach:2`` (direction of the joint's last motion, absolute runs),
@@ -56,11 +57,10 @@ def plot_campaign(
 
     Raises
     ------
-    InputError : there is no such run, or nothing to draw against.
+    InputError : there is no such run, nothing to draw against, or the file cannot be written or holds something else.
     """
     context = context or RunContext()
-    file = output or Path("plot.svg")
-    check_picture(file)
+    file = chosen_output(output, Path(folder) / PLOT_FILE, PICTURES, context.overwrite)
     data = up_to_date_states(folder, context)
     names = [info.name for info in data.states.runs]
     if against is None:
@@ -75,7 +75,8 @@ def plot_campaign(
     kind = _kind_to_draw(data, against, run)
     picture = None if kind is None else _kind_plot(kind, data, identified, run, against)
     if picture is not None:
-        save_figure(picture[0], file)
+        with written(file, context.overwrite) as temporary:
+            save_figure(picture[0], temporary)
         return PlotResult(warnings=[], file=str(file), drawn=picture[1])
     if len(data.states) == 0:
         mend = "choose velocity, or velocity:2 for one joint"
@@ -102,22 +103,9 @@ def plot_campaign(
         noise = None if validation.noise is None else validation.noise.translation
         figure = draw_residual_against(states, [covariate], noise)
         drawn = f"residual against {covariate.name}" + (f" in run {run}" if run else "")
-    save_figure(figure, file)
+    with written(file, context.overwrite) as temporary:
+        save_figure(figure, temporary)
     return PlotResult(warnings=[], file=str(file), drawn=drawn)
-
-
-def check_picture(file: Path) -> None:
-    """Raise InputError where a picture's name has no ending that is known, or its folder does not exist."""
-    if file.suffix.lower() not in PICTURES:
-        raise InputError.at(
-            FaultCode.FORMAT_UNKNOWN,
-            str(file),
-            "",
-            "not a picture format",
-            f"end the name in one of {', '.join(PICTURES)}",
-        )
-    if not file.parent.is_dir():
-        raise InputError.at(FaultCode.FILE_MISSING, str(file), "", "its folder does not exist", "make the folder first")
 
 
 def _runs_by_themselves(data: Ingested) -> dict[str, ExperimentKind]:

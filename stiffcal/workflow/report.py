@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from stiffcal.trust.outputs import chosen_output, written
 from stiffcal.workflow.command_results import ReportResult
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
+
+REPORT_FILE = "report.pdf"
 
 
 def report_campaign(folder: Path, context: RunContext | None = None, output: Path | None = None) -> ReportResult:
@@ -28,9 +31,11 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
 
     Raises
     ------
-    InputError : the input is wrong, or the PDF cannot be written.
+    InputError : the input is wrong, the file's name does not end in .pdf, or it cannot be written or holds
+        something stiffcal did not write.
     """
     context = context or RunContext()
+    file = chosen_output(output, Path(folder) / REPORT_FILE, (".pdf",), context.overwrite)
     data = up_to_date_states(folder, context)
     identified = up_to_date_fit(data, context)
     validation = up_to_date_validation(data, identified, context)
@@ -39,10 +44,10 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
     from stiffcal.workflow.report_content import report_content
     from stiffcal.workflow.report_requests import with_requests
 
-    file = output or data.campaign.folder / "report.pdf"
     context.progress("collecting the results", None)
     identified = replace(identified, origin=data.store.origin_of(IDENTIFY))
     content = report_content(data, identified, validation, read_history(folder, context))
     content = with_requests(content, data, context)
-    build_report(content, file, context.progress)
+    with written(file, context.overwrite) as temporary:
+        build_report(content, temporary, context.progress)
     return ReportResult(warnings=[], file=str(file), origin=identified.origin)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stiffcal.trust.outputs import check_not_foreign
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.report import report_campaign
+from stiffcal.workflow.report import REPORT_FILE, report_campaign
 from stiffcal.workflow.run_result import RunResult
 from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.validate import validate_campaign
-from stiffcal.workflow.view import view_campaign
+from stiffcal.workflow.view import VIEW_FILE, view_campaign
 
 
 def run_campaign(folder: Path, context: RunContext | None = None) -> RunResult:
@@ -28,6 +29,8 @@ def run_campaign(folder: Path, context: RunContext | None = None) -> RunResult:
     from stiffcal.workflow.check import check_campaign
 
     context = context or RunContext()
+    for name in (REPORT_FILE, VIEW_FILE):
+        check_not_foreign(Path(folder) / name, context.overwrite)
     checked = check_campaign(folder, progress=context.progress)
     identified = identify_campaign(folder, context)
     validation = validate_campaign(folder, context)

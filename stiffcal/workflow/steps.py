@@ -82,6 +82,8 @@ class RunContext:
     """Folders and files that the user has named; a manifest may point to a baseline in them."""
     thorough: bool = False
     """Hash all logs and all files of the store, whatever is known of them."""
+    overwrite: bool = False
+    """Also write to files that hold something stiffcal did not write."""
     trial: TrialModel | None = None
     """A model to work with instead of model.toml; nothing is written then."""
 

@@ -18,6 +18,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.before_after import EstimatedParameter, EstimatedValue, estimated_parameters
 from stiffcal.store.origin import worst_of
+from stiffcal.trust.outputs import PICTURES, check_output, written
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.validation.control_chart import FEWEST_CAMPAIGNS, ControlChart, control_chart
 from stiffcal.validation.trend_result import (
@@ -29,7 +30,6 @@ from stiffcal.validation.trend_result import (
 )
 from stiffcal.workflow.compare import amplitude_of, parameters_of_robot, require_one_robot
 from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.plot import check_picture
 from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def trend_campaigns(
     if max_change is not None and not 0.0 < max_change < math.inf:
         raise _wrong("--max-change", f"{max_change:g} is not a share", "give 0.1 for a tenth")
     if output is not None:
-        check_picture(output)
+        check_output(output, PICTURES, context.overwrite)
     loaded = [load_campaign(folder, check_files=False) for folder in folders]
     for folder, campaign in zip(folders[1:], loaded[1:], strict=True):
         require_one_robot([loaded[0].chain, campaign.chain], folders[0], folder)
@@ -123,7 +123,8 @@ def trend_campaigns(
         from stiffcal.report.figures.canvas import save_figure
         from stiffcal.report.figures.trend import draw_trend
 
-        save_figure(draw_trend(result), output)
+        with written(output, context.overwrite) as temporary:
+            save_figure(draw_trend(result), temporary)
     return result
 
 

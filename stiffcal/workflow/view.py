@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stiffcal.files import write_whole
+from stiffcal.trust.outputs import chosen_output, write_output
 from stiffcal.workflow.command_results import ViewResult
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
+
+VIEW_FILE, PAGES = "view.html", (".html", ".htm")
 
 
 def view_campaign(
@@ -30,9 +32,11 @@ def view_campaign(
 
     Raises
     ------
-    InputError : the input is wrong, or the page cannot be written.
+    InputError : the input is wrong, the file's name does not end in .html, or it cannot be written or holds
+        something stiffcal did not write.
     """
     context = context or RunContext()
+    file = chosen_output(output, Path(folder) / VIEW_FILE, PAGES, context.overwrite)
     data = up_to_date_states(folder, context)
     identified = up_to_date_fit(data, context)
     validation = up_to_date_validation(data, identified, context)
@@ -40,10 +44,9 @@ def view_campaign(
     from stiffcal.view.page import build_page
     from stiffcal.workflow.view_content import view_content
 
-    file = output or data.campaign.folder / "view.html"
     context.progress("collecting the results", None)
     content = view_content(data, identified, validation, raw)
-    write_whole(file, build_page(content))
+    write_output(file, build_page(content), context.overwrite)
     shown = 0 if content.states is None else len(content.states.run)
     origin = data.store.origin_of(IDENTIFY)
     return ViewResult(warnings=[], file=str(file), n_states=content.n_states, n_shown=shown, origin=origin)

@@ -1,4 +1,4 @@
-"""`--verbose` and `--log FILE`: what a command does, on standard error and in a file; NO_COLOR and pipes."""
+"""`--verbose` and `--log-file FILE`: what a command does, on standard error and in a file; NO_COLOR and pipes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 
 from stiffcal.cli.app import main
-from stiffcal.cli.log import taken_out
 
 LINE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (DEBUG|INFO|WARNING|ERROR) \S.*")
 
@@ -31,14 +30,14 @@ def test_a_log_holds_the_command_its_steps_and_its_end(
     campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = tmp_path / "stiffcal.log"
-    assert run("identify", campaign, "--store", tmp_path / "store", "--log", log) == 0
+    assert run("identify", campaign, "--store", tmp_path / "store", "--log-file", log) == 0
     lines = log.read_text(encoding="utf-8").splitlines()
     assert all(LINE.fullmatch(line) for line in lines)
     assert f"identify {campaign}" in lines[0]
     assert any(" DEBUG " in line for line in lines[1:-1])
     assert " DEBUG " not in capsys.readouterr().err
     count = len(lines)
-    assert run("effects", f"--log={log}") == 0  # appended
+    assert run("effects", f"--log-file={log}") == 0  # appended
     assert len(log.read_text(encoding="utf-8").splitlines()) == count + 2
     assert not logging.getLogger("stiffcal").handlers
 
@@ -55,34 +54,51 @@ def test_verbose_leaves_standard_output_alone(capsys: pytest.CaptureFixture[str]
 
 def test_a_mistake_is_logged_and_printed_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = tmp_path / "a.log"
-    assert run("identify", tmp_path / "nothing", "--verbose", "--log", log) == 2
+    assert run("identify", tmp_path / "nothing", "--verbose", "--log-file", log) == 2
     error = capsys.readouterr().err
     assert " ERROR " in log.read_text(encoding="utf-8")
     assert " ERROR " not in error
     assert len([line for line in error.splitlines() if not LINE.fullmatch(line)]) == 1
 
 
-@pytest.mark.parametrize("words", [["--log"], ["--log="], ["--log", "--json"], ["--log", "no/such/folder/a.log"]])
+@pytest.mark.parametrize("words", ["--log-file", "--log-file=", "--log-file --json", "--log-file no/such/folder/a.log"])
 def test_a_log_that_cannot_be_written_is_a_mistake_of_the_user(
-    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run("effects", *words) == 2
+    assert run("effects", *words.split()) == 2
     captured = capsys.readouterr()
-    assert "--log" in captured.out + captured.err
+    assert "--log-file" in captured.out + captured.err
 
 
-def test_words_after_two_dashes_are_the_commands_own() -> None:
-    assert taken_out(["check", "--", "--verbose", "--log", "x"]) == (
-        ["check", "--", "--verbose", "--log", "x"],
-        False,
-        None,
-    )
+def test_words_after_two_dashes_are_the_commands_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run("check", "--", "--log-file") == 2  # a folder of this name, which there is not
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("content", [b"t,Fx\n0,1\n", b"\0", b"x" * 999, b"2026-01-01T00:00:00.000Z INFO version 1: s"])
+def test_a_file_that_holds_no_log_is_left_alone(content: bytes, tmp_path: Path) -> None:
+    file = tmp_path / "sensor.csv"
+    file.write_bytes(content)
+    assert run("effects", "--log-file", file) == 2
+    assert file.read_bytes() == content
+    assert run("effects", "--log-file", file, "--force") == 0
+    assert file.read_bytes().startswith(content)
+    assert len(file.read_bytes()) > len(content)
+
+
+def test_an_empty_file_becomes_a_log(tmp_path: Path) -> None:
+    file = tmp_path / "a.log"
+    file.touch()
+    assert run("--log-file", file, "effects") == 0
+    assert run("effects", "--log-file", file) == 0
+    assert len(file.read_text(encoding="utf-8").splitlines()) == 4
 
 
 def test_addresses_are_logged_without_their_passwords(tmp_path: Path) -> None:
     log = tmp_path / "a.log"
-    run("check", tmp_path, "--store", "s3://key:geheim@bucket/store", "--log", log)
+    run("check", tmp_path, "--store", "s3://key:geheim@bucket/store", "--log-file", log)
     assert "geheim" not in log.read_text(encoding="utf-8")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import importlib
 import re
 import shlex
 import tomllib
@@ -14,7 +13,7 @@ import typer
 
 from docs.page_blocks import Block, blocks_of, hand_written_pages
 from docs.page_runs import run_page
-from stiffcal.cli.app import COMMANDS
+from stiffcal.cli.command_tree import COMMANDS, command_named
 from tests.laboratory.documentation import indented_blocks
 
 TAGS = {"run", "output", "file", "check", "show"}
@@ -66,9 +65,7 @@ def parse(words: list[str]) -> None:
     """Parse a call as the command line would; an unknown command or option raises."""
     name, *arguments = words
     assert name in COMMANDS, name
-    app = typer.Typer(add_completion=False, rich_markup_mode=None)
-    app.command()(getattr(importlib.import_module(f"stiffcal.cli.{name}"), name))
-    typer.main.get_command(app).make_context(name, arguments)
+    command_named(name).make_context(name, arguments)
 
 
 SHELL = [block for block in ALL if block.language == "sh"]

@@ -12,7 +12,6 @@ from pypdf import PageObject, PdfReader
 from pypdf.generic import ArrayObject, DictionaryObject
 
 from stiffcal.compensation.predict_result import LoadPath
-from stiffcal.errors import InputError
 from stiffcal.report.building import build_report, lay_out
 from stiffcal.report.content import ReportContent
 from stiffcal.report.provenance_content import ReportProvenance, ReportSource
@@ -172,12 +171,6 @@ def test_many_runs_are_thinned_and_that_is_said() -> None:
     captions = " ".join(getattr(block, "caption", "") for block in sections["Load and deflection"].blocks)
     assert re.search(r"Of 19[78] such runs 40, evenly spread, are drawn", captions)
     assert "12 of 200 poses, the 6 with the largest residuals" in repr(sections["Robot poses"])
-
-
-def test_output_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
-    content = ReportContent(provenance=ReportProvenance("x", "y", "2026-11-21"), runs=(), joint_names=())
-    with pytest.raises(InputError, match="folder does not exist"):
-        build_report(content, tmp_path / "no" / "folder" / "report.pdf")
 
 
 def test_a_failed_report_leaves_the_old_one(tmp_path: Path) -> None:

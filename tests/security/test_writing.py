@@ -15,11 +15,13 @@ import pytest
 
 from stiffcal.campaign.templates import write_template
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
 from stiffcal.workflow import demo
 from stiffcal.workflow.init import init_campaign
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
 from stiffcal.workflow.simulate import simulate_campaign
+from stiffcal.workflow.steps import RunContext
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="links need a right there")
@@ -118,7 +120,7 @@ def test_simulate_writes_nothing_through_a_link_that_leads_out(tmp_path: Path) -
     (out / "truth.json").write_text("{}")
     (out / "raw").symlink_to(outside)
     with pytest.raises(InputError, match="outside the"):
-        simulate_campaign(CAMPAIGNS / "irb4400", out, 1)
+        simulate_campaign(CAMPAIGNS / "irb4400", out, 1, overwrite=True)
     assert not list(outside.iterdir())
 
 
@@ -139,7 +141,9 @@ def test_demo_writes_its_readme_through_no_link(tmp_path: Path, monkeypatch: pyt
     for step in ("simulate_campaign", "improve_campaign"):
         monkeypatch.setattr(demo, step, lambda *_, **__: {})
     monkeypatch.setattr(demo, "run_campaign", lambda *_: FitAndPdf())
-    demo.run_demo(folder)
+    with pytest.raises(InputError, match=FaultCode.FILE_EXISTS.value):
+        demo.run_demo(folder)
+    demo.run_demo(folder, RunContext(overwrite=True))
     assert victim.read_text() == "mine"
     assert (folder / "README.md").read_text() == (demo.EXAMPLE / "README.md").read_text()
 
@@ -156,7 +160,10 @@ def test_plan_writes_neither_sheet_nor_program_through_a_link(tmp_path: Path) ->
     sheet, program = folder / "runs.csv", folder / "drive.src"
     for file in (sheet, program):
         file.symlink_to(victim)
-    plan_campaign(folder, request=PlanRequest(runs=3, sheet=sheet, program=program))
+    for request in (PlanRequest(runs=3, sheet=sheet), PlanRequest(runs=3, program=program)):
+        with pytest.raises(InputError, match=FaultCode.FILE_EXISTS.value):
+            plan_campaign(folder, request=request)
+    plan_campaign(folder, RunContext(overwrite=True), PlanRequest(runs=3, sheet=sheet, program=program))
     assert victim.read_text() == "mine"
     assert sheet.read_text().startswith("run,rank,row,state,")
     assert program.read_text().startswith("&ACCESS RVP\nDEF drive()\n")

@@ -13,6 +13,7 @@ import pytest
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import rotation_from_rpy, rpy_from_rotation, vector_from_rotation
 from stiffcal.model.equilibrium import solve_balance
@@ -144,9 +145,10 @@ def test_what_was_changed_since_is_not_overwritten(tmp_path: Path, name: str) ->
     simulate_campaign(*write_folder(tmp_path / "other", FRAMES + LOGS + RUNS, SETTINGS + RATES + POSES, other), out)
     (out / name).write_bytes((out / name).read_bytes() + b"\n# mine\n")
     before = digests(out)
-    with pytest.raises(InputError, match=f"{name}: it was changed after it was simulated"):
+    with pytest.raises(InputError, match=f"{name}: .*{FaultCode.FILE_EXISTS.value}"):
         simulate_campaign(campaign, settings, out, seed=5)
     assert digests(out) == before
+    simulate_campaign(campaign, settings, tmp_path / "elsewhere", seed=5)
     (out / name).unlink()
     simulate_campaign(campaign, settings, out, seed=5)
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.model.catalogue import find_effects
 from stiffcal.workflow.effect_pictures import draw_effect, effect_picture, sketch_effect
 from stiffcal.workflow.effect_sketch import sketch
@@ -46,9 +47,9 @@ def test_drawn_to_a_file(tmp_path: Path) -> None:
     """A picture; a wrong ending and a missing folder are reported in one line."""
     assert "backlash" in draw_effect("backlash", tmp_path / "one.svg")
     assert (tmp_path / "one.svg").read_text().startswith("<?xml")
-    with pytest.raises(InputError, match="not a picture format"):
+    with pytest.raises(InputError, match=FaultCode.FORMAT_UNKNOWN.value):
         draw_effect("backlash", tmp_path / "one.txt")
-    with pytest.raises(InputError, match="folder does not exist"):
+    with pytest.raises(InputError, match=FaultCode.FILE_MISSING.value):
         draw_effect("backlash", tmp_path / "nowhere" / "one.svg")
 
 

@@ -168,7 +168,7 @@ def test_names_stay_in_comments(planned: Planned, tmp_path: Path, ending: str, n
 @pytest.mark.parametrize(
     ("file", "code"),
     [
-        ("poses.txt", FaultCode.OPTION_INVALID),
+        ("poses.txt", FaultCode.FORMAT_UNKNOWN),
         ("main.mod", FaultCode.NAME_INVALID),
         ("a b.src", FaultCode.NAME_INVALID),
         ("1a.script", FaultCode.NAME_INVALID),

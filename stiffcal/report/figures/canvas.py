@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.files import replacing
 from stiffcal.report.drawing_library import drawing_library
 from stiffcal.report.figures.light_axes import lighten_axes
 from stiffcal.report.figures.margins import place_panels
@@ -137,8 +136,8 @@ def save_figure(figure: Figure, path: Path, text_as_shapes: bool = True) -> None
         matplotlib.rcParams.update(cast(Any, style))
         if not make_drawable(figure):
             lighten_axes(figure)
-        with silence_font_notices(), replacing(path) as temporary:
-            figure.savefig(temporary, format=kind, metadata=metadata, dpi=200)
+        with silence_font_notices():
+            figure.savefig(path, format=kind, metadata=metadata, dpi=200)
 
 
 def in_legend(name: str) -> str:
