@@ -36,8 +36,8 @@ def was_written(file: Path) -> bool:
     folder, digest = _folder(), _digest(file)
     believed = folder is not None and _is_own(folder)
     return any(
-        note in _of_this_process or (believed and folder is not None and (folder / note).is_file())
-        for note in (digest, _at(digest, file))
+        key in _of_this_process or (believed and folder is not None and (folder / key).is_file())
+        for key in (digest, _at(digest, file))
     )
 
 
@@ -194,9 +194,9 @@ def _note(digest: str) -> None:
 
 
 def _forget_oldest(folder: Path) -> None:
-    notes = list(os.scandir(folder))
-    if len(notes) > MOST_OUTPUTS:
+    entries = list(os.scandir(folder))
+    if len(entries) > MOST_OUTPUTS:
         with suppress(OSError):
             # half of them, so that most commands have nothing to sort
-            for note in sorted(notes, key=lambda note: note.stat().st_mtime_ns)[: -MOST_OUTPUTS // 2]:
-                Path(note).unlink(missing_ok=True)
+            for entry in sorted(entries, key=lambda entry: entry.stat().st_mtime_ns)[: -MOST_OUTPUTS // 2]:
+                Path(entry).unlink(missing_ok=True)
