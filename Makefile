@@ -26,7 +26,7 @@ test-long: $(VENV)/test.stamp
 
 # the page of `view` in a browser; needs Debian's chromium (apt-get install chromium), or CHROMIUM=/path/to/chromium
 test-browser: $(VENV)/browser.stamp
-	$(BIN)/python -m pytest -q -rs -m browser tests/view
+	$(BIN)/python -m pytest -q -rs -m browser tests/view tests/live
 
 # the documentation: build/docs/html/index.html. Warnings are errors; the build uses no network.
 SPHINX = $(BIN)/python -P -m sphinx -W --keep-going -q -d build/docs/doctrees

@@ -10,6 +10,10 @@
       try { await navigator.clipboard.writeText(lines.textContent); copied.textContent = " copied"; }
       catch { getSelection().selectAllChildren(lines); copied.textContent = " selected: copy with Ctrl+C"; }
     } }, "Copy the lines");
+    // on a live page they are left out at once, in memory: a refit shows what hangs on them
+    const leaveOut = S.button({ id: "leave-out", onclick: () => S.want({ excluded: [...S.wanted.excluded, ...rowsLeftOut()] }) }, "Leave out and refit");
+    const back = S.button({ id: "take-back", onclick: () => S.want({ excluded: [] }) }, "Take all back in");
+    for (const element of [leaveOut, back]) element.hidden = !S.isLive() || !data.raw;
     const csv = () => {
       const head = ["run", "row", ...names];
       const rows = [...states.run.keys()].filter((i) => !S.nSelected || S.selected[i]).map((i) => [data.runs[states.run[i]].name, states.row[i], ...names.map((name) => data.readings[name][i])]);
@@ -24,7 +28,7 @@
       S.make("div", { className: "controls" }, S.button({ onclick: () => S.goTo(S.state.at - 1) }, "Previous state"),
         S.button({ onclick: () => S.goTo(S.state.at + 1) }, "Next state")),
       about, S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Reading and its neighbours" }, table), rawHead, rawLines,
-      S.make("h3", {}, "Leave the selected states out"), lines, S.make("p", {}, copy, copied)));
+      S.make("h3", {}, "Leave the selected states out"), lines, S.make("p", {}, copy, copied, leaveOut, back)));
 
     /** Rows and ranges of rows as the manifest has them: 3, "7-9". @param {number[][]} rows first and last of each state */
     function joined(rows) {
@@ -34,11 +38,10 @@
         if (before && first <= before[1] + (last > first)) before[1] = Math.max(before[1], last);
         else found.push([first, last]);
       }
-      return found.map(([first, last]) => (last > first ? `"${first}-${last}"` : first));
+      return found.map(([first, last]) => (last > first ? `${first}-${last}` : first));
     }
-    /** The lines of campaign.toml that leave the selected states out. */
-    function exclusion() {
-      if (!data.raw) return "# readings are left out of this page (--no-raw)";
+    /** What leaves the selected states out, or the one that is chosen: rows of sources. @returns {{source: string, run: string, rows: any[]}[]} */
+    function rowsLeftOut() {
       const chosen = [...S.selected.keys()].filter((i) => S.selected[i]), groups = new Map();
       for (const i of chosen.length ? chosen : [S.state.at]) {
         const run = data.runs[states.run[i]];
@@ -47,11 +50,16 @@
         if (!groups.has(key)) groups.set(key, []);
         groups.get(key).push([states.first_row[i], states.last_row[i]]);
       }
-      if (!groups.size) return "# these states were found in several logs and have no rows of their own:\n# leave their run out of the fit with holdout = true under [[runs]]";
-      return (data.measure === "torque" ? "# a pass is left out as a whole\n" : "") + [...groups].map(([key, rows]) => {
-        const [source, run] = JSON.parse(key);
-        return ["[[exclude]]", `source = ${S.tomlText(source)}`, ...(run ? [`run = ${S.tomlText(run)}`] : []), `rows = [${joined(rows).join(", ")}]`, 'why = "…"'].join("\n");
-      }).join("\n\n");
+      return [...groups].map(([key, rows]) => { const [source, run] = JSON.parse(key); return { source, run, rows: joined(rows) }; });
+    }
+    /** The lines of campaign.toml that leave them out. */
+    function exclusion() {
+      if (!data.raw) return "# readings are left out of this page (--no-raw)";
+      const found = rowsLeftOut();
+      if (!found.length) return "# these states were found in several logs and have no rows of their own:\n# leave their run out of the fit with holdout = true under [[runs]]";
+      return (data.measure === "torque" ? "# a pass is left out as a whole\n" : "") + found.map(({ source, run, rows }) =>
+        ["[[exclude]]", `source = ${S.tomlText(source)}`, ...(run ? [`run = ${S.tomlText(run)}`] : []), `rows = [${rows.map((row) => (typeof row === "string" ? `"${row}"` : row)).join(", ")}]`, 'why = "…"'].join("\n"),
+      ).join("\n\n");
     }
     let listed = "", visible = true;
     const list = () => {

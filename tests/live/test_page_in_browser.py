@@ -1,0 +1,131 @@
+"""The live page in a real browser: tick a candidate, see a forecast, then the refit; undo; rows left out; written."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stiffcal.live.page import live_server
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.steps import RunContext
+from tests.laboratory.browser import chromium
+from tests.laboratory.small_campaign import write_small_campaign
+
+pytestmark = pytest.mark.browser
+EFFECT = "joint-compliance j6"
+WATCH_FORECASTS = """(() => {
+  const show = stiffcal.showTryout;
+  window.forecasts = [];
+  stiffcal.showTryout = () => {
+    if (stiffcal.hollow) window.forecasts.push(stiffcal.hollow.model.heldout_rms.translation);
+    show();
+  };
+})()"""
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> Iterator[tuple[Any, Path]]:
+    """A campaign whose model lacks a joint, served and opened."""
+    folder = write_small_campaign(tmp_path / "small", poses=4)
+    model = folder / "model.toml"
+    model.write_text(model.read_text("utf-8").replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
+    diagnose_campaign(folder)
+    server = live_server(folder, RunContext())
+    thread = threading.Thread(target=server.serve)
+    thread.start()
+    complaints: list[str] = []
+    try:
+        with chromium() as browser:
+            opened = browser.new_page()
+            opened.set_default_timeout(30_000)
+            opened.on("console", lambda message: complaints.append(message.text))
+            opened.on("pageerror", lambda error: complaints.append(str(error)))
+            opened.goto(server.address)
+            opened.wait_for_selector("body[data-ready], body[data-failed]")
+            _until(opened, "stiffcal.parts[0].live.forecasts")
+            yield opened, folder
+    finally:
+        server.stop()
+        thread.join()
+    # the console states each refusal of the server, which tests ask for
+    assert [line for line in complaints if "409" not in line] == []
+
+
+def _until(page: Any, condition: str) -> None:
+    """Wait until something holds on the page, whose policy lets playwright's own waiting evaluate nothing."""
+    deadline = time.monotonic() + 60.0
+    while not page.evaluate(condition):
+        assert time.monotonic() < deadline, condition
+        page.wait_for_timeout(50)
+
+
+def _waited(page: Any) -> None:
+    _until(page, "stiffcal.waitsFor === '' && stiffcal.moved() === 1 && !stiffcal.pending")
+    assert page.evaluate("stiffcal.fault") == ""
+
+
+def test_an_effect_is_ticked_and_the_error_falls(page: tuple[Any, Path]) -> None:
+    shown, folder = page
+    before = shown.evaluate("Array.from(stiffcal.residual().move)")
+    text = shown.locator("#error").inner_text()
+    rungs = shown.evaluate("stiffcal.data.models.length")
+    shown.evaluate(WATCH_FORECASTS)
+    shown.locator(f"#candidates input[data-effect='{EFFECT}']").check()
+    _waited(shown)
+    refit = shown.evaluate("stiffcal.data.models.find((model) => model.present).heldout_rms.translation")
+    forecasts = shown.evaluate("window.forecasts")
+    assert forecasts  # it was there before the refit
+    assert forecasts[0] == pytest.approx(refit, rel=0.1)
+    assert shown.locator("#error").inner_text() != text
+    assert shown.evaluate("Array.from(stiffcal.ghost.move)") == before
+    assert "stale" in shown.locator("#candidates").get_attribute("class")
+    assert any(model.startswith("tried") for model in shown.evaluate("stiffcal.data.models.map((model) => model.id)"))
+    # untick, and it comes back
+    shown.locator("#undo").click()
+    _waited(shown)
+    assert shown.evaluate("Array.from(stiffcal.residual().move)") == before
+    assert shown.evaluate("stiffcal.data.models.length") == rungs + 1
+    # a diagnosis of what is shown
+    shown.locator(f"#candidates input[data-effect='{EFFECT}']").check()
+    _waited(shown)
+    shown.locator("#diagnose").click()
+    _waited(shown)
+    assert "stale" not in (shown.locator("#candidates").get_attribute("class") or "")
+    shown.locator("#write").click()
+    _waited(shown)
+    assert "6" in (folder / "model.toml").read_text("utf-8")
+    assert shown.evaluate("stiffcal.wanted.added.length") == 0
+    assert shown.evaluate("stiffcal.data.effects.map((effect) => effect.name)").count(EFFECT) == 1
+
+
+def test_states_are_left_out_and_taken_back(page: tuple[Any, Path]) -> None:
+    shown, folder = page
+    used = "Array.from(stiffcal.data.states.used).filter(Boolean).length"
+    count, manifest = shown.evaluate(used), (folder / "campaign.toml").read_bytes()
+    shown.evaluate("stiffcal.select([3, 4, 8])")
+    shown.locator("#leave-out").click()
+    _waited(shown)
+    assert shown.evaluate(used) == count - 3
+    assert (folder / "campaign.toml").read_bytes() == manifest
+    shown.locator("#take-back").click()
+    _waited(shown)
+    assert shown.evaluate(used) == count
+
+
+def test_a_model_that_somebody_changed_is_asked_about(page: tuple[Any, Path]) -> None:
+    shown, folder = page
+    file = folder / "model.toml"
+    file.write_text(file.read_text("utf-8") + "# a remark\n", encoding="utf-8")
+    shown.locator(f"#candidates input[data-effect='{EFFECT}']").check()
+    _until(shown, "stiffcal.modelChanged")
+    assert "model.toml was changed" in shown.locator("#error-hint").inner_text()
+    shown.get_by_role("button", name="write the ticks into it").click()
+    _waited(shown)
+    text = file.read_text("utf-8")
+    assert "# a remark" in text
+    assert "6" in text
