@@ -80,8 +80,10 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
     if changes or keys:
         reasons = [str(changes)] if changes else []
         return Freshness("; ".join([*reasons, *([f"settings: {', '.join(keys)}"] if keys else [])]), origin=origin)
-    if origin == OWN:
-        _remember_settled(campaign, digest, state, files)
+    if origin == OWN and changes.state and changes.state != state:
+        from stiffcal.store.origin import remember
+
+        remember(digest, changes.state)  # so that the next command need not hash the large sources
     return Freshness(origin=origin)
 
 
@@ -93,16 +95,6 @@ def _provenance_of(snapshot: Snapshot) -> Provenance:
     if snapshot.origin_of(PROVENANCE) != OWN:
         check_version(document.get("schema"), "stiffcal/provenance/1", snapshot.display_name, PROVENANCE)
     return result_from(Provenance, document, snapshot.display_name, PROVENANCE)
-
-
-def _remember_settled(campaign: Campaign, digest: str, known: str, files: list[str]) -> None:
-    """Record what the file system gives for sources that were hashed just now, so that the next command need not."""
-    from stiffcal.store import sources_state
-    from stiffcal.store.origin import remember
-
-    state = sources_state(campaign.folder, files)
-    if state and state != known:
-        remember(digest, state)
 
 
 def _damage_of(names: list[str]) -> str:

@@ -35,7 +35,6 @@ from stiffcal.store.provenance import (
     changed_settings,
     changed_sources,
     hash_sources,
-    sources_state,
     versions,
 )
 from stiffcal.store.reading import Store
@@ -54,7 +53,6 @@ __all__ = [
     "changed_sources",
     "column_of",
     "hash_sources",
-    "sources_state",
     "table_of",
     "values_of",
     "versions",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-import os
 import sys
 import threading
 import time
@@ -19,11 +18,14 @@ from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
+from stiffcal.store.file_systems import shows_mapped_writes, write_back
 
 CHUNK = 1 << 20
 PACKAGES = ("numpy", "scipy", "pyarrow", "h5py", "pandas", "pydantic")
 # A file changed within this time of being hashed may carry the same time of change: clocks of file systems are coarse.
 RACY_NS = 3_000_000_000
+ALWAYS_HASHED = 64 << 20
+"""Sources up to so many bytes are compared by their content in every command: 0.05 to 0.2 s of SHA-256."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,8 @@ class SourceChanges:
     """In the manifest, not read then."""
     dropped: tuple[str, ...] = ()
     """Read then, no longer in the manifest."""
+    state: str = ""
+    """`sources_state` of the sources that were compared, to be remembered where nothing differs."""
 
     def __bool__(self) -> bool:
         return bool(self.changed or self.missing or self.new or self.dropped)
@@ -132,7 +136,8 @@ class SourceHashes:
     def __init__(self, folder: Path, files: Sequence[str]) -> None:
         self._folder = folder
         self._files = tuple(dict.fromkeys(files))
-        self._state = sources_state(folder, self._files)
+        # before anything is read: what is written through a mapping from now on moves the files' times
+        self._state = sources_state(folder, self._files, settle=True)
         self._found: list[SourceFile] = []
         self._error: BaseException | None = None
         self._stop = threading.Event()
@@ -192,33 +197,47 @@ def hash_sources(folder: Path, files: Sequence[str]) -> Iterator[SourceHashes]:
         hashes.stop()
 
 
-def sources_state(folder: Path, files: Sequence[str]) -> str:
-    """Return one digest over the file system's data on every source, "" where that cannot show a change.
+def sources_state(folder: Path, files: Sequence[str], *, settle: bool = False) -> str:
+    """Return one digest over the file system's data on the large sources, "" where that cannot show a change.
 
     Name, device, inode, size, times of change of content and of inode: whoever writes a file without changing these has
-    changed the clock of the machine. A file that was changed just now may be changed again within the same tick of the
-    file system's clock; Windows keeps no time of change of the inode. Both must be hashed.
+    changed the clock of the machine. Of sources up to `ALWAYS_HASHED` nothing is taken: their content is compared. A
+    file that was changed just now may be changed again within the same tick of the file system's clock; not every file
+    system shows what is written through a mapping (`file_systems`). Both must be hashed.
 
     Parameters
     ----------
     folder : the campaign folder.
     files : paths relative to it.
+    settle : have what is written but not yet on the disk written back first, so that whatever comes later shows; for a
+        digest that is to be remembered, taken before the files are hashed.
     """
-    if os.name == "nt":
-        return ""
     rows = []
     try:
         for file in files:
+            if _is_small(folder, file):
+                continue
             for path in _parts(folder / file):
-                status = path.stat()
-                if max(status.st_mtime_ns, status.st_ctime_ns) + RACY_NS > time.time_ns():
+                if not shows_mapped_writes(path) or _is_recent(path) or (settle and not write_back(path)):
                     return ""
+                if _is_recent(path):
+                    return ""
+                status = path.stat()
                 name = path.relative_to(folder).as_posix()
                 times = (status.st_mtime_ns, status.st_ctime_ns)
                 rows.append((name, status.st_dev, status.st_ino, status.st_size, *times))
     except OSError:
         return ""
-    return hashlib.sha256(repr(rows).encode("utf-8", "surrogateescape")).hexdigest()
+    return hashlib.sha256(repr(rows).encode("utf-8", "surrogateescape")).hexdigest() if rows else ""
+
+
+def _is_recent(path: Path) -> bool:
+    status = path.stat()
+    return max(status.st_mtime_ns, status.st_ctime_ns) + RACY_NS > time.time_ns()
+
+
+def _is_small(folder: Path, file: str) -> bool:
+    return sum(path.stat().st_size for path in _parts(folder / file)) <= ALWAYS_HASHED
 
 
 def changed_sources(
@@ -236,10 +255,10 @@ def changed_sources(
     provenance : the record of what was read.
     folder : the campaign folder.
     files : what the manifest names now; None: the same as then.
-    thorough : hash every file, whatever the file system's data.
+    thorough : hash large files too, whatever the file system's data.
     elsewhere : sources that are no files, as they are now.
     known_state : `sources_state` when they were hashed, from the user's own record and not from the store; where it is
-        the present one, no file is hashed.
+        the present one, no large file is hashed.
     """
     known = {source.file: source for source in provenance.sources}
     outside = {source.file: source.sha256 for source in elsewhere}
@@ -250,13 +269,16 @@ def changed_sources(
     dropped = [file for file in known if file not in named and file not in outside]
     changed = [name for name, digest in outside.items() if name in known and known[name].sha256 != digest]
     settled = not thorough and known_state != "" and known_state == sources_state(folder, named)
+    state = known_state if settled else sources_state(folder, named, settle=True)
     for file in named:
-        if settled or file in missing or file not in known:
+        if file in missing or file not in known or (settled and not _is_small(folder, file)):
             continue
         size, _ = _state(folder, file)
         if size != known[file].bytes or _hash_file(folder, file).sha256 != known[file].sha256:
             changed.append(file)
-    return SourceChanges(tuple(changed), tuple(missing), tuple(new), tuple(dropped))
+    if not settled and state != sources_state(folder, named):  # a source has changed since it was hashed
+        state = ""
+    return SourceChanges(tuple(changed), tuple(missing), tuple(new), tuple(dropped), state)
 
 
 def changed_settings(provenance: Provenance, settings: Mapping[str, Any]) -> tuple[str, ...]:

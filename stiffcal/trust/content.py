@@ -28,8 +28,8 @@ class CommittedGeneration:
     index_sha256: str
     """Of the store's generation.json, which holds each file's SHA-256."""
     sources_state: str
-    """One digest over (name, device, inode, size, mtime_ns, ctime_ns) of every source file when it was hashed; "" where
-    there are none.
+    """One digest over (name, device, inode, size, mtime_ns, ctime_ns) of every large source file when it was hashed; ""
+    where there are none.
     """
     committed: str
     """When, UTC, ISO 8601."""
