@@ -28,6 +28,7 @@ from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.reading_bounds import check_displacements
 from stiffcal.reduction.repeated_rows import repeated_rows
 from stiffcal.reduction.rezeroed_tables import rezeroed_table
+from stiffcal.reduction.rounded_copies import RoundedCopies
 from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
 
 # States below which rods are not judged: a quick look has one of each run.
@@ -41,6 +42,7 @@ class DataQuality:
     def __init__(self, campaign: Campaign) -> None:
         self._campaign = campaign
         self.logs: dict[tuple[str, str, str], LogQuality] = {}
+        self._copies = RoundedCopies()
         self._unit_conflicts: dict[tuple[str, str], tuple[str, ...]] = {}
 
     def update(self, source: str, file: str, rows: Rows, run: str = "") -> None:
@@ -66,6 +68,10 @@ class DataQuality:
                 by_the_wall=settings.time is not None and settings.time.unit == "iso8601",
             )
         self.logs[key].update(rows.number, rows.time, rows.signals)
+        settings = self._campaign.manifest.sources[source]
+        if settings.is_states:
+            factors = {column: unit.factor for column, unit in declared_units(settings).items()}
+            self._copies.update(file, rows.number, rows.signals, self.logs[key].columns, factors)
 
     def _compare_units(self, source: str, file: str) -> None:
         """Compare the units that a log states with the manifest's; in the first log alone where that takes long."""
@@ -93,6 +99,7 @@ class DataQuality:
         """Return warnings: doubts that are no faults."""
         remarks = [remark for watch in self.logs.values() for remark in watch.remarks()]
         remarks += constant_signals(self.logs)[1]
+        remarks += self._copies.warnings()
         remarks += conflict_warnings((file, found) for (_, file), found in self._unit_conflicts.items())
         for (source, _, _), watch in self.logs.items():
             other_logs = [log for (name, _, _), log in self.logs.items() if name == source and log is not watch]

@@ -1,0 +1,94 @@
+"""A table that was pasted twice, rounded the second time, is noticed; repeats of one load are not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import no_progress
+from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.reduction.rounded_copies import RoundedCopies
+from tests.laboratory.displacement_table import (
+    DISPLACEMENTS,
+    FORCES,
+    JOINTS,
+    Columns,
+    displacement_columns,
+    write_displacement_campaign,
+)
+
+FACTORS = dict.fromkeys(JOINTS, np.pi / 180.0) | dict.fromkeys(FORCES, 1.0) | dict.fromkeys(DISPLACEMENTS, 1e-3)
+NAMES = {"joints": JOINTS, "wrench": FORCES, "translation": DISPLACEMENTS}
+
+
+def printed(columns: Columns, digits: tuple[int, int, int]) -> Columns:
+    """Return the numbers as they read where angles, forces, displacements are printed with so many decimals."""
+    of = dict.fromkeys(JOINTS, digits[0]) | dict.fromkeys(FORCES, digits[1]) | dict.fromkeys(DISPLACEMENTS, digits[2])
+    return {name: np.array([float(f"{value:.{of[name]}f}") for value in values]) for name, values in columns.items()}
+
+
+def pasted(*tables: Columns) -> Columns:
+    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+
+
+def warned(columns: Columns) -> list[str]:
+    found = RoundedCopies()
+    signals = {signal: np.stack([FACTORS[name] * columns[name] for name in names]) for signal, names in NAMES.items()}
+    n = len(columns["dx"])
+    found.update("raw/table.csv", np.arange(1, n + 1), signals, NAMES, FACTORS)
+    return found.warnings()
+
+
+@pytest.mark.parametrize("fine", [(4, 3, 4), (3, 1, 3), (15, 15, 15)])
+@pytest.mark.parametrize("coarse", [(2, 0, 3), (2, 0, 2), (1, 0, 1)])
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_rounded_copy_is_named_with_its_rows(
+    fine: tuple[int, int, int], coarse: tuple[int, int, int], order: int
+) -> None:
+    columns = displacement_columns()
+    tables = [printed(columns, fine), printed(columns, coarse)]
+    (warning,) = warned(pasted(*tables[::order]))
+    assert "raw/table.csv rows" in warning
+    rows = ("rows 25 to 48", "rows 1 to 24")[::order]
+    assert warning.index(rows[0]) < warning.index(rows[1])
+
+
+def test_only_displacements_rounded() -> None:
+    columns = printed(displacement_columns(), (2, 1, 4))
+    (warning,) = warned(pasted(columns, printed(columns, (2, 1, 2))))
+    assert "rows 25 to 48 repeat" in warning
+
+
+def test_a_few_rows_between_others() -> None:
+    columns = printed(displacement_columns(), (3, 2, 3))
+    some = {name: values[[3, 7, 8, 20]] for name, values in columns.items()}
+    (warning,) = warned(pasted(columns, printed(some, (2, 1, 2))))
+    assert "row 25 repeats raw/table.csv row 4" in warning
+    assert "rows 26 to 27 repeat raw/table.csv rows 8 to 9" in warning
+
+
+@pytest.mark.parametrize("digits", [(2, 0, 2), (2, 1, 3), (3, 3, 4)])
+@pytest.mark.parametrize("noise_mm", [1e-4, 3e-3, 3e-2])
+@pytest.mark.parametrize("seed", range(4))
+def test_repeats_of_one_load_are_no_copies(digits: tuple[int, int, int], noise_mm: float, seed: int) -> None:
+    """Ten readings in each of twenty poses, under the same dead weight, printed alike."""
+    rng = np.random.default_rng(seed)
+    columns = displacement_columns(rows=20, seed=seed)
+    columns = {name: np.repeat(values, 10) for name, values in columns.items()}
+    for name in DISPLACEMENTS:
+        columns[name] = columns[name] + noise_mm * rng.standard_normal(len(columns[name]))
+    assert warned(printed(columns, digits)) == []
+
+
+def test_readings_of_one_table_are_no_copies() -> None:
+    assert warned(printed(displacement_columns(rows=400), (2, 1, 3))) == []
+
+
+def test_a_campaign_says_so(tmp_path: Path) -> None:
+    columns = displacement_columns()
+    folder = write_displacement_campaign(tmp_path / "cell", pasted(columns, printed(columns, (1, 0, 2))))
+    warnings = reduce_campaign(load_campaign(folder), no_progress).result.warnings
+    assert sum("rounded copies" in warning for warning in warnings) == 1
