@@ -11,6 +11,7 @@ from stiffcal.batch.results import AuthorChoice
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.thresholds import Thresholds, ThresholdsFile, tighter
+from stiffcal.escapes import toml_text
 
 
 def author_choices(
@@ -108,8 +109,8 @@ def _by_name_alone(campaign: Campaign, file: ThresholdsFile) -> Iterator[AuthorC
     before = file.campaigns[name].limits
     if file.own_limits(name, _folder(campaign)).written() != (file.limits.written() | before.written()):
         text = (
-            f'name = "{name}": the thresholds of that name apply only where they are tighter, because the folder '
-            "has another name"
+            f"{toml_text.pair('name', name)}: the thresholds of that name apply only where they are tighter, because "
+            "the folder has another name"
         )
         yield AuthorChoice(kind="threshold", place="name", text=text)
 

@@ -31,6 +31,7 @@ from stiffcal.batch.results import (
 from stiffcal.campaign.thresholds import ThresholdsFile
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError
+from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.fault_log import write_fault_log
 from stiffcal.files import read_regular
@@ -249,7 +250,11 @@ def _fault(error: Exception, folder: str) -> Fault:
     """Write the traceback of an internal fault to a log file; return the fault."""
     reason = f"internal fault, not your input: {type(error).__name__}: {' '.join(str(error).split())}"
     log = write_fault_log(error, __version__, f"stiffcal batch {folder}")
-    mend = f"please report it with the log file {log}" if log else f"stiffcal run {folder} --debug shows where"
+    mend = (
+        f"please report it with the log file {log}"
+        if log
+        else f"{command_line('run', Path(folder), '--debug')} shows where"
+    )
     return Fault(FaultCode.INTERNAL_FAULT, folder, "", reason, mend)
 
 

@@ -8,6 +8,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import JointSignals, Wrench
 from stiffcal.errors import Fault
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 
 ABSOLUTE = "absolute"
@@ -60,8 +61,9 @@ def _estimated_carriers(manifest: Manifest) -> Iterator[Fault]:
             passed.add(carrier)
             if carrier in manifest.frames and manifest.frames[carrier].estimate:
                 mend = (
-                    f"list the points as markers of one body: [sources.NAME.poses.{carrier}] markers = {{ {body} = "
-                    f"[…], … }}, or give {carrier} and estimate {body}"
+                    f"list the points as markers of one body, {toml_text.pair('markers', {body: ['X', 'Y', 'Z']})} "
+                    f"with their columns under [sources.NAME.poses.{toml_text.key(carrier)}], or give {carrier} and "
+                    f"estimate {body}"
                 )
                 reason = f"{body} is measured and attached to this frame, which is estimated"
                 yield Fault(FaultCode.FRAME_UNSUITABLE, MANIFEST_FILE, f"frames.{carrier}.estimate", reason, mend)

@@ -25,6 +25,7 @@ from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Join
 from stiffcal.campaign.source import Source
 from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault, InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular
 
@@ -257,7 +258,10 @@ def _source_run_faults(manifest: Manifest, name: str, source: Source) -> Iterato
     own = _has_own_file(source)
     if not own and not in_runs:
         yield _fault(
-            FaultCode.KEY_MISSING, place, "no file is named", 'add file = "raw/table.csv", or files = { … } to each run'
+            FaultCode.KEY_MISSING,
+            place,
+            "no file is named",
+            f'add file = "raw/table.csv", or {toml_text.pair("files", {name: "raw/run1.csv"})} to each run',
         )
     if own and in_runs:
         yield _fault(
@@ -268,7 +272,7 @@ def _source_run_faults(manifest: Manifest, name: str, source: Source) -> Iterato
     if own and source.run is None and len(manifest.runs) != 1:
         mend = 'add run = { column = "run" } or run = { each = "row" }'
         if not source.is_states:
-            mend += ", or [[runs]] with files = { … } for each"
+            mend += f", or [[runs]] with {toml_text.pair('files', {name: 'raw/run1.csv'})} for each"
         yield _fault(FaultCode.KEY_MISSING, place, "it is not stated to which run a row belongs", mend)
     if source.run is not None and source.run.each == "row" and not source.is_states:
         yield _fault(
@@ -325,7 +329,8 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
         if isinstance(signal, Pose):
             for marker, point in signal.markers.items():
                 if point.at_m is None and marker not in manifest.frames:
-                    mend = "write { columns = […], at_m = [x, y, z] }"
+                    stated: dict[str, toml_text.TomlValue] = {"columns": list(point.columns), "at_m": [0.0, 0.05, 0.1]}
+                    mend = f"write {toml_text.pair(marker, stated)}, say: at_m in metres"
                     yield _fault(
                         FaultCode.KEY_MISSING,
                         f"{place}.markers.{marker}",

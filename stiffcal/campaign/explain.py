@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from stiffcal.campaign.typed import TomlTable, WrongValueError
 from stiffcal.errors import Fault
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 
 Path = Sequence[int | str]
@@ -158,7 +159,7 @@ def _missing_mend(location: Path, model: type[BaseModel]) -> str:
     if table is not None and str(location[-1]) == "schema":
         schema_fields = [field for name, field in table.model_fields.items() if "schema" in (name, field.alias)]
         choices = get_args(schema_fields[0].annotation)
-        return f'write schema = "{choices[0]}" as the first line' if choices else "add it"
+        return f"write {toml_text.pair('schema', choices[0])} as the first line" if choices else "add it"
     return "add it"
 
 

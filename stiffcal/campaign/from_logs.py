@@ -27,12 +27,12 @@ from stiffcal.campaign.proposed_lines import (
     ProposedLine,
     as_text,
     columns_text,
-    quoted,
     signal_lines,
     unit_of_role,
 )
 from stiffcal.campaign.table_sniffing import SniffedTable, sniff_table
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 
 CLAMPED, FRICTION = "clamped", "friction"
@@ -264,13 +264,14 @@ def _missing(display_name: str, reason: str, mend: str) -> InputError:
 def _source_lines(name: str, log: _Log) -> list[ProposedLine]:
     lines = [ProposedLine(""), ProposedLine(f"[sources.{name}]")]
     if log.table.options:
-        options = ", ".join(f"{key} = {quoted(value)}" for key, value in log.table.options.items())
+        options = ", ".join(f"{key} = {toml_text.value(value)}" for key, value in log.table.options.items())
         lines.append(ProposedLine(f"csv = {{ {options} }}"))
     lines.append(_time_line(log.drives))
     if log.drives.temperature:
         role = Role(log.drives.temperature)
         written, guessed = unit_of_role(role, TEMPERATURE, "degC")
-        line = f"temperature = {{ columns = {columns_text(role)}, units = {{ temperature = {quoted(written)} }} }}"
+        units = toml_text.pair("units", {TEMPERATURE: written})
+        line = f"temperature = {{ columns = {columns_text(role)}, {units} }}"
         lines.append(ProposedLine(line, "degC" if guessed else None))
     if log.drives.wrench.force is not None:
         lines += signal_lines(replace(log.drives.wrench, joints=None, position=None, deflection=None))
@@ -281,8 +282,8 @@ def _time_line(drives: DriveColumns) -> ProposedLine:
     if drives.time is None:
         return ProposedLine("time = { rate_hz = 1000 }", "no time column recognised: write the logging rate")
     known = drives.time.unit in _TIME_UNITS
-    line = f"time = {{ column = {quoted(drives.time.header)}, unit = {quoted(drives.time.unit if known else 's')} }}"  # type: ignore[arg-type]
-    return ProposedLine(line, None if known else "seconds")
+    column = {"column": drives.time.header, "unit": (drives.time.unit or "s") if known else "s"}
+    return ProposedLine(toml_text.pair("time", column), None if known else "seconds")
 
 
 def _joint_lines(name: str, drives: DriveColumns) -> list[ProposedLine]:
@@ -299,7 +300,7 @@ def _joint_lines(name: str, drives: DriveColumns) -> list[ProposedLine]:
         likely = likely or ("deg" if size > LARGEST_RADIAN else "rad")
         written, guessed = unit_of_role(role, "angle" if signal == POSITION else signal, likely)
         angle_unit = written if signal == POSITION and written in ("deg", "rad", "rev") else angle_unit
-        units.append(f"{signal} = {quoted(written)}")
+        units.append(f"{signal} = {toml_text.value(written)}")
         doubts += [f"{signal} in {written} (values up to {size:.3g})"] if guessed else []
     lines.append(ProposedLine(f"units = {{ {', '.join(units)} }}", ", ".join(doubts) if doubts else None))
     if CURRENT in drives.signals and TORQUE not in drives.signals:
@@ -322,13 +323,13 @@ def _moved_joints(run: _ProposedRun) -> list[int]:
 
 
 def _run_lines(kind: str, run: _ProposedRun, moved: Sequence[int], count: int) -> list[ProposedLine]:
-    lines = [*map(ProposedLine, ("", "[[runs]]", f"id = {quoted(run.name)}", f"experiment = {quoted(kind)}"))]
+    lines = [*map(ProposedLine, ("", "[[runs]]", toml_text.pair("id", run.name), toml_text.pair("experiment", kind)))]
     if count == 1 or len(moved) == 1:
         joint = moved[0] if len(moved) == 1 else 1
         lines.append(
             ProposedLine(f"moved_joint = {joint}", None if count == 1 else "the joint with the largest motion")
         )
-    files = ", ".join(f"{source} = {quoted(f'raw/{log.path.name}')}" for source, log in run.logs.items())
+    files = ", ".join(f"{source} = {toml_text.value(f'raw/{log.path.name}')}" for source, log in run.logs.items())
     lines.append(ProposedLine(f"files = {{ {files} }}"))
     if kind == CLAMPED:
         zeros = ", ".join(["0.0"] * count)

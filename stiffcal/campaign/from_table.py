@@ -14,7 +14,6 @@ from stiffcal.campaign.proposed_lines import (
     ProposedLine,
     as_text,
     frame_lines,
-    quoted,
     run_lines,
     source_lines,
 )
@@ -29,6 +28,7 @@ from stiffcal.campaign.toml_reading import parse_toml
 from stiffcal.campaign.urdf import PRISMATIC
 from stiffcal.campaign.urdf_arm import UrdfArm, arm_of_table
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 
 
@@ -231,7 +231,11 @@ def robot_text(
     if robot is not None:
         return chosen_robot(robot), {}, []
     if urdf is not None:
-        rows = [ProposedLine('schema = "stiffcal/robot/1"'), ProposedLine(f"urdf = {quoted(urdf.name)}"), *arm.lines]
+        rows = [
+            ProposedLine('schema = "stiffcal/robot/1"'),
+            ProposedLine(toml_text.pair("urdf", urdf.name)),
+            *arm.lines,
+        ]
         return as_text(rows), {urdf.name: urdf}, rows
     lines = robot_lines([column.name for column in roles.joints.columns])
     return as_text(lines), {}, lines

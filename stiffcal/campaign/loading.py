@@ -25,7 +25,8 @@ from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_fault
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import Fault, InputError, raise_faults
-from stiffcal.escapes import escape_invisible, shell
+from stiffcal.escapes import escape_invisible
+from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
@@ -182,7 +183,7 @@ def load_manifest(folder: Path) -> Manifest:
     """
     path = Path(folder) / MANIFEST_FILE
     if not path.exists():
-        mend = f"create one: stiffcal init {shell.escaped_path(str(folder))} --kind load"
+        mend = f"create one: {command_line('init', Path(folder), '--kind', 'load')}"
         raise InputError.at(FaultCode.FILE_MISSING, MANIFEST_FILE, "", f"there is no {MANIFEST_FILE} in {folder}", mend)
     check_own(Path(folder), MANIFEST_FILE)
     return validate_manifest(read_toml(path, MANIFEST_FILE))

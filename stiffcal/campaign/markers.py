@@ -10,6 +10,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.signals import Pose
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.markers import Markers
 
@@ -41,6 +42,7 @@ def _markers(body: str, pose: Pose, manifest: Manifest) -> Markers:
         else:
             raise InputError.at(
                 FaultCode.KEY_MISSING, "campaign.toml", f"markers.{name}", f"its position on {body} is not given",
-                'write at_m = [x, y, z] in metres, or a frame of that name with parent = "' + body + '"',
+                "write at_m = [0.0, 0.05, 0.1], say, in metres, or a frame of that name with "
+                f"{toml_text.pair('parent', body)}",
             )  # fmt: skip
     return Markers(tuple(pose.markers), np.array(places))

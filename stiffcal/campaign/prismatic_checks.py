@@ -9,6 +9,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import JointSignals
 from stiffcal.errors import Fault, InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 
 _OF_TURNS = (CLAMPED, "friction")
@@ -51,12 +52,12 @@ def _unit_faults(
     units = signal.position_units(count)
     for joint, unit in zip(joint_names, units, strict=True):
         if (unit.quantity == "length") != (joint in prismatic):
-            listed = ", ".join('"mm"' if name in prismatic else '"deg"' for name in joint_names)
+            units_of_columns = {"position": ["mm" if name in prismatic else "deg" for name in joint_names]}
             kind = "prismatic" if joint in prismatic else "revolute"
             yield Fault(
                 FaultCode.UNIT_CONFLICT, MANIFEST_FILE, f"{place}.units.position",
                 f'{joint} is {kind}, and its column is read in "{unit.name}"',
-                f"write the unit of each column: units = {{ position = [{listed}] }}",
+                f"write the unit of each column: {toml_text.pair('units', units_of_columns)}",
             )  # fmt: skip
             return
 

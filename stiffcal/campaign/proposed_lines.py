@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,6 +13,7 @@ from stiffcal.campaign.table_purpose import serves_absolute
 from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.campaign.typed import expand_columns
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import UnknownUnitError, unit
 
@@ -86,17 +86,17 @@ def source_lines(
     """
     texts = ["[sources.table]"]
     if len(tables) == 1:
-        texts.append(f"file = {quoted(f'raw/{tables[0].path.name}')}")
+        texts.append(f"file = {toml_text.value(f'raw/{tables[0].path.name}')}")
     else:
-        texts.append("files = { " + ", ".join(_file_of_signals(tables, roles)) + " }")
+        texts.append(f"files = {{ {', '.join(_file_of_signals(tables, roles))} }}")
     if tables[0].options:
-        options = ", ".join(f"{key} = {quoted(value)}" for key, value in tables[0].options.items())
+        options = ", ".join(f"{key} = {toml_text.value(value)}" for key, value in tables[0].options.items())
         texts.append(f"csv = {{ {options} }}")
     absolute = serves_absolute(roles)
     lines = [*map(ProposedLine, texts), ProposedLine('sampling = "states"') if absolute else _run_line(roles)]
     if roles.time is not None and not (absolute and _stands_still(roles.time)):
         written, guessed = unit_of_role(Role((roles.time,)), "time", "s")
-        line = f"time = {{ column = {quoted(roles.time.header)}, unit = {quoted(written)} }}"
+        line = f"time = {{ column = {toml_text.value(roles.time.header)}, unit = {toml_text.value(written)} }}"
         lines.append(ProposedLine(line, "seconds" if guessed else None))
     if absolute:
         payload = _payload_lines(roles)
@@ -129,7 +129,7 @@ def _is_loaded(roles: Roles) -> bool:
 def _payload_lines(roles: Roles) -> list[ProposedLine]:
     if roles.mass is None or _is_loaded(roles):
         return [] if roles.mass is None else _load_lines(roles, PAYLOAD)
-    column = quoted(roles.mass.columns[0].header)
+    column = toml_text.value(roles.mass.columns[0].header)
     return [ProposedLine("", f"{column} is 0 in the rows that were looked at: no payload")]
 
 
@@ -168,13 +168,13 @@ def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
                 f"the {signal} is also in {files[0]}",
                 "put it into one file",
             )
-        sentences += [f"{signal} = {quoted(f'raw/{files[0]}')}"] if files else []
+        sentences += [f"{signal} = {toml_text.value(f'raw/{files[0]}')}"] if files else []
     return sentences
 
 
 def _run_line(roles: Roles) -> ProposedLine:
     if roles.run is not None:
-        return ProposedLine(f"run = {{ column = {quoted(roles.run.header)} }}")
+        return ProposedLine(f"run = {{ column = {toml_text.value(roles.run.header)} }}")
     if roles.deflection is not None:
         return ProposedLine('run = { each = "row" }')
     return ProposedLine('run = { column = "run" }', "add a column with the pose of each row")
@@ -187,7 +187,7 @@ def _joints_line(roles: Roles, prismatic: Collection[SniffedColumn] = ()) -> Pro
     size = max(column.size for column in roles.joints.columns)
     likely = "deg" if size > LARGEST_RADIAN else "rad"
     written, guessed = unit_of_role(roles.joints, "angle", likely)
-    line = f"joints = {{ position = {columns_text(roles.joints)}, units = {{ position = {quoted(written)} }} }}"
+    line = f"joints = {{ position = {columns_text(roles.joints)}, {toml_text.pair('units', {'position': written})} }}"
     return ProposedLine(line, f"{written}, judged by the values (up to {size:.3g})" if guessed else None)
 
 
@@ -200,8 +200,7 @@ def _line_of_mixed_joints(joints: Role, prismatic: Collection[SniffedColumn]) ->
         if column in prismatic:
             units[k], guessed = unit_of_role(Role((column,)), "length", "m" if column.size < LONGEST_M else "mm")
             doubts += [f"{column.header} in {units[k]} (values up to {column.size:.3g})"] if guessed else []
-    written = ", ".join(map(quoted, units))
-    line = f"joints = {{ position = {columns_text(joints)}, units = {{ position = [{written}] }} }}"
+    line = f"joints = {{ position = {columns_text(joints)}, {toml_text.pair('units', {'position': units})} }}"
     return ProposedLine(line, ", ".join(doubts) if doubts else None)
 
 
@@ -209,27 +208,27 @@ def _load_lines(roles: Roles, tool: str) -> list[ProposedLine]:
     if roles.force is None:
         assert roles.mass is not None
         written, _ = unit_of_role(roles.mass, "mass", "kg")
-        column = quoted(roles.mass.columns[0].header)
-        units = f"{{ mass = {quoted(written)} }}"
-        line = f"dead_weight = {{ mass_column = {column}, point = {quoted(tool)}, units = {units} }}"
+        column = toml_text.value(roles.mass.columns[0].header)
+        units = f"{{ mass = {toml_text.value(written)} }}"
+        line = f"dead_weight = {{ mass_column = {column}, point = {toml_text.value(tool)}, units = {units} }}"
         return [ProposedLine(line, frames=(tool,))]
     doubts = []
     force, guessed = unit_of_role(roles.force, "force", "N")
     doubts += ["N"] if guessed else []
-    units, columns = f"force = {quoted(force)}", roles.force.columns
+    units, columns = f"force = {toml_text.value(force)}", roles.force.columns
     if roles.moment is not None:
         moment, guessed = unit_of_role(roles.moment, "moment", "N*m")
         doubts += ["N*m"] if guessed else []
-        units += f", moment = {quoted(moment)}"
+        units += f", moment = {toml_text.value(moment)}"
         columns += roles.moment.columns
     in_base = bool({"base", "world", "robot"} & roles.force.places)
     if roles.moment is not None and not in_base:
         frame = FORCE_SENSOR
-        where = f"frame = {quoted(frame)}"
+        where = f"frame = {toml_text.value(frame)}"
         doubts.append("in the sensor's axes")
     else:
         frame = tool if roles.moment is None else FORCE_SENSOR
-        where = f'axes = "base", point = {quoted(frame)}'
+        where = f'axes = "base", point = {toml_text.value(frame)}'
         doubts += [] if in_base else ["in base axes"]
     doubts.append("acts on the robot")
     line = f"wrench = {{ columns = {columns_text(Role(columns))}, units = {{ {units} }}, {where} }}"
@@ -243,7 +242,7 @@ def _moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
         likely = "m" if size < _LARGEST_DEFLECTION_M else "mm" if size < _LARGEST_DEFLECTION_M * 1e3 else "um"
         written, guessed = unit_of_role(roles.deflection, "translation", likely)
         doubts += [f"{written}, judged by the values (up to {size:.3g})"] if guessed else []
-        units, rotation = f"translation = {quoted(written)}", ""
+        units, rotation = f"translation = {toml_text.value(written)}", ""
         if roles.rotation is not None:
             turned = max(column.size for column in roles.rotation.columns)
             angle, guessed = unit_of_role(roles.rotation, "angle", "rad" if turned < _LARGEST_DEFLECTION_M else "deg")
@@ -252,11 +251,15 @@ def _moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
                     f"{', '.join(column.header for column in roles.rotation.columns)}: rotations, not moments"
                 )
             doubts += [f"turns in {angle}"] if guessed else []
-            units, rotation = f"{units}, rotation = {quoted(angle)}", f", rotation = {columns_text(roles.rotation)}"
+            units, rotation = (
+                f"{units}, {toml_text.pair('rotation', angle)}",
+                f", rotation = {columns_text(roles.rotation)}",
+            )
         doubts += [] if roles.deflection.places else ["in base axes"]
         columns = f"translation = {columns_text(roles.deflection)}{rotation}"
         sigma, why = _sigma(roles.deflection, "translation", written)
-        line = f'deflection = {{ {columns}, units = {{ {units} }}{sigma}, body = {quoted(body)}, axes = "base" }}'
+        of_body = toml_text.pair("body", body)
+        line = f'deflection = {{ {columns}, units = {{ {units} }}{sigma}, {of_body}, axes = "base" }}'
         frames: tuple[str, ...] = (body,)
     else:
         assert roles.position is not None
@@ -266,9 +269,10 @@ def _moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
         columns = f"position = {columns_text(roles.position)}"
         if roles.quaternion is not None:
             columns += f", quaternion_wxyz = {columns_text(roles.quaternion)}"
-        units = f"{{ position = {quoted(written)} }}"
+        units = f"{{ position = {toml_text.value(written)} }}"
         sigma, why = _sigma(roles.position, "position", written)
-        line = f"pose = {{ frame = {quoted(TRACKER)}, body = {quoted(body)}, {columns}, units = {units}{sigma} }}"
+        of_body = f"{toml_text.pair('frame', TRACKER)}, {toml_text.pair('body', body)}"
+        line = f"pose = {{ {of_body}, {columns}, units = {units}{sigma} }}"
         frames = (TRACKER, body)
     doubts += [_SIGMA_DOUBT] if sigma else []
     return [ProposedLine(line, ", ".join(doubts) if doubts else None, frames), *why]
@@ -284,9 +288,9 @@ def _target_tables(roles: Roles) -> list[ProposedLine]:
         doubt = f"{written}, judged by the values (up to {size:.4g})" if guessed else None
         lines += [
             ProposedLine(f"[sources.table.poses.{name}]"),
-            ProposedLine(f"frame = {quoted(TRACKER)}", frames=(TRACKER, name)),
+            ProposedLine(f"frame = {toml_text.value(TRACKER)}", frames=(TRACKER, name)),
             ProposedLine(f"position = {columns_text(role)}"),
-            ProposedLine(f"units = {{ position = {quoted(written)} }}", doubt),
+            ProposedLine(f"units = {{ position = {toml_text.value(written)} }}", doubt),
             *([ProposedLine(sigma.removeprefix(", "), _SIGMA_DOUBT)] if sigma else []),
             *why,
         ]
@@ -303,7 +307,8 @@ def _sigma(role: Role, key: str, written: str) -> tuple[str, list[ProposedLine]]
     if role.sigma is None:
         return "", []
     columns = role.sigma.columns
-    named = quoted(columns[0].header) if len(columns) == 1 else columns_text(Role(columns))
+    headers = [column.header for column in columns]
+    stated_sigma: dict[str, toml_text.TomlValue] = {key: headers[0] if len(headers) == 1 else headers}
     factor = unit(written, "length").factor
     typical = float(np.nanmedian([value for column in columns for value in column.values])) * factor
     stated = sorted({column.unit for column in columns if column.unit is not None} - {written})
@@ -314,8 +319,8 @@ def _sigma(role: Role, key: str, written: str) -> tuple[str, list[ProposedLine]]
     elif not role.sigma.steady:
         why = "varies as the scatter within single readings does; places may be uncertain by more"
     else:
-        return f", sigma = {{ {key} = {named} }}", []
-    return "", [ProposedLine("", f"sigma = {{ {key} = {named} }} left out: it {why}")]
+        return f", {toml_text.pair('sigma', stated_sigma)}", []
+    return "", [ProposedLine("", f"{toml_text.pair('sigma', stated_sigma)} left out: it {why}")]
 
 
 def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine]:
@@ -354,7 +359,7 @@ def _frames_to_estimate(roles: Roles, known: str | None) -> list[ProposedLine]:
 
 
 def _table(frame: str, parent: str) -> list[ProposedLine]:
-    return [ProposedLine(text) for text in ("", f"[frames.{frame}]", f"parent = {quoted(parent)}")]
+    return [ProposedLine(text) for text in ("", f"[frames.{frame}]", f"parent = {toml_text.value(parent)}")]
 
 
 def unit_of_role(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
@@ -402,12 +407,7 @@ def columns_text(role: Role) -> str:
         text = f"{headers[0]}..{headers[-1]}"
         try:
             if expand_columns(text) == tuple(headers):
-                return quoted(text)
+                return toml_text.value(text)
         except ValueError:
             pass
-    return "[" + ", ".join(quoted(header) for header in headers) + "]"
-
-
-def quoted(value: str | int | bool) -> str:
-    """Write a value as TOML; JSON's strings are TOML's."""
-    return json.dumps(value, ensure_ascii=False)
+    return "[" + ", ".join(toml_text.value(header) for header in headers) + "]"

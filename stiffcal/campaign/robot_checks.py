@@ -218,7 +218,7 @@ def _kind_faults(
     if own and entry.limits_m is None:
         reason = "a prismatic joint has two ends, and none are given"
         yield Fault(
-            FaultCode.KEY_MISSING, file, f"{place}.limits_m", reason, f"add {in_urdf}limits_m = [low, high] in m"
+            FaultCode.KEY_MISSING, file, f"{place}.limits_m", reason, f"add {in_urdf}limits_m = [0.0, 1.2], say, in m"
         )
     for key, wrong in (("limits_deg", own), ("gear_orders", own), ("limits_m", not own)):
         if wrong and key in entry.model_fields_set:

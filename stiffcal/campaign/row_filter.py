@@ -10,9 +10,11 @@ from pydantic import BeforeValidator, WithJsonSchema
 
 from stiffcal.campaign.typed import WrongValueError
 
-_CONDITION = re.compile(
-    r"""^\s*(?P<column>"[^"]+"|`[^`]+`|[^\s<>=!"`]+)\s*(?P<operator><=|>=|==|!=|<|>)\s*(?P<value>"[^"]*"|'[^']*'|\S+)\s*$"""
-)
+_NAME = r'"(?:[^"]|"")+"|`(?:[^`]|``)+`|[^\s<>=!"`]+'
+_VALUE = r""""(?:[^"]|"")*"|'(?:[^']|'')*'|[^\s"']+"""
+_CONDITION = re.compile(rf"\s*(?P<column>{_NAME})\s*(?P<operator><=|>=|==|!=|<|>)\s*(?P<value>{_VALUE})\s*")
+_AND = re.compile(r"and(?=\s)")
+_BARE = re.compile(r"[^\s<>=!\"`']+")
 
 
 @dataclass(frozen=True)
@@ -32,8 +34,8 @@ def parse_rows(text: str) -> tuple[RowCondition, ...]:
 
     Parameters
     ----------
-    text : comparisons of a column with a number or a quoted text, joined by ``and``; a column's name with blanks in it
-        stands in double quotes or backticks.
+    text : comparisons of a column with a number or a quoted text, joined by ``and``; a column's name with blanks or
+        signs of comparison in it stands in double quotes or backticks. A quotation mark within quotes is written twice.
 
     Raises
     ------
@@ -45,23 +47,48 @@ def parse_rows(text: str) -> tuple[RowCondition, ...]:
     >>> parse_rows("test_nr < 100 and state == 'ok'")[1]
     RowCondition(column='state', operator='==', value='ok')
     """
-    conditions = []
-    for condition in re.split(r"(?<!\s)\s++and\s+", text):
-        match = _CONDITION.match(condition)
+    conditions, place = [], 0
+    while True:
+        match = _CONDITION.match(text, place)
         if match is None:
             raise WrongValueError(
-                f'"{text}" is not a condition on rows', 'write one like "test_nr < 100 and phase == 2"'
+                f"{text!r} is not a condition on rows",
+                'write one like "test_nr < 100 and phase == 2"; a name with blanks in backticks, as "`X (mm)` != 0"',
             )
         value = _value(match["value"])
         if isinstance(value, str) and match["operator"] not in ("==", "!="):
             raise WrongValueError(f"{match['value']} is not a number", "compare text with == or != only")
-        conditions.append(RowCondition(match["column"].strip('"`'), match["operator"], value))
-    return tuple(conditions)
+        conditions.append(RowCondition(_unquoted(match["column"]), match["operator"], value))
+        place = match.end()
+        if place == len(text):
+            return tuple(conditions)
+        joined = _AND.match(text, place)
+        # what follows without one is no condition
+        place = joined.end() if joined is not None and text[place - 1].isspace() else len(text)
+
+
+def condition_text(column: str, operator: str, value: float | str) -> str:
+    """Return one comparison as `parse_rows` reads it.
+
+    Examples
+    --------
+    >>> condition_text("test_nr", "<", 100), condition_text("X (mm)", "!=", 0)
+    ('test_nr < 100', '`X (mm)` != 0')
+    """
+    is_bare = _BARE.fullmatch(column) is not None
+    name = column if is_bare else "`" + column.replace("`", "``") + "`"
+    written = "'" + value.replace("'", "''") + "'" if isinstance(value, str) else f"{value:g}"
+    return f"{name} {operator} {written}"
+
+
+def _unquoted(text: str) -> str:
+    mark = text[0]
+    return text[1:-1].replace(2 * mark, mark) if mark in "\"'`" else text
 
 
 def _value(text: str) -> float | str:
     if text[0] in "\"'":
-        return text[1:-1]
+        return _unquoted(text)
     try:
         return float(text)
     except ValueError:

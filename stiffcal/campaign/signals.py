@@ -132,7 +132,7 @@ class JointSignals(Signal):
     def _something_is_logged(self) -> JointSignals:
         groups = self.groups()
         if not groups:
-            raise WrongValueError("no columns are given", 'write position = ["A1", "A2", …] or position = "A1..A6"')
+            raise WrongValueError("no columns are given", 'write position = ["A1", "A2", "A3"] or position = "A1..A6"')
         counts = {key: len(names) for key, names in groups.items()}
         if self.torque_gain_sigma is not None and not self.has_torque:
             raise WrongValueError(

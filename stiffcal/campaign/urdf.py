@@ -16,6 +16,7 @@ from stiffcal.campaign.robot_file import MOST_JOINTS
 from stiffcal.campaign.urdf_elements import UrdfJoint, UrdfLink, UrdfMimic
 from stiffcal.campaign.urdf_tree import UrdfTree, read_tree
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 
 PRISMATIC = "prismatic"
@@ -137,9 +138,9 @@ def _mend_for_chain(robot: UrdfRobot, joint: UrdfJoint) -> str:
     """Return how the chain can do without a joint of another kind."""
     place = robot.path.index(joint)
     if not any(other.kind in MOVING for other in robot.path[:place]):
-        return f'begin the chain after it: base_link = "{joint.child}" in the robot file'
+        return f"begin the chain after it: {toml_text.pair('base_link', joint.child)} in the robot file"
     if not any(other.kind in MOVING for other in robot.path[place:]):
-        return f'end the chain before it: tip_link = "{joint.parent}" in the robot file'
+        return f"end the chain before it: {toml_text.pair('tip_link', joint.parent)} in the robot file"
     return 'if it did not move, make its type "fixed" in the URDF, with its position in <origin>'
 
 
@@ -147,11 +148,9 @@ def _mend_for_mimic(robot: UrdfRobot, joint: UrdfJoint, mimic: UrdfMimic) -> str
     """Return how the robot file states what a joint follows, or that the chain must do without it."""
     if mimic.joint not in {other.name for other in robot.moving}:
         return 'that joint is not on the chain: if it did not move, make the type of both "fixed" in the URDF'
-    zero = f", theta_deg = {math.degrees(mimic.offset):.6g}" if mimic.offset else ""
-    return (
-        f'delete its <mimic> in the URDF, and write in the robot file [[joints]] name = "{joint.name}", '
-        f"logged = {{ {mimic.joint} = {mimic.multiplier:.6g} }}{zero}"
-    )
+    pairs = [toml_text.pair("name", joint.name), toml_text.pair("logged", {mimic.joint: mimic.multiplier})]
+    pairs += [f"theta_deg = {math.degrees(mimic.offset):.6g}"] if mimic.offset else []
+    return f"delete its <mimic> in the URDF, and write in the robot file [[joints]] with {', '.join(pairs)}"
 
 
 def _check_path(robot: UrdfRobot, display_name: str) -> None:

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stiffcal.campaign.joint_columns import columns_of_joints
-from stiffcal.campaign.proposed_lines import ProposedLine, quoted
+from stiffcal.campaign.proposed_lines import ProposedLine
 from stiffcal.campaign.table_sniffing import SniffedColumn
 from stiffcal.campaign.urdf import MOVING, PRISMATIC, UrdfRobot, chain_between, possible_tips
 from stiffcal.campaign.urdf_elements import UrdfJoint
 from stiffcal.campaign.urdf_tree import read_tree
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 
 _USUAL_TIPS = ("tool0", "flange", "tcp", "tool", "ee_link", "end_effector")
@@ -90,15 +91,17 @@ def _base_line(before: Sequence[UrdfJoint]) -> list[ProposedLine]:
     if not before:
         return []
     doubt = f"{_named(before)}: everything before this link is taken as fixed"
-    return [ProposedLine(f"base_link = {quoted(before[-1].child)}", doubt)]
+    return [ProposedLine(f"base_link = {toml_text.value(before[-1].child)}", doubt)]
 
 
 def _tip_line(chain: UrdfRobot, behind: Sequence[UrdfJoint], others: Sequence[str]) -> list[ProposedLine]:
     if behind:
         doubt = f"{_named(behind)}: everything after this link is taken as fixed"
-        return [ProposedLine(f"tip_link = {quoted(behind[0].parent)}", doubt)]
+        return [ProposedLine(f"tip_link = {toml_text.value(behind[0].parent)}", doubt)]
     if others:
-        return [ProposedLine(f"tip_link = {quoted(chain.tip)}", f"the flange; the URDF has {', '.join(others)} too")]
+        return [
+            ProposedLine(toml_text.pair("tip_link", chain.tip), f"the flange; the URDF has {', '.join(others)} too")
+        ]
     return []
 
 

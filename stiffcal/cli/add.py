@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import AsJson, Joints, Links, Pairs
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def edit(
 
         values = start_values(start)
         result = edit_model(folder, action, effect, where=where, everywhere=everywhere, curved=curved, start=values)
-        answer.give(result, show_edit, command_line("identify", folder))
+        answer.give(result, show_edit, following(folder, None))
     return OK
 
 

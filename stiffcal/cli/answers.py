@@ -5,14 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 from stiffcal.cli.log import record
 from stiffcal.cli.progress import ProgressBar
 from stiffcal.cli.standard_error import for_terminal
 from stiffcal.cli.supervision import current
-from stiffcal.escapes import shell
 from stiffcal.escapes.json_text import document_text
 from stiffcal.escapes.terminal import escaped, escaped_document
 from stiffcal.masking import mask, masked
@@ -22,6 +21,21 @@ if TYPE_CHECKING:
     from stiffcal.documents import CommandResult
 
 Shown = TypeVar("Shown", bound="CommandResult")
+
+
+@dataclass(frozen=True, slots=True)
+class NextLine:
+    """The last line of an answer."""
+
+    command: str
+    """A line to copy."""
+    once: str = ""
+    """What a person has to do or to have first, in words; "" where the command runs as it is."""
+
+    @property
+    def text(self) -> str:
+        """As it is printed: only a command that runs now stands after "next"."""
+        return f"once {self.once}: {self.command}" if self.once else f"next: {self.command}"
 
 
 class Answer:
@@ -38,21 +52,21 @@ class Answer:
         sys.stderr.write(for_terminal(escaped(mask(text))) + "\n")
         sys.stderr.flush()
 
-    def give(self, result: Shown, show: Callable[[AnswerConsole, Shown], None], then: str = "") -> None:
+    def give(self, result: Shown, show: Callable[[AnswerConsole, Shown], None], then: NextLine | None = None) -> None:
         """Print the answer.
 
         Parameters
         ----------
         result : what the command answers.
         show : draws it for people.
-        then : the next sensible step, a line to copy.
+        then : the next sensible step; None: nothing follows.
         """
         self.progress.stop()
         supervision = current()
         with supervision.answering() if supervision is not None else nullcontext():
             self._give(result, show, then)
 
-    def _give(self, result: Shown, show: Callable[[AnswerConsole, Shown], None], then: str) -> None:
+    def _give(self, result: Shown, show: Callable[[AnswerConsole, Shown], None], then: NextLine | None) -> None:
         if self.as_json:
             from stiffcal.documents import document_of
 
@@ -69,9 +83,9 @@ class Answer:
         shown = escaped_document(result)
         show(console, shown)
         console.show_warnings(shown.warnings)
-        if then:
+        if then is not None:
             # Never wrapped: the line is there to be copied.
-            console.out(f"\nnext: {mask(then)}", highlight=False)
+            console.out(f"\n{mask(then.text)}", highlight=False)
 
 
 @contextmanager
@@ -84,18 +98,3 @@ def answering(as_json: bool) -> Iterator[Answer]:
         yield answer
     finally:
         answer.progress.stop()
-
-
-def command_line(command: str, folder: Path, *words: str, store: str | None = None) -> str:
-    """Return a line to copy.
-
-    Examples
-    --------
-    >>> command_line("validate", Path("my campaign"), "--quick")
-    "stiffcal validate 'my campaign' --quick"
-    >>> command_line("validate", Path("."))
-    'stiffcal validate'
-    """
-    place = [] if folder == Path() else [shell.escaped_path(str(folder))]
-    elsewhere = ["--store", shell.escaped(store)] if store else []
-    return " ".join(["stiffcal", command, *place, *map(shell.escaped, words), *elsewhere])

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Answer, answering, command_line
+from stiffcal.cli.answers import Answer, NextLine, answering
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.next_step import is_within_noise
 from stiffcal.cli.options import AsJson, Overwrite, StoreAt, Thresholds
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import deviation, share
+from stiffcal.escapes.shell import command_line
+from stiffcal.results.next_step import is_within_noise
 
 if TYPE_CHECKING:
     from stiffcal.batch.results import BatchResult, CampaignOutcome
@@ -196,15 +197,16 @@ def _level(result: BatchResult) -> Level:
     return "warn" if any(entry.not_judged or entry.suspects for entry in result.campaigns) else "pass"
 
 
-def _next(result: BatchResult, store: str | None) -> str:
+def _next(result: BatchResult, store: str | None) -> NextLine:
     """Return the step that the worst campaign asks for."""
     from stiffcal.batch.campaigns import store_below
 
     for outcome in result.campaigns:
         if outcome.error is not None:
-            return command_line("check", Path(outcome.folder))
+            line = command_line("check", Path(outcome.folder))
+            return NextLine(line, once="what is wrong there is corrected")
     above = [entry for entry in result.campaigns if entry.rms is None or not is_within_noise(entry.rms, entry.noise)]
     failed = [entry for entry in result.campaigns if entry.failed]
     first = (failed or above or result.campaigns)[0]
     own = store_below(store, first.campaign) if store else None
-    return command_line("diagnose" if failed or above else "view", Path(first.folder), store=own)
+    return NextLine(command_line("diagnose" if failed or above else "view", Path(first.folder), store=own))

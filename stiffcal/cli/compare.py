@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.before_after import change_words, estimate_words
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, NoUpdate
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import places, significant
+from stiffcal.escapes.shell import command_line
 from stiffcal.printed_units import printed_unit
 from stiffcal.validation.change import CHANCE
 from stiffcal.wording import listing
@@ -41,7 +42,7 @@ def compare(
 
         context = RunContext(update=not no_update, progress=answer.progress, notify=answer.notify)
         result = compare_campaigns(before, after, context)
-        answer.give(result, show_comparison, command_line("report", after))
+        answer.give(result, show_comparison, NextLine(command_line("report", after)))
     return OK
 
 

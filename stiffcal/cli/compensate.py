@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import angle, deviation, length, share
+from stiffcal.escapes.shell import command_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -140,7 +141,8 @@ def compensate(
         forces = Forces(force, segments, log, frame, acts_on, filter_hz, tool, zeroed)
         request = CompensateRequest(path, forces, target, start, not position_only, sag, normal, judge)
         result = compensate_campaign(folder, request, context, output=output, picture=picture)
-        answer.give(result, show_compensation, command_line("export", folder, "-o", "robot.urdf", store=store))
+        then = NextLine(command_line("export", folder, "-o", "model.json", store=store))
+        answer.give(result, show_compensation, then)
     return OK
 
 

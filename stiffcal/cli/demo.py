@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.history import show_history
 from stiffcal.cli.improve import print_step
-from stiffcal.cli.next_step import after_diagnosis
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import AsJson, Overwrite
 from stiffcal.cli.run import show_run
+from stiffcal.escapes.shell import command_line
+from stiffcal.results.next_step import Step
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
@@ -43,7 +45,7 @@ def demo(
         result = run_demo(folder, context, None if as_json else partial(print_step, answer))
         ladder = read_history(folder, context)
         show = partial(show_demo, ladder=ladder, page=command_line("view", folder))
-        answer.give(result, show, after_diagnosis(folder, result.diagnose, None, finished=("view",)))
+        answer.give(result, show, following(folder, None, Step.DIAGNOSE, done={Step.REPORT}))
     return OK if result.passed else NOT_HELD
 
 

@@ -6,17 +6,19 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.before_after import estimate_words, show_moved
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import after_diagnosis
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
+from stiffcal.escapes.shell import command_line
 from stiffcal.printed_units import printed_unit
+from stiffcal.results.next_step import Step
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import listing, variable
 
@@ -48,7 +50,8 @@ def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = diagnose_campaign(folder, context)
-        answer.give(result, partial(show_diagnosis, folder=folder, store=store), after_diagnosis(folder, result, store))
+        show = partial(show_diagnosis, folder=folder, store=store)
+        answer.give(result, show, following(folder, store, Step.DIAGNOSE))
     return OK
 
 
@@ -178,6 +181,9 @@ def _show_refitted(console: AnswerConsole, result: DiagnoseResult, effect: Propo
 def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None) -> None:
     measurement = result.next_measurement
     if measurement is not None:
+        from stiffcal.workflow.plan_refusal import plannable_words
+        from stiffcal.workflow.steps import RunContext
+
         pose = ", ".join(significant(value) for value in measurement.pose_deg)
         load = ", ".join(significant(value) for value in measurement.load[:3])
         between = " and ".join(effect_words(effect) for effect in measurement.separates)
@@ -186,9 +192,11 @@ def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult, folde
             f"predicted difference {length(measurement.difference_m)}",
             soft_wrap=True,
         )
-        largest = f"{math.ceil(math.hypot(*measurement.load[:3]))}"
-        line = command_line("plan", folder, "--for", "look-alikes", "--force", largest, store=store)
-        console.print(f"to plan runs that decide: {line}", soft_wrap=True, markup=False, highlight=False)
+        largest = math.ceil(math.hypot(*measurement.load[:3]))
+        words = plannable_words(folder, largest, RunContext(store=store))
+        if words is not None:
+            line = command_line("plan", folder, "--for", "look-alikes", *words, store=store)
+            console.print(f"to plan runs that decide: {line}", soft_wrap=True, markup=False, highlight=False)
     elif len(result.missing) == 1 and result.missing[0].alternatives:
         console.print(
             "\nno load of this campaign's size, in any one pose, separates the two leading look-alikes by more than "

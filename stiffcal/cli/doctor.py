@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import answering
+from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import AsJson
 from stiffcal.cli.tables import plain_table
@@ -33,7 +34,8 @@ def doctor(as_json: AsJson = False) -> int:
             mend = "python -m pip install --force-reinstall stiffcal"
             raise InputError.at(FaultCode.LIBRARY_MISSING, name, "", reason, mend) from error
         result = examine_installation()
-        answer.give(result, show_doctor, "stiffcal demo" if result.complete else "")
+        then = NextLine("stiffcal demo") if result.complete and not Path("demo").exists() else None
+        answer.give(result, show_doctor, then)
     return OK if result.complete else NOT_HELD
 
 

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Output, Overwrite
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import significant
 from stiffcal.errors import InputError
+from stiffcal.escapes.shell import command_line
 from stiffcal.escapes.terminal import escaped
 from stiffcal.fault_codes import FaultCode
 
@@ -94,7 +96,7 @@ def effects(
         plugins = None if source is None else code_of_campaign(source)
         result = describe_effects(name, plugins)
         if name is None:
-            answer.give(result, show_catalogue, "stiffcal effects joint-compliance")
+            answer.give(result, show_catalogue, NextLine("stiffcal effects joint-compliance"))
             return OK
         from stiffcal.workflow.effect_pictures import draw_effect, sketch_effect
 
@@ -104,8 +106,16 @@ def effects(
         # Split before the answer is made fit for a terminal: that puts every text on one line.
         sections = [(title, escaped(text)) for title, text in sections_of(result.effects[0].physics)]
         page = partial(show_effect, sections=sections)
-        answer.give(result, page, command_line("diagnose", source or HERE))
+        answer.give(result, page, _of_campaign(source or HERE))
     return OK
+
+
+def _of_campaign(folder: Path) -> NextLine:
+    """Return the step that a campaign calls for, where the folder holds one that can be read."""
+    try:
+        return following(folder, None)
+    except InputError:
+        return NextLine("stiffcal diagnose DIR", once="there is a campaign")
 
 
 def _write_new(answer: Answer, name: str | None, source: Path | None, output: Path | None) -> None:
@@ -121,7 +131,9 @@ def _write_new(answer: Answer, name: str | None, source: Path | None, output: Pa
         reason = "no picture is drawn of a new effect"
         raise InputError.at(FaultCode.OPTION_CONFLICT, "command line", "-o", reason, "leave -o out")
     context = RunContext(progress=answer.progress, notify=answer.notify)
-    answer.give(write_new_effect(source, name, context), show_new_effect, command_line("trust", source))
+    result = write_new_effect(source, name, context)
+    then = NextLine(command_line("trust", source), once=f"you have read {result.file}")
+    answer.give(result, show_new_effect, then)
 
 
 def show_new_effect(console: Console, result: NewEffectResult) -> None:

@@ -121,7 +121,7 @@ def export(
         options = ControllerOptions(cycle_ms, filter_hz, tool, zeroed_at, sensor, target, tuple(leave_out or ()))
         rows = row_options(convention, strict=strict)
         result = export_campaign(folder, context, output, raw_text=raw_text, loop=options, rows=rows)
-        answer.give(result, show_export, after_export(folder, context, store))
+        answer.give(result, show_export, after_export(folder, store))
     return OK
 
 

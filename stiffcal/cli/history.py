@@ -9,7 +9,7 @@ import typer
 
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import after_pictures
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, Overwrite, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, places
@@ -52,7 +52,7 @@ def history(
         if restore is not None:
             answer.notify(restore_model(folder, context, restore, lambda fit: agrees(answer, fit, yes)))
         result = read_history(folder, context)
-        answer.give(result, show_history, after_pictures(folder, context, store, ("report",)))
+        answer.give(result, show_history, following(folder, store))
     return OK
 
 

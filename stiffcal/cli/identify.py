@@ -7,18 +7,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.bodies import show_cartesian, show_joints
 from stiffcal.cli.endings import OK
 from stiffcal.cli.experiments import overviews, show_overviews
 from stiffcal.cli.links import show_coupling, show_links
-from stiffcal.cli.next_step import is_within_noise
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import deviation, significant
+from stiffcal.results.next_step import Step, is_within_noise
 from stiffcal.results.unidentified_words import unidentified_in_words
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def identify(
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = identify_campaign(folder, context, loss, dual_quaternions, coupling)
-        answer.give(result, show_fit, command_line("validate", folder, store=store))
+        answer.give(result, show_fit, following(folder, store, Step.IDENTIFY))
     return OK
 
 

@@ -12,13 +12,14 @@ from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK
 from stiffcal.cli.improve_dialog import ImproveDialog
-from stiffcal.cli.next_step import after_improvement
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, places
+from stiffcal.results.next_step import Step
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import variable
 
@@ -53,7 +54,8 @@ def improve(
         result = improve_campaign(
             folder, context, ImproveDialog(answer.notify) if asks else always, dry_run, notify_step
         )
-        answer.give(result, show_ladder, after_improvement(folder, result, dry_run, store))
+        after = Step.DIAGNOSE if dry_run else Step.IMPROVE
+        answer.give(result, show_ladder, following(folder, store, after))
     return OK
 
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.clocks import clock_rates
 from stiffcal.cli.endings import OK
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import length, significant
+from stiffcal.results.next_step import Step
 from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
@@ -32,7 +34,7 @@ def ingest(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None
         from stiffcal.workflow.ingest import ingest_campaign
 
         result = ingest_campaign(folder, store=store, progress=answer.progress)
-        answer.give(result, show_ingest, command_line("identify", folder, store=store))
+        answer.give(result, show_ingest, following(folder, store, Step.CHECK))
     return OK
 
 

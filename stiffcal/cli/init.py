@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stiffcal.campaign.templates import template_kinds
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, Overwrite
+from stiffcal.escapes.shell import command_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -75,7 +76,7 @@ def init(
         result = init_campaign(
             folder, kind=kind, tables=table or (), urdf=urdf, robot=robot, tool=point, overwrite=overwrite
         )
-        answer.give(result, show_init, command_line("check", folder))
+        answer.give(result, show_init, NextLine(command_line("check", folder)))
     return OK
 
 

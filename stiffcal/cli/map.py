@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import angle, length, significant
+from stiffcal.escapes.shell import command_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -81,7 +82,8 @@ def map(  # noqa: A001  (the command's name)
         )
         request = MapRequest(load, mass, stiffness, plane, at, slices, points, pose, target)
         result = map_campaign(folder, request, context, picture=output or folder / "map.svg", table=table)
-        answer.give(result, show_map, command_line("compensate", folder, "--path", "path.csv", store=store))
+        line = command_line("compensate", folder, "--path", "path.csv", store=store)
+        answer.give(result, show_map, NextLine(line, once="a path with its forces is in path.csv"))
     return OK
 
 

@@ -1,92 +1,72 @@
-"""The next command of the loop: identify, validate, diagnose, add what is missing, report."""
+"""The last line of an answer: the step that `stiffcal.results.next_step` decides on, as a command to copy."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import command_line
+from stiffcal.cli.answers import NextLine
+from stiffcal.escapes.shell import command_line, escaped_path
+from stiffcal.results.next_step import Standing, Step, next_step
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stiffcal.diagnosis.results import DiagnoseResult
-    from stiffcal.measurements.rms import Rms
-    from stiffcal.results.history_results import HistoryResult
-    from stiffcal.results.validate_result import ValidateResult
     from stiffcal.workflow.check_results import CheckResult
-    from stiffcal.workflow.improve_results import ImproveResult
+
+LATER = "there is a later campaign of this robot"
+
+
+def following(folder: Path, store: str | None, after: Step | None = None, done: Collection[Step] = ()) -> NextLine:
+    """Return the line that follows an answer about a campaign.
+
+    Parameters
+    ----------
+    folder : the campaign folder. store : where results are kept; None: in the folder.
+    after : the step that has answered; None of a command that is no step of the loop.
+    done : steps whose files that command has written too.
+
+    Raises
+    ------
+    InputError : the folder holds no campaign.
+    """
+    from stiffcal.workflow.standing import standing_of
     from stiffcal.workflow.steps import RunContext
 
-
-def after_validation(folder: Path, result: ValidateResult, store: str | None) -> str:
-    """Return `diagnose` where the error in held-out poses exceeds the noise, or no noise is known; else `report`."""
-    return _after_error(folder, result.rms, result.noise, store, ("report",))
+    return line_of(folder, standing_of(folder, RunContext(store=store, update=False)), store, after, done)
 
 
-def _after_error(folder: Path, rms: Rms, known_noise: Rms | None, store: str | None, finished: tuple[str, ...]) -> str:
-    words = finished if is_within_noise(rms, known_noise) else ("diagnose",)
-    return command_line(words[0], folder, *words[1:], store=store)
+def line_of(
+    folder: Path, standing: Standing, store: str | None, after: Step | None = None, done: Collection[Step] = ()
+) -> NextLine:
+    """Return the line that follows, of a campaign of which so much is known; arguments as in `following`."""
+    step = next_step(standing, after, done)
+    if step is None:
+        return NextLine(command_line("compare", folder, "LATER_DIR", store=store), once=LATER)
+    if step is Step.EXPORT:
+        return NextLine(command_line("export", folder, "-o", "model.json", store=store))
+    if step is Step.NEW_EFFECT:
+        return NextLine(f"stiffcal effects new {standing.untested} --from {escaped_path(str(folder))}")
+    return NextLine(command_line(step.value, folder, store=store))
 
 
-def is_within_noise(rms: Rms, known_noise: Rms | None) -> bool:
-    """Return whether every measure of an error is known to be no larger than the noise allows."""
-    from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO
-
-    noise = {} if known_noise is None else dict(known_noise.items())
-    errors = {name: value for name, value in rms.items() if value is not None}
-    adequate = [value <= ADEQUATE_RATIO * (noise.get(name) or 0.0) for name, value in errors.items()]
-    return bool(adequate) and all(adequate)
-
-
-def after_pictures(folder: Path, context: RunContext, store: str | None, finished: tuple[str, ...]) -> str:
-    """Return the step that the present model calls for, as the store knows it.
-
-    Parameters
-    ----------
-    folder : the campaign folder. context : with its store. store : where results are kept; None: in the folder.
-    finished : the command, and its options, where the model needs no change.
-
-    Raises
-    ------
-    InputError : the folder holds no campaign.
-    """
-    from stiffcal.workflow.history import read_history
-
-    return _after_fits(folder, context, read_history(folder, context), store, finished)
-
-
-def after_export(folder: Path, context: RunContext, store: str | None) -> str:
-    """Return the step that the present model calls for; of a finished one the comparison with a later campaign.
-
-    Parameters
-    ----------
-    folder : the campaign folder. context : with its store. store : where results are kept; None: in the folder.
-
-    Raises
-    ------
-    InputError : the folder holds no campaign.
-    """
-    from stiffcal.workflow.history import read_history
-
-    result = read_history(folder, context)
-    if not result.fits:  # the values are those of model.toml
-        return command_line("predict", folder, "--poses", "poses.csv", store=store)
-    return _after_fits(folder, context, result, store, ("compare", "LATER_DIR"))
-
-
-def after_check(folder: Path, result: CheckResult, store: str | None) -> str:
-    """Return `run` of a campaign that is ready, `plan` where joints lack load, else `check` again.
+def after_check(folder: Path, result: CheckResult, store: str | None) -> NextLine:
+    """Return `run` of a campaign that is ready, `plan` where joints lack load; else what is listed comes first.
 
     Parameters
     ----------
     folder : the campaign folder. result : of `check`. store : where results are kept; None: in the folder.
     """
     if result.ready:
-        return command_line("run", folder, store=store)
-    if lacks_load(result):
-        force = max((run.largest_force_N or 0.0 for run in result.runs), default=0.0)
-        return command_line("plan", folder, *(("--force", f"{force:.0f}") if force >= 1.0 else ()), store=store)
-    return command_line("check", folder, store=store)
+        return NextLine(command_line("run", folder, store=store))
+    if not lacks_load(result):
+        return NextLine(command_line("check", folder, store=store), once="that is done")
+    from stiffcal.workflow.plan_refusal import plannable_words
+    from stiffcal.workflow.steps import RunContext
+
+    force = max((run.largest_force_N or 0.0 for run in result.runs), default=0.0)
+    words = plannable_words(folder, force, RunContext(store=store))
+    return NextLine(command_line("run" if words is None else "plan", folder, *(words or ()), store=store))
 
 
 def lacks_load(result: CheckResult) -> bool:
@@ -98,70 +78,30 @@ def lacks_load(result: CheckResult) -> bool:
     return bool(lacking) and len(result.missing) == len(lacking)
 
 
-def _after_fits(
-    folder: Path, context: RunContext, result: HistoryResult, store: str | None, finished: tuple[str, ...]
-) -> str:
-    from stiffcal.workflow.history import diagnosis_of_fit
+def after_export(folder: Path, store: str | None) -> NextLine:
+    """Return what the model serves for later: the comparison with another campaign; without a fit, predictions.
 
-    is_fitted = bool(result.fits) and result.not_fitted_yet is None
-    diagnosis = diagnosis_of_fit(folder, context, result.fits[-1].id) if is_fitted else None
-    return after_history(folder, result, diagnosis, store, finished)
-
-
-def after_improvement(folder: Path, result: ImproveResult, is_dry_run: bool, store: str | None) -> str:
-    """Return `improve` where an effect was not added, `diagnose` where adding left something, else `report`.
-
-    Parameters
-    ----------
-    folder : the campaign folder. result : of `improve`. is_dry_run : whether nothing was to be added.
-    store : where results are kept; None: in the folder.
+    Raises
+    ------
+    InputError : the folder holds no campaign.
     """
-    has_changed = any(step.action in ("add", "remove") for step in result.steps)
-    if result.missing and (is_dry_run or not has_changed):
-        return command_line("improve", folder, store=store)
-    return command_line("diagnose" if result.missing or result.unexplained else "report", folder, store=store)
+    from stiffcal.workflow.history import read_history
+    from stiffcal.workflow.steps import RunContext
+
+    if read_history(folder, RunContext(store=store, update=False)).fits:
+        return NextLine(command_line("compare", folder, "LATER_DIR", store=store), once=LATER)
+    poses = "poses.csv"  # the values are those of model.toml
+    line = command_line("predict", folder, "--poses", poses, store=store)
+    return NextLine(line, once=f"poses and loads are in {poses}")
 
 
-def after_history(
-    folder: Path,
-    result: HistoryResult,
-    diagnosis: DiagnoseResult | None,
-    store: str | None,
-    finished: tuple[str, ...] = ("report",),
-) -> str:
-    """Return the step that follows the last fit.
+def to_begin(folder: Path, store: str | None = None) -> NextLine:
+    """Return `run` of a campaign whose logs are all there, else `check`, which names what is missing or wrong."""
+    from stiffcal.errors import InputError
+    from stiffcal.workflow.standing import logs_complete
 
-    Parameters
-    ----------
-    folder : the campaign folder. result : its fits. diagnosis : of the last fit; None where there is none.
-    store : where results are kept; None: in the folder.
-    finished : the command, and its options, where the model needs no change.
-    """
-    if not result.fits or result.not_fitted_yet is not None:
-        return command_line("identify", folder, store=store)
-    last = result.fits[-1]
-    if last.heldout_rms is None:
-        return command_line("validate", folder, store=store)
-    if diagnosis is not None:
-        return after_diagnosis(folder, diagnosis, store, finished)
-    return _after_error(folder, last.heldout_rms, last.noise, store, finished)
-
-
-def after_diagnosis(
-    folder: Path, result: DiagnoseResult, store: str | None, finished: tuple[str, ...] = ("report",)
-) -> str:
-    """Return what the answer of `diagnose` calls for.
-
-    Parameters
-    ----------
-    folder : the campaign folder. result : of its present model. store : where results are kept; None: in the folder.
-    finished : the command, and its options, where the model needs no change.
-    """
-    if result.missing or result.everywhere is not None:
-        return command_line("improve", folder, store=store)
-    if result.pattern is not None:
-        from stiffcal.diagnosis.words import suggested_name
-        from stiffcal.escapes import shell
-
-        return f"stiffcal effects new {suggested_name(result.pattern)} --from {shell.escaped_path(str(folder))}"
-    return command_line(finished[0], folder, *finished[1:], store=store)
+    try:
+        complete = logs_complete(folder)
+    except InputError:
+        complete = False
+    return NextLine(command_line("run" if complete else "check", folder, store=store))

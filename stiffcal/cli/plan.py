@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, length, significant
+from stiffcal.escapes.shell import command_line
 from stiffcal.printed_units import printed_unit
 
 if TYPE_CHECKING:
@@ -85,8 +87,27 @@ def plan(
         )
         request = PlanRequest(purpose, criterion, runs, force, output, tell or (), program, campaign)
         result = plan_campaign(folder, context, request)
-        answer.give(result, show_plan, command_line("check", campaign or folder, store=store))
+        options = [("--for", purpose)] if purpose != "stiffness" else []
+        options += [("--criterion", criterion)] if criterion is not None else []
+        options += [("--runs", f"{runs}")] if runs is not None else []
+        options += [("--force", f"{force:g}")] if force is not None else []
+        words = [word for option in options for word in option] + (["--tell", *tell] if tell else [])
+        answer.give(result, show_plan, after_plan(folder, campaign, words, store))
     return OK
+
+
+def after_plan(folder: Path, campaign: Path | None, words: Sequence[str], store: str | None) -> NextLine:
+    """Return the same plan with a folder for its logs; where that is made, its check once they are there.
+
+    Parameters
+    ----------
+    folder : the campaign that the plan is made for. campaign : the folder made for the logs; None: none yet.
+    words : the options that the plan was made with. store : where results are kept; None: in the folder.
+    """
+    planned = folder / "planned"
+    if campaign is None and not planned.exists():
+        return NextLine(command_line("plan", folder, *words, "--campaign", str(planned), store=store))
+    return NextLine(command_line("check", campaign or folder), once="runs are measured")
 
 
 def show_plan(console: Console, result: PlanResult) -> None:

@@ -8,7 +8,7 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import after_pictures
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def plot(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
         )
         result = plot_campaign(folder, context, output=output, run=run, against=against)
-        answer.give(result, show_plot, after_pictures(folder, context, store, ("report",)))
+        answer.give(result, show_plot, following(folder, store))
     return OK
 
 

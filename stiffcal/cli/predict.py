@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, significant
+from stiffcal.escapes.shell import command_line
 from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
@@ -71,7 +72,8 @@ def predict(
         )
         path = LoadPathRequest(load_path, at, points, note) if load_path is not None else None
         result = predict_campaign(folder, context, poses=poses, load_path=path, output=output)
-        answer.give(result, show_prediction, command_line("export", folder, "-o", "model.json", store=store))
+        then = NextLine(command_line("export", folder, "-o", "model.json", store=store))
+        answer.give(result, show_prediction, then)
     return OK
 
 

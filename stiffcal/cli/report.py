@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import after_pictures
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
+from stiffcal.results.next_step import Step
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,7 +36,7 @@ def report(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
         )
         result = report_campaign(folder, context, output=output)
-        answer.give(result, show_report, after_pictures(folder, context, store, ("view",)))
+        answer.give(result, show_report, following(folder, store, Step.REPORT))
     return OK
 
 

@@ -5,16 +5,18 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.identify import show_fitted
-from stiffcal.cli.next_step import after_diagnosis
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, Overwrite, StoreAt
 from stiffcal.cli.validate import show_elasticity, whole_error
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import deviation, length, share
 from stiffcal.errors import InputError
+from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
+from stiffcal.results.next_step import Step
 from stiffcal.validation.schemes import held_out
 
 if TYPE_CHECKING:
@@ -40,12 +42,11 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None, o
             logs = ("sources", "runs")
             if all(fault.code is FaultCode.FILE_MISSING and fault.place.startswith(logs) for fault in error.faults):
                 # nothing is wrong but that the logs are not there yet
-                error.add_note(f"next: {command_line('check', folder, store=store)}")
+                error.add_note(NextLine(command_line("check", folder, store=store)).text)
             raise
         page = command_line("view", folder, store=store)
-        answer.give(
-            result, partial(show_run, page=page), after_diagnosis(folder, result.diagnose, store, finished=("view",))
-        )
+        then = following(folder, store, Step.DIAGNOSE, done={Step.REPORT})
+        answer.give(result, partial(show_run, page=page), then)
     return OK if result.passed else NOT_HELD
 
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
+from stiffcal.cli.next_step import to_begin
 from stiffcal.cli.options import AsJson, Overwrite
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def simulate(
         from stiffcal.workflow.simulate import simulate_campaign
 
         result = simulate_campaign(source, out, seed=seed, progress=answer.progress, overwrite=overwrite)
-        answer.give(result, show_simulation, command_line("run", out))
+        answer.give(result, show_simulation, to_begin(out))
     return OK
 
 

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.before_after import change_words, estimate_words
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import AsJson, NoUpdate, Output, Overwrite
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import places, share, significant
+from stiffcal.escapes.shell import command_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -61,10 +62,9 @@ def trend(
     return OK if result.passed else NOT_HELD
 
 
-def _next(result: TrendResult) -> str:
-    if result.cause is None:
-        return command_line("report", Path(result.campaigns[-1].folder))
-    return command_line("diagnose", Path(result.campaigns[-1].folder))
+def _next(result: TrendResult) -> NextLine:
+    command = "report" if result.cause is None else "diagnose"
+    return NextLine(command_line(command, Path(result.campaigns[-1].folder)))
 
 
 def show_trend(console: Console, result: TrendResult) -> None:

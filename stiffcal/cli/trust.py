@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Answer, answering, command_line
+from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.next_step import to_begin
 from stiffcal.cli.options import HERE, AsJson
 from stiffcal.cli.tables import plain_table
 from stiffcal.errors import InputError
+from stiffcal.escapes.shell import command_line
 from stiffcal.escapes.terminal import escaped
 from stiffcal.fault_codes import FaultCode
 
@@ -113,7 +115,6 @@ def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
 
     document = showing.result()
     lines = code_lines(document)
-    then = command_line("run", showing.folder)
 
     def show_code(console: Console, result: TrustResult) -> None:
         for line in lines:
@@ -121,7 +122,7 @@ def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
         show_allowed(console, result)
 
     if showing.allowed or yes:
-        answer.give(document if showing.allowed else allow_shown(showing), show_code, then)
+        answer.give(document if showing.allowed else allow_shown(showing), show_code, to_begin(showing.folder))
         return OK
     if not answer.as_json:
         _show_paged(lines)
@@ -137,7 +138,7 @@ def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
     if not typer.confirm("Allow this to run with your rights?", default=False, err=True):
         answer.notify("nothing was allowed")
         return NOT_HELD
-    answer.give(allow_shown(showing), show_allowed, then)
+    answer.give(allow_shown(showing), show_allowed, to_begin(showing.folder))
     return OK
 
 

@@ -10,13 +10,14 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.next_step import after_validation, is_within_noise
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt, Thresholds
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import angle, deviation, length, share
+from stiffcal.results.next_step import Step, is_within_noise
 from stiffcal.validation.schemes import BY_REGION, BY_REGION_AND_POSE, HOLDOUT_RUNS, LEAVE_ONE_POSE_OUT, held_out
 
 if TYPE_CHECKING:
@@ -63,7 +64,9 @@ def validate(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, reach=reach
         )
         result = validate_campaign(folder, context, model=model, thresholds=file)
-        answer.give(result, show_validation, after_validation(folder, result, store))
+        # another campaign's model is no step of this one's loop
+        after = Step.VALIDATE if model is None else None
+        answer.give(result, show_validation, following(folder, store, after))
     return OK if result.passed else NOT_HELD
 
 

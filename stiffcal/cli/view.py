@@ -9,10 +9,11 @@ import typer
 
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import after_pictures
+from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.results.next_step import Step
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,7 +66,7 @@ def view(
             from pathlib import Path
 
             webbrowser.open(Path(result.file).resolve().as_uri())
-        answer.give(result, show_view, after_pictures(folder, context, store, ("export", "-o", "model.json")))
+        answer.give(result, show_view, following(folder, store, Step.VIEW))
     return OK
 
 

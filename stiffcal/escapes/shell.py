@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+from pathlib import Path
 
 from stiffcal.escapes.terminal import escaped as printable
 
@@ -40,6 +41,21 @@ def escaped_path(text: str) -> str:
     ('./-rf', 'cells/-rf')
     """
     return escaped(f".{os.sep}{text}" if text.startswith("-") else text)
+
+
+def command_line(command: str, folder: Path, *words: str, store: str | None = None) -> str:
+    """Return a `stiffcal` line to copy.
+
+    Examples
+    --------
+    >>> command_line("validate", Path("my campaign"), "--quick")
+    "stiffcal validate 'my campaign' --quick"
+    >>> command_line("validate", Path("."))
+    'stiffcal validate'
+    """
+    place = [] if folder == Path() else [escaped_path(str(folder))]
+    elsewhere = ["--store", escaped(store)] if store else []
+    return " ".join(["stiffcal", command, *place, *map(escaped, words), *elsewhere])
 
 
 def _bytes_of(character: str) -> bytes:

@@ -19,11 +19,11 @@ from stiffcal.campaign.proposed_lines import (
     TRACKER,
     FrameNames,
     ProposedLine,
-    quoted,
     signal_lines,
 )
 from stiffcal.documents import NOT_IN_DOCUMENT
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.files import open_regular
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _proposal(log: _SniffedLog, files: list[str], taken_names: set[str], frames:
     )
     taken_names.add(name)
     for file in files[:3]:
-        lines.append(f'# in its run: files = {{ {name} = "{file}" }}')
+        lines.append(f"# in its run: {toml_text.pair('files', {name: file})}")
     if len(files) > 3:
         lines.append(f"# … and {len(files) - 3} more files of this kind")
     needed = {frame for line in log.lines for frame in line.frames} - frames
@@ -187,7 +187,7 @@ def _sniff(folder: Path, file: str, frames: set[str]) -> _SniffedLog | None:
     if counts is not None and force > _LARGEST_FORCE:
         doubt = f"up to {force:.3g}: counts, {counts[2]} per unit? Log or write units, not counts"
         signals.append(ProposedLine("", doubt))
-    layout = [ProposedLine(line) for line in (f'format = "{kind}"', *layout_lines, 'sampling = "time"')]
+    layout = [ProposedLine(line) for line in (toml_text.pair("format", str(kind)), *layout_lines, 'sampling = "time"')]
     return _SniffedLog(device, name, (*layout, _time_line(table, text), *signals))
 
 
@@ -210,7 +210,7 @@ def _text_table(path: Path) -> tuple[SniffedTable, list[str]]:
     from stiffcal.campaign.table_sniffing import sniff_table
 
     table = sniff_table(path)
-    options = ", ".join(f"{key} = {quoted(value)}" for key, value in table.options.items())
+    options = ", ".join(f"{key} = {toml_text.value(value)}" for key, value in table.options.items())
     return table, [f"csv = {{ {options} }}"] if options else []
 
 
@@ -230,8 +230,8 @@ def _time_line(table: SniffedTable, text: str) -> ProposedLine:
     time = recognise(table.columns).time
     if time is not None:
         known = time.unit in (*_SECONDS, "ns", "iso8601")
-        line = f'time = {{ column = {quoted(time.header)}, unit = "{time.unit if known else "s"}" }}'
-        return ProposedLine(line, None if known else "seconds")
+        column = {"column": time.header, "unit": (time.unit or "s") if known else "s"}
+        return ProposedLine(toml_text.pair("time", column), None if known else "seconds")
     if (rate := _RATE.search(text)) is not None:
         return _rate_line(float(rate[1].replace(",", ".")), _FROM_HEADER)
     if (period := _PERIOD.search(text)) is not None:

@@ -96,7 +96,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     if gathered is None:
         raise InputError.at(
             FaultCode.KEY_MISSING, "campaign.toml", "[[runs]]", "no run has a file",
-            'add [[runs]] with files = { … }, or run = { column = "run" }',
+            'add [[runs]] with files = { SOURCE = "raw/run1.csv" }, or run = { column = "run" }',
         )  # fmt: skip
     raise_faults(quality.constant_signal_faults())
     progress("reducing to load states", None)

@@ -19,7 +19,7 @@ from pathlib import Path, PurePosixPath
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import escapes, leads_outside, link_fault
 from stiffcal.errors import InputError
-from stiffcal.escapes.shell import escaped_path
+from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular, refusal
 from stiffcal.limits import PLUGIN, PLUGINS
@@ -117,7 +117,7 @@ class PluginCode:
 
 def allow_line(folder: Path) -> str:
     """Return the command that shows a campaign's code and allows it."""
-    return f"stiffcal trust {escaped_path(str(folder))}"
+    return command_line("trust", folder)
 
 
 def read_plugins(folder: Path, names: Iterable[str]) -> PluginCode:

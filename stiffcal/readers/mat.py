@@ -231,7 +231,7 @@ def _matrix_columns(
     vectors = tree.vectors(item)
     if not isinstance(names, list) or len(names) != len(vectors):
         counts = f"{len(names)} names for " if isinstance(names, list) else "its columns have no names: "
-        mend = 'write mat.columns = ["Fx", "Fy", …], one name per column'
+        mend = 'write mat.columns = ["Fx", "Fy", "Fz"], say, one name per column'
         raise InputError.at(
             FaultCode.SHAPE_MISMATCH, display_name, f"variable {path}", f"{counts}{len(vectors)} columns", mend
         )

@@ -15,6 +15,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.errors import Fault
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
@@ -150,7 +151,7 @@ def check_work(
     if best > FOLLOWS and best > sign.explained + 0.25:
         if against == best:
             opposite = "robot" if acts_on == "environment" else "environment"
-            mend = f'acts_on is inverted: write acts_on = "{opposite}"'
+            mend = f"acts_on is inverted: write {toml_text.pair('acts_on', opposite)}"
         else:
             mend = f"the sensor is upside down, half a turn about {'xyz'[axis]} of its axes: correct its frame"
         reason = f"force and deflection have opposite directions (negative work in {negative} of {present.size} runs)"
@@ -206,14 +207,13 @@ def _swapped_column_fault(
         f"joint springs explain {100 * explained:.0f} % of the deflection with the force's columns in this order, "
         f"{100 * best:.0f} % in another"
     )
-    names = ", ".join(f'"{columns[k]}"' for k in right)
-    if len(columns) == 3:
-        mend = f"write columns = [{names}]"
-    elif 1.0 - best < CLEARLY_LESS * (1.0 - other_share):
-        names += "".join(f', "{columns[3 + k]}"' for k in moments)
-        mend = f"write columns = [{names}]"
-    else:  # the moments carry too little information
-        mend = f"write columns = [{names}, …], and check whether the moments are interchanged too"
+    names, of_moments = [columns[k] for k in right], list(columns[3:])
+    is_sure = len(columns) == 3 or 1.0 - best < CLEARLY_LESS * (1.0 - other_share)
+    if len(columns) > 3 and is_sure:
+        of_moments = [columns[3 + k] for k in moments]
+    mend = f"write {toml_text.pair('columns', names + of_moments)}"
+    if not is_sure:  # the moments carry too little information
+        mend += ", and check whether the moments are interchanged too"
     return reason, f"columns are interchanged, here or in the log: {mend}"
 
 
@@ -305,7 +305,7 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
     names = chain.joint_names if len(chain.joint_names) == joints.shape[1] else tuple(map(str, range(joints.shape[1])))
     for unit, name, other in (("deg", "degrees", np.radians(joints)), ("rad", "radians", np.degrees(joints))):
         angles = np.where(chain.prismatic, joints, other)
-        yield f"joint angles in {name}", f'write units = {{ position = "{unit}" }}', angles, position
+        yield f"joint angles in {name}", f"write {toml_text.pair('units', {'position': unit})}", angles, position
     for a, b in combinations(range(joints.shape[1]), 2):
         swapped = joints.copy()
         swapped[:, [a, b]] = joints[:, [b, a]]
@@ -342,7 +342,7 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
             )
     for factor, unit in ((1e-3, "mm"), (1e3, "m")):
         measured = (own * factor) @ base_from_tracker[:3, :3].T + base_from_tracker[:3, 3]
-        yield f"positions in {unit}", f'write units = {{ position = "{unit}" }}', joints, measured
+        yield f"positions in {unit}", f"write {toml_text.pair('units', {'position': unit})}", joints, measured
     yield (
         "the inverse of the tracker frame",
         "frames.tracker is the pose of the tracker in the base frame, not of the base in the tracker frame",

@@ -6,6 +6,7 @@ import numpy as np
 
 from stiffcal.campaign.experiment_kinds import kind_names
 from stiffcal.errors import Fault
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.like_poses import pose_groups
@@ -75,12 +76,12 @@ def _what_would_serve(states: LoadStates) -> str:
         rows = ", ".join(str(row) for row in states.row[groups == shared[0]][:4])
         mend = (
             f"rows {rows} have the same joint angles: give states of one pose one run, "
-            'with a column of its number and run = { column = "…" }'
+            'with a column of its number and run = { column = "pose" }, say'
         )
     else:
         mend = "measure each pose unloaded too, as two states of one run"
-    mend += "; or write displacements already taken as deflection = { … }"
-    return f'{mend}; or experiment = "{ABSOLUTE}"' if ABSOLUTE in kind_names() else mend
+    mend += '; or write displacements already taken as deflection = { translation = ["dx", "dy", "dz"] }, say'
+    return f"{mend}; or {toml_text.pair('experiment', ABSOLUTE)}" if ABSOLUTE in kind_names() else mend
 
 
 def _count(number: int, noun: str) -> str:

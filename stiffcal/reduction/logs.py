@@ -14,6 +14,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.source import Source
 from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import unit
 from stiffcal.readers import Batch, DatabaseReader, RawRows, WantedColumns, find_reader
@@ -110,7 +111,8 @@ def _missing_reading(
     folder: Path, name: str, source: Source, files: Mapping[str, str], row: int, column: str
 ) -> InputError:
     place = place_of_row(folder, source, files[""], row) if "" in files else f"data row {row}"
-    mend = f'give the reading, or exclude the row: [[exclude]] with source = "{name}", rows = [{row}], why = "…"'
+    lines = (toml_text.pair("source", name), toml_text.pair("rows", [row]), 'why = "no reading"')
+    mend = f"give the reading, or exclude the row: [[exclude]] with {', '.join(lines)}"
     display_name = ", ".join(dict.fromkeys(files.values()))
     return InputError.at(
         FaultCode.CELL_EMPTY, display_name, f"{place}, column {column}", "the reading is missing (empty or NaN)", mend

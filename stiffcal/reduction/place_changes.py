@@ -17,6 +17,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
@@ -273,10 +274,8 @@ def _other_robots(robot: RobotFile) -> Iterator[tuple[RobotFile, str, str, str]]
     if robot.convention is None:
         return
     other = "dh" if robot.convention == "modified-dh" else "modified-dh"
-    yield (
-        robot.model_copy(update={"convention": other}), "convention", f'convention = "{other}"',
-        f'write convention = "{other}" in the robot file',
-    )  # fmt: skip
+    line = toml_text.pair("convention", other)
+    yield robot.model_copy(update={"convention": other}), "convention", line, f"write {line} in the robot file"
     for k, joint in enumerate(robot.joints):
         for key in ("a_m", "d_m", "alpha_deg"):
             value = getattr(joint, key)

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.row_filter import condition_text
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.reduction.coarse_clock import coarse_clock
 from stiffcal.reduction.frozen import FrozenChannels
@@ -154,7 +156,8 @@ class LogQuality:
                 reason = (
                     f"the position is zero in all columns ({int(zeroed.sum())} rows near here): the target was lost"
                 )
-                self._fail(name, row, reason, f'exclude such rows: rows = "{column} != 0" next to columns or position')
+                condition = toml_text.pair("rows", condition_text(column, "!=", 0))
+                self._fail(name, row, reason, f"exclude such rows: {condition} next to columns or position")
             groups = [slice(None)]
         elif kind in ("wrench", "lengths", "displacement"):
             groups = [slice(k, k + 1) for k in range(len(values))]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.blocks import Blocks
@@ -191,7 +192,10 @@ def _ahead(
             f"run {run.id}: the clock of {source} is unknown ({clock.reason}); its mean over the run is used"
         )
         return None
-    reason, mend = clock.reason or "not known", f"give clock_ahead_s = {{ {source} = … }} for this run"
+    reason, mend = (
+        clock.reason or "not known",
+        f"give {toml_text.pair('clock_ahead_s', {source: 0.0})} for this run (s)",
+    )
     name, length, before = max((_longest_gap(name, log.time) for name, log in logs.items()), key=lambda gap: gap[1])
     if length > JUMP_S:
         reason += f"; the times of {name} jump by {length:.3g} s before {before:.1f} s"
@@ -203,8 +207,8 @@ def _missed_holds_text(run: str, source: str, missed: int, count: int) -> str:
     return (
         f"run {run}: with the estimated clocks {missed} of {count} dwells are outside the log of {source} and not "
         "used; if both devices logged at the same time, this clock offset is wrong (possible causes: repeated "
-        "loads, a clock that was reset, a sensor that was zeroed again): split the run there, or give clock_ahead_s "
-        f"= {{ {source} = … }}"
+        "loads, a clock that was reset, a sensor that was zeroed again): split the run there, or give "
+        f"{toml_text.pair('clock_ahead_s', {source: 0.0})} (s)"
     )
 
 

@@ -165,7 +165,7 @@ def _joint_angles(raw_states: RawStates, chain: Chain, manifest_runs: Mapping[st
     if missing.size:
         raise InputError.at(
             FaultCode.SIGNAL_MISSING, "campaign.toml", f"run {raw_states.run[int(missing[0])]}", "no joint angles",
-            "log them, or write joints_deg = […] for the run",
+            "log them, or write joints_deg = [0.0, -30.0, 90.0], say, one per joint, for the run",
         )  # fmt: skip
     return joints
 

@@ -9,6 +9,7 @@ import numpy as np
 from stiffcal.arrays import Integers
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.escapes import toml_text
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.reduction.logs import raw_rows_of
 
@@ -55,10 +56,10 @@ class TableRows:
 
     def exclusion(self, chosen: Integers) -> str:
         """Return ``[[exclude]]`` with some states' rows as the manifest writes them, where they are of one run."""
-        pieces = [str(first) if first == last else f'"{first}-{last}"' for first, last in self._stretches(chosen)]
+        pieces = [first if first == last else f"{first}-{last}" for first, last in self._stretches(chosen)]
         if len({self._run(int(state)) for state in chosen}) > 1 or len(pieces) > MOST_EXCLUDED:
             return "[[exclude]]"
-        return f"[[exclude]] rows = [{', '.join(pieces)}]"
+        return f"[[exclude]] with {toml_text.pair('rows', pieces)}"
 
     def _stretches(self, chosen: Integers) -> list[tuple[int, int]]:
         """Return the first and the last row of each stretch of rows one after the other."""

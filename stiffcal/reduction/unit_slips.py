@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.errors import Fault
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
@@ -72,7 +73,7 @@ def check_displacement_unit(states: LoadStates, declared: str, place: str, file:
             file,
             place,
             reason,
-            f'write units = {{ translation = "{fitting[0]}" }} if that is what was logged',
+            f"write {toml_text.pair('units', {'translation': fitting[0]})} if that is what was logged",
         )
     ]
 

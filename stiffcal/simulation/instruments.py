@@ -304,7 +304,7 @@ def _torque_constants(signal: JointSignals, place: str, count: int) -> Floats:
         raise InputError.at(
             FaultCode.KEY_MISSING,
             "campaign.toml", f"{place}.torque_constant", "a simulated motor current needs the motors' torque constant",
-            "add torque_constant = [N*m per ampere, one per joint]",
+            "add torque_constant = 0.8, say (N*m per ampere, one number or one per joint)",
         )  # fmt: skip
     return np.broadcast_to(np.array(signal.torque_constant), (count,))
 

@@ -13,6 +13,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Frame, Manifest
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import Fault, raise_faults
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
@@ -53,7 +54,7 @@ def robot_with_values(campaign: Campaign, errors: TrueRobot | None = None, seed:
                 MODEL_FILE,
                 f"parameters.{placed_effect.parameter_name(spec.symbol)}",
                 "a robot that is to be simulated needs a value here",
-                f'write "{placed_effect.parameter_name(spec.symbol)}" = {{ value = {spec.typical:g} }} ({spec.unit})',
+                f"write {_value_line(placed_effect.parameter_name(spec.symbol), spec.typical)} ({spec.unit})",
             )
             for placed_effect in robot.placed
             for spec in placed_effect.effect.parameters
@@ -198,13 +199,17 @@ def draw_acts(
     return planned_runs
 
 
+def _value_line(name: str, value: float) -> str:
+    return toml_text.pair(name, {"value": value})
+
+
 def _check_runs(campaign: Campaign, settings: SimulationSettings) -> None:
     """Raise where manifest and settings name different runs, or a pose cannot be."""
     faults: list[Fault] = []
     planned_names = {run.id for run in settings.runs}
     for run in campaign.manifest.runs:
         if run.id not in planned_names:
-            mend = f'add [[runs]] id = "{run.id}" with joints_deg'
+            mend = f"add [[runs]] with {toml_text.pair('id', run.id)} and joints_deg"
             faults.append(
                 Fault(
                     FaultCode.RUN_UNKNOWN, FILE_NAME, "runs", f'the run "{run.id}" of campaign.toml is not here', mend

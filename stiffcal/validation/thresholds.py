@@ -160,14 +160,14 @@ def _stiffnesses(
             else f"the model fixes the stiffness of {label}"
         )
         satisfied = False if asked is not None and _limit_of(asked, joint) is not None else None
-        text = f"{subject}, no measurement: min_stiffness = {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
+        text = f"{subject}, no measurement: min_stiffness {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
         checks.append(ThresholdCheck("min_stiffness", joint, limit, None, JOINT_STIFFNESS_UNIT, satisfied, text))
     return checks
 
 
 def _stiffness(parameter: IdentifiedParameter, joint: str, limit: float) -> ThresholdCheck:
     unit, value = JOINT_STIFFNESS_UNIT, parameter.known_stiffness
-    bound = f"min_stiffness = {limit:.3g} {unit}"
+    bound = f"min_stiffness {limit:.3g} {unit}"
     if parameter.value is None:
         text = f"stiffness of {joint} cannot be identified from these data: {bound} cannot be judged"
         return ThresholdCheck("min_stiffness", joint, limit, None, unit, None, text)
@@ -224,7 +224,7 @@ def _drifts(
 
 def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> ThresholdCheck:
     before, after = change.before.known_stiffness, change.after.known_stiffness
-    bound = f"max_drift = {100 * limit:.3g} %" if limit else "no significant drift"
+    bound = f"max_drift {100 * limit:.3g} %" if limit else "no significant drift"
     value, p_value, std = change.before.value, change.p_value, change.std
     if not before or not after or not value or p_value is None or std is None:
         text = f"stiffness of {joint} is not known here or in {name}: {bound} cannot be judged"

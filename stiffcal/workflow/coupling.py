@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.results.identify_result import IdentifyResult
@@ -37,7 +38,7 @@ def with_coupling(data: Ingested, result: IdentifyResult, loss: str, context: Ru
             "command line",
             "--coupling",
             reason,
-            f"stiffcal add link-beam --links {rodded[0]}",
+            command_line("add", data.campaign.folder, "link-beam", "--links", rodded[0]),
         )
     settings = Settings(loss=loss, fixed=fixed_parameters(data.campaign.model))
     coupling = identify_both_ways(data.states, robot, settings, context.progress)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.signals import DeadWeight, Wrench
 from stiffcal.errors import InputError
+from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.measured_frames import with_found_frames
@@ -148,7 +149,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
             "model.toml",
             "effects",
             reason,
-            f"stiffcal add {campaign.folder} joint-compliance --all",
+            command_line("add", campaign.folder, "joint-compliance", "--all"),
         )
     without_value, _ = free_names(campaign, robot)
     has_logs = all((campaign.folder / file).exists() for file in manifest_data_files(campaign))

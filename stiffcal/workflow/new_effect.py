@@ -43,7 +43,7 @@ def write_new_effect(folder: Path, name: str, context: RunContext | None = None)
     InputError : the name is taken or cannot be one, the file exists, or the diagnosis found no pattern.
     """
     campaign = load_campaign(Path(folder), check_files=False)
-    file = f"{name.replace('-', '_')}.py"
+    file = file_of_effect(name)
     _check_name(name, file, campaign.folder)
     diagnosis = diagnose_campaign(campaign.folder, context)
     pattern = diagnosis.pattern
@@ -57,6 +57,11 @@ def write_new_effect(folder: Path, name: str, context: RunContext | None = None)
     list_plugin(campaign.folder, file)
     plugins = read_plugins(campaign.folder, (*campaign.manifest.plugins, file))
     return NewEffectResult(warnings=[], effect=name, file=file, tests=pattern_in_words(pattern), sha256=plugins.digest)
+
+
+def file_of_effect(name: str) -> str:
+    """Return the file name of the plugin that defines a new effect."""
+    return f"{name.replace('-', '_')}.py"
 
 
 def _check_name(name: str, file: str, folder: Path) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile, load_plan
-from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.trust.outputs import check_output
@@ -19,7 +18,15 @@ from stiffcal.workflow.plan_candidates import Candidates, candidates_of, with_wa
 from stiffcal.workflow.plan_choice import Purpose, chosen_runs
 from stiffcal.workflow.plan_goals import LOOK_ALIKES, WantedGoal, area_of, wanted_goals
 from stiffcal.workflow.plan_means import cell_of
-from stiffcal.workflow.plan_model import PlanModel, as_planned, has_nonlinear_laws, kind_of, planned_model
+from stiffcal.workflow.plan_model import (
+    PlanModel,
+    as_planned,
+    has_nonlinear_laws,
+    kind_of,
+    planned_model,
+    refuse_lifts,
+    with_force,
+)
 from stiffcal.workflow.plan_program import check_program, write_program
 from stiffcal.workflow.plan_remedies import remedies_of
 from stiffcal.workflow.plan_rivals import NamedRival, named_rival, rival_models, rivals_of_diagnosis
@@ -78,13 +85,8 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     folder = Path(folder)
     plan = load_plan(folder)
     campaign = as_planned(with_trial_model(load_campaign(folder, check_files=False), context), plan)
-    refuse_prismatic(
-        campaign.chain.prismatic_names,
-        "plan chooses angles of revolute joints alone",
-        "choose the poses yourself, and let stiffcal check judge them",
-    )
-    if request.force is not None:
-        plan = plan.model_copy(update={"load": plan.load.model_copy(update={"force_N": request.force})})
+    refuse_lifts(campaign)
+    plan = with_force(plan, request.force)
     if request.program is not None:
         check_program(request.program, campaign, kind_of(campaign, plan))
         check_output(request.program, overwrite=context.overwrite)

@@ -11,7 +11,9 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
+from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.errors import InputError
+from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import HELD
 from stiffcal.workflow.plan_measured import measured_so_far
@@ -134,6 +136,27 @@ def as_planned(campaign: Campaign, plan: PlanFile) -> Campaign:
     return replace(campaign, manifest=campaign.manifest.model_copy(update={"runs": runs}))
 
 
+def refuse_lifts(campaign: Campaign) -> None:
+    """Raise an error where the robot has prismatic joints.
+
+    Raises
+    ------
+    InputError : it has.
+    """
+    refuse_prismatic(
+        campaign.chain.prismatic_names,
+        "plan chooses angles of revolute joints alone",
+        "choose the poses yourself, and let stiffcal check judge them",
+    )
+
+
+def with_force(plan: PlanFile, force: float | None) -> PlanFile:
+    """Return plan.toml with a largest force in place of its own; None: as it is."""
+    if force is None:
+        return plan
+    return plan.model_copy(update={"load": plan.load.model_copy(update={"force_N": force})})
+
+
 def fixed_names(campaign: Campaign) -> frozenset[str]:
     """Return the full names of parameters that model.toml fixes."""
     from stiffcal.model.assembly import fixed_parameters
@@ -157,19 +180,28 @@ def checked_balance(compute: Callable[[], Computed]) -> Computed:
         raise InputError.at(FaultCode.NO_BALANCE, PLAN_FILE, "load", str(error), mend) from None
 
 
-def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext) -> PlanModel:
-    """Return the robot with values: fitted where there are logs, else of model.toml, else typical ones."""
+def planned_model(campaign: Campaign, plan: PlanFile, context: RunContext | None) -> PlanModel:
+    """Return the robot with values: fitted where there are logs, else of model.toml, else typical ones.
+
+    Parameters
+    ----------
+    context : store, progress and so on; None: as if nothing was measured.
+
+    Raises
+    ------
+    InputError : the model is empty, its noise is not known, or a frame is not.
+    """
     from stiffcal.campaign.frames import measurement_setup, resolve_frames
     from stiffcal.compensation.prediction import at_load_point
     from stiffcal.model.campaign_effects import placed_robot
 
     robot = placed_robot(campaign)
     if not robot.placed:
-        mend = f"stiffcal add {campaign.folder} joint-compliance --all"
+        mend = command_line("add", campaign.folder, "joint-compliance", "--all")
         raise InputError.at(FaultCode.MODEL_UNSUITABLE, "model.toml", "effects", "the model contains no effect", mend)
     chain = campaign.chain
     frames = resolve_frames(campaign.manifest, chain)
-    measured = measured_so_far(campaign, robot, context)
+    measured = None if context is None else measured_so_far(campaign, robot, context)
     estimated: tuple[float | None, ...] = (None,) * 6
     covariance: dict[str, dict[str, float]] = {}
     if measured is not None:

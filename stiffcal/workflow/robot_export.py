@@ -28,6 +28,7 @@ from stiffcal.campaign.robot_file import (
 )
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.campaign.typed import Placement
+from stiffcal.escapes import toml_text
 from stiffcal.identification.stated_geometry import HeldEnds, calibrated_rows, held_ends
 from stiffcal.mechanics.joint_rows import Convention, RowsOfChain
 from stiffcal.mechanics.rotations import inverse_transform
@@ -211,8 +212,8 @@ def _frame_comments(frames: dict[str, tuple[str, Floats]]) -> Iterator[str]:
     if frames:
         yield "# With it belong these frames in campaign.toml:"
     for name, (parent, transform) in frames.items():
-        yield f"#   [frames.{name}]"
-        yield f'#   parent = "{parent}"'
+        yield f"#   [frames.{toml_text.key(name)}]"
+        yield f"#   {toml_text.pair('parent', parent)}"
         placement = _placement(transform)
         yield f"#   xyz_m = {list(placement.xyz_m)}"
         if placement.quaternion_wxyz is not None:

@@ -18,6 +18,7 @@ from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.deprecated_names import old_names
 from stiffcal.documents import Document, Result
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.limits import TOML
@@ -339,7 +340,7 @@ def announce(step: str, reason: str, folder: Path, context: RunContext) -> None:
     InputError : ``context.update`` is False.
     """
     if not context.update:
-        mend = f"run stiffcal {step} {folder}, or leave --no-update out"
+        mend = f"run {command_line(step, folder)}, or leave --no-update out"
         raise InputError.at(FaultCode.STORE_OUTDATED, str(folder), step, reason, mend)
     context.on_step(step, reason)
     context.notify(f"running {step}: {reason}")

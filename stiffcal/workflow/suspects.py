@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.escapes import toml_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -161,7 +161,7 @@ def _exclusion(suspect: Suspect, campaign: Campaign, states: LoadStates) -> list
     tables = [(name, source) for name, source in campaign.manifest.sources.items() if source.is_states]
     if not tables:
         # of logs that were sampled in time the rows are many; a run that is held out is not fitted
-        return ["[[runs]]", f"id = {json.dumps(suspect.run, ensure_ascii=False)}", "holdout = true"]
+        return ["[[runs]]", toml_text.pair("id", suspect.run), "holdout = true"]
     name, source = tables[0]
     names = [run.name for run in states.runs]
     in_run = states.row[states.run == names.index(suspect.run)]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 from stiffcal.documents import Origin, document_of
 from stiffcal.errors import InputError
+from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.results.identify_result import IdentifyResult
@@ -221,7 +222,7 @@ def _validate_other(
             str(folder),
             "store",
             "that campaign has no fitted model",
-            f"run stiffcal identify {folder}",
+            f"run {command_line('identify', Path(folder))}",
         )
     if origin == FOREIGN and all((folder / file).exists() for file in manifest_data_files(campaign)):
         reason = "its store was not written by you"
@@ -230,7 +231,7 @@ def _validate_other(
             str(folder),
             "store",
             reason,
-            f"run stiffcal identify {folder}, to compute it again",
+            f"run {command_line('identify', Path(folder))}, to compute it again",
         )
     if campaign.chain.n_joints != data.campaign.chain.n_joints:
         reason = f"its robot has {campaign.chain.n_joints} joints, this one {data.campaign.chain.n_joints}"
@@ -241,7 +242,7 @@ def _validate_other(
     if model_summary(robot) != stored.model:
         reason = "its model.toml has changed since the last fit"
         raise InputError.at(
-            FaultCode.MODEL_MISMATCH, str(folder), "model.toml", reason, f"run stiffcal identify {folder}"
+            FaultCode.MODEL_MISMATCH, str(folder), "model.toml", reason, f"run {command_line('identify', Path(folder))}"
         )
     own = fit_now(data, "linear", context)
     if own is None:

@@ -1,23 +1,22 @@
-"""The last line of each answer follows the loop."""
+"""The last line of each answer follows the loop, and whoever follows it comes to an end."""
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from stiffcal.cli.next_step import after_diagnosis, after_history, after_improvement, after_validation
+from stiffcal.cli.next_step import line_of
 from stiffcal.measurements.rms import Rms
+from stiffcal.results.next_step import ORDER, Standing, Step, is_within_noise, next_step
 from tests.laboratory.plugin_campaigns import stiffcal
 
 FOLDER = Path("campaign")
-
-
-def validation(error: Rms, noise: Rms | None) -> Any:
-    """Return a validation with an error and a noise alone."""
-    return SimpleNamespace(rms=error, noise=noise)
+NOISE = Rms(1e-5, None)
+LARGE, SMALL = Rms(1e-4, None), Rms(1e-5, None)
 
 
 def diagnosis(**found: Any) -> Any:
@@ -25,68 +24,81 @@ def diagnosis(**found: Any) -> Any:
     return SimpleNamespace(**({"missing": [], "superfluous": [], "everywhere": None, "pattern": None} | found))
 
 
+def standing(**known: Any) -> Standing:
+    """Return a fitted campaign with a noise of 10 µm, of which more is known."""
+    of_fitted: dict[str, Any] = {"logs_missing": False, "is_fitted": True, "noise": NOISE}
+    return Standing(**(of_fitted | known))
+
+
+def test_no_answer_leads_back_whatever_is_known() -> None:
+    """All combinations: the steps that are proposed one after the other rise in their order, so that they end."""
+    diagnoses = (None, diagnosis(), diagnosis(missing=["an effect"]), diagnosis(everywhere="an effect"))
+    known = [
+        Standing(missing, fitted, rms, noise, found, untested)
+        for missing, fitted, rms, noise, found, untested in product(
+            (True, False), (True, False), (None, SMALL, LARGE), (None, NOISE), diagnoses, (None, "an-effect")
+        )
+    ]
+    assert len(known) > 100
+    for one in known:
+        for after in (None, *ORDER):
+            for done in ((), (Step.REPORT,)):
+                step = next_step(one, after, done)
+                assert step is None or after is None or ORDER.index(step) > ORDER.index(after)
+                assert step not in done
+
+
 @pytest.mark.parametrize(
-    ("error", "noise", "command"),
+    ("error", "noise", "within"),
     [
-        (Rms(1.02e-5, None), Rms(1e-5, None), "report"),
-        (Rms(2e-5, None), Rms(1e-5, None), "diagnose"),
-        (Rms(1e-5, 3e-5), Rms(1e-5, 1e-5), "diagnose"),
-        (Rms(1e-5, None), None, "diagnose"),
-        (Rms(None, None), Rms(1e-5, None), "diagnose"),
+        (Rms(1.02e-5, None), NOISE, True),
+        (Rms(2e-5, None), NOISE, False),
+        (Rms(1e-5, 3e-5), Rms(1e-5, 1e-5), False),
+        (Rms(1e-5, None), None, False),
+        (Rms(None, None), NOISE, False),
+        (None, NOISE, False),
     ],
 )
-def test_an_error_above_the_noise_is_diagnosed(error: Rms, noise: Rms | None, command: str) -> None:
-    assert after_validation(FOLDER, validation(error, noise), None) == f"stiffcal {command} campaign"
+def test_an_error_is_within_the_noise_only_where_both_are_known(
+    error: Rms | None, noise: Rms | None, within: bool
+) -> None:
+    assert is_within_noise(error, noise) is within
+    expected = Step.REPORT if within else Step.DIAGNOSE
+    assert next_step(standing(heldout_rms=error or LARGE, noise=noise), Step.VALIDATE) is expected
 
 
-def test_a_missing_effect_leads_to_improve_and_a_complete_model_to_the_report() -> None:
-    assert after_diagnosis(FOLDER, diagnosis(missing=["an effect"]), "kept") == "stiffcal improve campaign --store kept"
-    assert after_diagnosis(FOLDER, diagnosis(superfluous=["an effect"]), None) == "stiffcal report campaign"
-    assert after_diagnosis(FOLDER, diagnosis(everywhere="an effect"), None) == "stiffcal improve campaign"
-    assert after_diagnosis(FOLDER, diagnosis(), None) == "stiffcal report campaign"
-    assert after_diagnosis(FOLDER, diagnosis(), None, finished=("view",)) == "stiffcal view campaign"
+@pytest.mark.parametrize(
+    ("known", "after", "expected"),
+    [
+        ({"logs_missing": True, "is_fitted": False}, None, Step.CHECK),
+        ({"is_fitted": False}, None, Step.IDENTIFY),
+        ({}, None, Step.VALIDATE),
+        ({"heldout_rms": LARGE}, None, Step.DIAGNOSE),
+        ({"heldout_rms": SMALL}, None, Step.REPORT),
+        ({"heldout_rms": LARGE, "diagnosis": diagnosis()}, Step.DIAGNOSE, Step.REPORT),
+        ({"heldout_rms": LARGE, "diagnosis": diagnosis(superfluous=["an effect"])}, Step.DIAGNOSE, Step.REPORT),
+        ({"heldout_rms": LARGE, "diagnosis": diagnosis(missing=["an effect"])}, Step.DIAGNOSE, Step.IMPROVE),
+        ({"heldout_rms": LARGE, "diagnosis": diagnosis(everywhere="an effect")}, Step.DIAGNOSE, Step.IMPROVE),
+        # once improve has ended, the same command would change nothing
+        ({"heldout_rms": LARGE, "diagnosis": diagnosis(missing=["an effect"])}, Step.IMPROVE, Step.REPORT),
+        ({"heldout_rms": LARGE, "diagnosis": diagnosis(), "untested": "over-time"}, Step.IMPROVE, Step.NEW_EFFECT),
+        ({"heldout_rms": SMALL}, Step.REPORT, Step.VIEW),
+        ({"heldout_rms": SMALL}, Step.VIEW, Step.EXPORT),
+        ({"heldout_rms": SMALL}, Step.EXPORT, None),
+    ],
+)
+def test_each_state_calls_for_its_step(known: dict[str, Any], after: Step | None, expected: Step | None) -> None:
+    assert next_step(standing(**known), after) is expected
 
 
-def history(heldout: Rms | None, is_fitted: bool = True) -> Any:
-    """Return a history of a single fit with a noise of 10 µm."""
-    fit = SimpleNamespace(id="1", heldout_rms=heldout, noise=Rms(1e-5, None))
-    return SimpleNamespace(fits=[fit], not_fitted_yet=None if is_fitted else object())
-
-
-def test_the_history_leads_on_from_its_last_fit() -> None:
-    large, small = Rms(1e-4, None), Rms(1e-5, None)
-    missing = diagnosis(missing=["an effect"])
-    assert after_history(FOLDER, history(large, is_fitted=False), missing, None) == "stiffcal identify campaign"
-    assert after_history(FOLDER, history(None), None, None) == "stiffcal validate campaign"
-    assert after_history(FOLDER, history(large), None, None) == "stiffcal diagnose campaign"
-    assert after_history(FOLDER, history(large), missing, None) == "stiffcal improve campaign"
-    assert after_history(FOLDER, history(large), diagnosis(), None) == "stiffcal report campaign"
-    assert after_history(FOLDER, history(small), None, "kept") == "stiffcal report campaign --store kept"
-
-
-def test_improve_leads_on_only_while_it_can() -> None:
-    """After effects were added and something is left, the same command once more would add nothing."""
-    added, start = SimpleNamespace(action="add"), SimpleNamespace(action="start")
-
-    def after(is_dry_run: bool = False, **found: Any) -> str:
-        result: Any = SimpleNamespace(**({"steps": [start], "missing": [], "unexplained": False} | found))
-        return after_improvement(FOLDER, result, is_dry_run, None).split()[1]
-
-    assert after(missing=["an effect"], is_dry_run=True) == "improve"
-    assert after(missing=["an effect"]) == "improve"
-    assert after(missing=["an effect"], steps=[start, added]) == "diagnose"
-    assert after(unexplained=True) == "diagnose"
-    assert after(steps=[start, added]) == "report"
-
-
-def test_after_the_pages_a_finished_model_is_exported() -> None:
-    finished = ("export", "-o", "model.json")
-    small, missing = Rms(1e-5, None), diagnosis(missing=["an effect"])
-    expected = "stiffcal export campaign -o model.json"
-    assert after_history(FOLDER, history(small), diagnosis(), None, finished) == expected
-    assert after_history(FOLDER, history(small), None, None, finished) == expected
-    assert after_history(FOLDER, history(Rms(1e-4, None)), None, None, finished) == "stiffcal diagnose campaign"
-    assert after_history(FOLDER, history(small), missing, None, finished) == "stiffcal improve campaign"
+def test_only_what_runs_as_it_is_stands_after_next() -> None:
+    missing = standing(heldout_rms=LARGE, diagnosis=diagnosis(missing=["an effect"]))
+    assert line_of(FOLDER, missing, "kept").text == "next: stiffcal improve campaign --store kept"
+    assert line_of(FOLDER, missing, None, Step.VIEW).text == "next: stiffcal export campaign -o model.json"
+    last = line_of(FOLDER, missing, None, Step.EXPORT)
+    assert last.once
+    assert last.command == "stiffcal compare campaign LATER_DIR"
+    assert not last.text.startswith("next:")
 
 
 def test_run_without_logs_names_check(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@
 - The examples of troubleshooting are sentences that the program can say.
 - One 95 % quantile in the whole package: no file writes 1.96 of its own.
 - One name, one meaning: no two public classes of the package have the same name.
+- TOML that is printed parses, and names in it are quoted by `escapes.toml_text`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pathlib import Path
 import pytest
 
 from docs.page_blocks import page_text
+from tests.laboratory.printed_toml import pairs_in, printed_texts, wrong_toml
 
 ROOT = Path(__file__).parents[2]
 TEXTS = frozenset(
@@ -36,6 +38,8 @@ CHANGING = frozenset({"lower", "upper", "strip", "lstrip", "rstrip", "casefold"}
 # `not_checked` takes the text of an enumeration's member that is called reason.
 ALLOWED = {"stiffcal/trust/record.py": 1}
 LETTERS = 6
+NO_TOML = ("stiffcal/readers/postgres/__init__.py",)
+"""Files whose `key = value` is SQL."""
 NOT_OURS = {"command-line"}
 """Codes whose sentences are those of a library."""
 
@@ -192,3 +196,14 @@ def test_no_two_public_classes_have_the_same_name(nodes: Mapping[str, list[ast.A
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 files[node.name].append(name)
     assert {name: places for name, places in files.items() if len(places) > 1} == {}
+
+
+def test_printed_toml_parses_and_names_are_quoted(nodes: Mapping[str, list[ast.AST]]) -> None:
+    wrong, count = [], 0
+    for name, inside in nodes.items():
+        for line, text in printed_texts(inside) if name not in NO_TOML else ():
+            if " = " in text:
+                count += sum(1 for _ in pairs_in(text))
+                wrong += [f"{name}:{line}: {piece}" for piece in wrong_toml(text)]
+    assert not wrong, "\n".join(wrong)
+    assert count > 100

@@ -9,6 +9,7 @@ import json
 import re
 import shutil
 import subprocess
+import tomllib
 import unicodedata
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
@@ -73,6 +74,11 @@ def judge_workflow_commands(name: str, escaped: str) -> None:
     judge_terminal(name, escaped)
     assert escaped.replace("%25", "%") or not name
     assert not {":", ","} & set(escaped_property(name))
+
+
+def judge_toml_text(name: str, escaped: str) -> None:
+    assert tomllib.loads(f"name = {escaped}") == {"name": re.sub("[\ud800-\udfff]", "\ufffd", name)}
+    assert_printable(escaped)
 
 
 def judge_json_text(name: str, escaped: str) -> None:
@@ -226,7 +232,7 @@ def test_a_hostile_name_is_a_text_and_nothing_else(sink: str, kind: str) -> None
     JUDGES[sink](name, sinks()[sink](name))
 
 
-@pytest.mark.parametrize("sink", sorted({*JUDGES} - {"csv_cell", "json_text", "file_name", "shell"}))
+@pytest.mark.parametrize("sink", sorted({*JUDGES} - {"csv_cell", "json_text", "toml_text", "file_name", "shell"}))
 def test_what_is_hidden_is_written_out_and_not_dropped(sink: str) -> None:
     escaped = sinks()[sink]("a\u202eb\x1bc")
     assert "u202e" in escaped

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
+from stiffcal.escapes import toml_text
 from stiffcal.model.summary import EffectAt
 
 
@@ -116,6 +116,6 @@ def exclusion_lines(source: str, rows: list[int], why: str, run: str = "") -> li
     rows = [3, 4]
     why = "forces in lbf"
     """
-    of_run = [f"run = {json.dumps(run, ensure_ascii=False)}"] if run else []
-    text = json.dumps(why, ensure_ascii=False)
-    return ["[[exclude]]", f"source = {json.dumps(source)}", *of_run, f"rows = {rows}", f"why = {text}"]
+    of_run = [toml_text.pair("run", run)] if run else []
+    counted = [toml_text.pair("rows", rows), toml_text.pair("why", why)]
+    return ["[[exclude]]", toml_text.pair("source", source), *of_run, *counted]

@@ -303,7 +303,7 @@ def chain_of_run(campaign: Campaign, readings: ClampedReadings, run: Run | None)
                 FaultCode.POSE_UNREACHABLE, "campaign.toml", f"run {info.name}: joints_deg",
                 f"the log puts {chain.joint_names[k]} at {np.rad2deg(pose[k]):.0f}°, outside its limits: the motor "
         "angles do not determine the pose of the robot",
-                "write the pose into the run: joints_deg = […]",
+                "write the pose into the run: joints_deg = [0.0, -30.0, 90.0], say, one per joint",
             )  # fmt: skip
     fixture = None if run is None or run.fixture_compliance is None else np.array(run.fixture_compliance)
     return clamped_chain(readings, joint, chain, setup, pose, fixture)

@@ -16,6 +16,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import RunInfo
@@ -67,7 +68,7 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
             f"run {run.id}",
             "",
             "a clamped run needs the motor angles",
-            "add a source with joints = { position = … }",
+            'add a source with joints = { position = "A1..A6", units = { position = "deg" } }, say',
         )
     angles = logs[sources["joints"][0]]
     n, width = len(angles), angles.mean["joints"].shape[1]
@@ -86,8 +87,8 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
             FaultCode.SIGNAL_MISSING, f"run {run.id}", "",
             "no force sensor, and motor currents without a torque constant: nothing measures the torque"
             if unscaled else "neither a force sensor nor motor torques are logged: nothing measures the torque",
-            "add torque_constant = [N*m per ampere, one per joint] to the joints signal"
-            if unscaled else "add a source with a wrench, or torque = […] (or current with torque_constant)",
+            "add torque_constant = 0.8, say (N*m per ampere, one number or one per joint), to the joints signal"
+            if unscaled else "add a source with a wrench, or torque = 'T1..T6', say (or current with torque_constant)",
         )  # fmt: skip
     complete = np.isfinite(wrench).all(axis=1) if sources["wrench"] else np.ones(n, dtype=np.bool_)
     info = RunInfo(run.id, run.experiment, run.holdout, run.tags)
@@ -131,7 +132,7 @@ def _clock(run: Run, name: str, angles: Blocks, wrench_log: Blocks) -> SourceClo
         raise InputError.at(
             FaultCode.CLOCK_UNKNOWN,
             f"run {run.id}", f"clock of {name}", offset.reason,
-            f"give clock_ahead_s = {{ {name} = … }} for this run, or check that the joint was driven",
+            f"give {toml_text.pair('clock_ahead_s', {name: 0.0})} for this run (s), or check that the joint was driven",
         )  # fmt: skip
     return offset
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.escapes.shell import command_line
 from stiffcal.experiments.friction.curves import FRICTION_FIT, FRICTION_HELDOUT
 from stiffcal.experiments.friction.documents import (
     bearing_frictions,
@@ -212,7 +213,7 @@ def _without_effect(data: MeasuredRuns) -> ExperimentFit | None:
     from stiffcal.campaign.model_file import default_model
 
     first = default_model(data.campaign.chain.n_joints, {FRICTION}).effects[0].type
-    mend = f"stiffcal add {data.campaign.folder} {first} --all"
+    mend = command_line("add", data.campaign.folder, first, "--all")
     if data.n_states == 0:
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE,

@@ -10,6 +10,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.experiments.friction.clocks import torque_clock
 from stiffcal.experiments.friction.free_motion import free_motion
 from stiffcal.experiments.friction.readings import FreeMotion, SteadyReadings, stacked_motion
@@ -91,7 +92,7 @@ def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
     if position is None and speed is None:
         raise InputError.at(
             FaultCode.SIGNAL_MISSING, "campaign.toml", place, "a friction run needs the motion of the joints",
-            'add position = [...] or velocity = [...] to the joints of a source',
+            'add position = "A1..A6" or velocity = "V1..V6", say, to the joints of a source',
         )  # fmt: skip
     torque = _source_of(logs, "joints.torque")
     if torque is None:
@@ -192,7 +193,7 @@ def _find_clock(
         reason = f"torques and angles come from devices with clocks of their own: {offset.reason}"
         raise InputError.at(
             FaultCode.CLOCK_UNKNOWN, "campaign.toml", f"run {run.id}", reason,
-            f"give clock_ahead_s = {{ {torque if lead in clocks else lead} = … }} for this run",
+            f"give {toml_text.pair('clock_ahead_s', {torque if lead in clocks else lead: 0.0})} for this run (s)",
         )  # fmt: skip
     if lead in clocks:
         clocks[torque] = SourceClockOffset((clocks[lead].value or 0.0) + offset.value, offset.std)
@@ -210,11 +211,11 @@ def _no_torque(place: str, logs: Mapping[str, Blocks]) -> InputError:
         return InputError.at(
             FaultCode.KEY_MISSING, "campaign.toml", f"sources.{current}.joints.torque_constant",
             f"{place} logs currents, and no torque constant is given",
-            "add torque_constant = [...], N·m per ampere, one per joint",
+            "add torque_constant = 0.8, say: N·m per ampere, one number or one per joint",
         )  # fmt: skip
     return InputError.at(
         FaultCode.SIGNAL_MISSING, "campaign.toml", place, "a friction run needs the torques of the drives",
-        "add torque = [...], or current = [...] with torque_constant, to the joints of a source",
+        'add torque = "T1..T6", or current = "I1..I6" with torque_constant, say, to the joints of a source',
     )  # fmt: skip
 
 
@@ -230,7 +231,7 @@ def _on_clock(
         raise InputError.at(
             FaultCode.CLOCK_UNKNOWN,
             "campaign.toml", f"run {run.id}", f"{signal} and the angles come from devices with clocks of their own",
-            f"give clock_ahead_s = {{ {unknown[0]} = … }} for this run",
+            f"give {toml_text.pair('clock_ahead_s', {unknown[0]: 0.0})} for this run (s)",
         )  # fmt: skip
     source_time = logs[lead].time - (clocks[lead].value or 0.0) + (clocks[source].value or 0.0)
     return np.stack([np.interp(source_time, blocks.time, column) for column in blocks.mean[signal].T], axis=1)

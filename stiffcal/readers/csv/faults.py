@@ -12,6 +12,7 @@ import re
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import WantedColumns
 from stiffcal.readers.csv.layout import LogLayout
@@ -134,7 +135,10 @@ def _number_fault(cell: str, name: str, layout: LogLayout) -> tuple[str, str] | 
         return "the cell is empty", "give the reading, or leave the row out with [[exclude]]"
     other_mark = "," if layout.decimal == "." else "."
     if re.fullmatch(r"[+-]?\d*" + re.escape(other_mark) + r"\d+([eE][+-]?\d+)?", cell):
-        return f"{cell!r} has a decimal mark other than {layout.decimal!r}", f'set csv.decimal = "{other_mark}"'
+        return (
+            f"{cell!r} has a decimal mark other than {layout.decimal!r}",
+            f"set csv.{toml_text.pair('decimal', other_mark)}",
+        )
     if re.fullmatch(r"[+-]?\d{1,3}([., '\u00a0]\d{3})+([.,]\d+)?", cell):
         return f"{cell!r} has thousands separators", "write numbers without separators"
     if cell == name:

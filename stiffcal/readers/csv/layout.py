@@ -14,7 +14,7 @@ from pydantic import Field
 
 from stiffcal.campaign.typed import Name, TomlTable
 from stiffcal.errors import InputError
-from stiffcal.escapes import csv_cell
+from stiffcal.escapes import csv_cell, toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import COLUMNS
 from stiffcal.log_columns import single_character
@@ -154,7 +154,7 @@ def _read_layout(text: LogText, path: Path, options: Options, display_name: str,
         line = text.next_line()
     if line is None:
         empty = path.stat().st_size == 0
-        reason = "the file is empty" if empty else f"the file ends before its header (csv.skip_rows = {skip})"
+        reason = "the file is empty" if empty else f"the file ends before its header (csv.skip_rows is {skip})"
         raise InputError.at(
             FaultCode.FILE_EMPTY,
             display_name,
@@ -281,7 +281,7 @@ def _header_hint(
                 if search.line_number != text.line_number and search.line_number != skip + 1:
                     settings.append(f"csv.skip_rows = {search.line_number - 1}")
                 if candidate != delimiter and delimiter_given:
-                    settings.append(f"csv.delimiter = {candidate!r}".replace("'", '"'))
+                    settings.append(f"csv.{toml_text.pair('delimiter', candidate)}")
                 if settings:
                     return f"the names are in line {search.line_number}: set " + " and ".join(settings)
     return ""

@@ -18,6 +18,7 @@ from stiffcal.report.sections.campaign import MOST_WARNINGS, warnings_of
 from stiffcal.report.sections.experiments import table_of
 from stiffcal.report.sections.stiffness import not_claimed, short_stiffness_table, where_words
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.next_step import Standing, Step, next_step
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.validation.schemes import held_out
 
@@ -108,10 +109,19 @@ def _changed(values: Sequence[BeforeAfter], content: ReportContent, cause: str) 
 def _next_step(content: ReportContent) -> str:
     """Return the command or the measurement that the answer calls for."""
     diagnosis = content.diagnose
+    validation = content.validate
+    standing = Standing(
+        logs_missing=False,
+        is_fitted=True,
+        heldout_rms=None if validation is None else validation.rms,
+        noise=None if validation is None else validation.noise,
+        diagnosis=diagnosis,
+    )
+    step = next_step(standing, Step.VALIDATE)
+    if step in (Step.DIAGNOSE, Step.IMPROVE):
+        return f"stiffcal {step.value} DIR"
     if diagnosis is None:
-        return "stiffcal diagnose DIR"
-    if diagnosis.missing:
-        return "stiffcal improve DIR"
+        return "none: use the model (stiffcal predict, map, compensate)"
     if diagnosis.undecided:
         return "repeat the poses on which the result depends, then stiffcal diagnose DIR"
     if diagnosis.pattern is not None:

@@ -1,0 +1,56 @@
+"""What is printed as TOML can be pasted: it parses, and names in it are quoted as TOML wants them."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from stiffcal.campaign.row_filter import RowCondition, condition_text, parse_rows
+from stiffcal.diagnosis.suspects.result import exclusion_lines
+from stiffcal.escapes import toml_text
+from tests.laboratory.printed_toml import HOLE, pairs_in, wrong_toml
+
+DOCS = Path(__file__).parents[2] / "docs"
+NAMES = ("X (mm)", "t [s]", "a.b", 'the "5"', "it's", "A and B", "x`y", "Kraft Fx, N", "größe", "", "\x7f\u202e")
+_CODE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
+
+
+def test_every_line_in_the_prose_of_the_docs_parses() -> None:
+    wrong = []
+    for page in sorted(DOCS.rglob("*.md")):
+        prose = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+        wrong += [f"{page.name}: {piece}" for code in _CODE.findall(prose) for piece in wrong_toml(code)]
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_any_name_can_be_pasted(name: str) -> None:
+    assert tomllib.loads(toml_text.pair(name, {name: [name, 1, 2.5, True]})) == {name: {name: [name, 1, 2.5, True]}}
+    lines = "\n".join(exclusion_lines(name, [1, 2], name, name))
+    assert tomllib.loads(lines)["exclude"] == [
+        {"source": name, "rows": [1, 2], "why": name, **({"run": name} if name else {})}
+    ]
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name])
+def test_a_condition_on_rows_can_be_pasted_whatever_the_column_is_called(name: str) -> None:
+    line = toml_text.pair("rows", f"{condition_text(name, '!=', 0)} and {condition_text(name, '==', name)}")
+    assert parse_rows(tomllib.loads(line)["rows"]) == (RowCondition(name, "!=", 0.0), RowCondition(name, "==", name))
+
+
+def test_the_scanner_finds_what_cannot_be_pasted() -> None:
+    assert list(pairs_in('write position = ["A1", "A[2]"] or motor = true; p = 0.1')) == [
+        'position = ["A1", "A[2]"]',
+        "motor = true",
+    ]
+    for text in (
+        "files = { … }",
+        f'rows = "{HOLE} != 0"',
+        f"markers = {{ {HOLE} = 1 }}",
+        "columns = [x",
+        "at = [low, high]",
+    ):
+        assert list(wrong_toml(text)), text
