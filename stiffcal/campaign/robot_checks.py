@@ -12,6 +12,7 @@ from stiffcal.campaign.naming import beam_name, name_links
 from stiffcal.campaign.reach import escapes
 from stiffcal.campaign.robot_file import JointEntry, RobotFile
 from stiffcal.campaign.sizes import implausible_length
+from stiffcal.campaign.typed import Placement
 from stiffcal.campaign.urdf import PRISMATIC, read_urdf
 from stiffcal.campaign.urdf_elements import UrdfJoint
 from stiffcal.errors import Fault, InputError, raise_faults
@@ -22,6 +23,8 @@ NEARLY_PARALLEL = math.sin(math.radians(5.0))
 # Sine of an angle that only rounding of 0° or 180° makes.
 _EXACTLY_PARALLEL = 1e-12
 _LIMITS_IN_URDF = "<limit lower=… upper=…/> to the joint in the URDF, or in robot.toml "
+_NO_ROWS = "a_m, alpha_deg and d_m are zero at every joint: the file holds no geometry"
+_WRITE_ROWS = "write each joint's row, or repeat stiffcal init with --robot NAME or --urdf FILE"
 _ROW_KEYS = ("a_m", "alpha_deg", "beta_deg", "d_m", "type")
 
 
@@ -97,12 +100,34 @@ def unfilled_faults(robot: RobotFile, file: str) -> list[Fault]:
     A bench may leave them out where it measures torques of joints alone; who compares places or displacements may not.
     """
     revolute = [entry for entry in robot.joints if entry.type != PRISMATIC]
-    rows = [(entry.a_m, entry.alpha_deg, entry.beta_deg, entry.d_m) for entry in robot.joints]
-    if robot.urdf is not None or len(revolute) < 2 or any(value != 0.0 for row in rows for value in row):
+    if len(revolute) < 2 or not holds_no_rows(robot):
         return []
-    reason = "a_m, alpha_deg and d_m are zero at every joint: the file holds no geometry"
-    mend = "write each joint's row, or repeat stiffcal init with --robot NAME or --urdf FILE"
-    return [Fault(FaultCode.VALUE_INVALID, file, "joints", reason, mend)]
+    return [Fault(FaultCode.VALUE_INVALID, file, "joints", _NO_ROWS, _WRITE_ROWS)]
+
+
+def weight_faults(robot: RobotFile, file: str, run: str) -> list[Fault]:
+    """Return a fault where weight and inertia of a run's motion cannot be modelled: no joint's row holds anything.
+
+    One axis on a bench needs none where the file states that no weight acts.
+
+    Parameters
+    ----------
+    robot : the robot file. file : its name. run : a run in which weight and inertia are part of what is measured.
+    """
+    several = len([entry for entry in robot.joints if entry.type != PRISMATIC]) > 1
+    # a base that is turned gives one axis its direction against gravity
+    unplaced = any(robot.gravity_mps2) and robot.base == Placement()
+    if not holds_no_rows(robot) or not (several or unplaced):
+        return []
+    reason = f"{_NO_ROWS}, without which weight and inertia in run {run} cannot be modelled"
+    bench = "" if several else "; for one axis on which no weight acts write gravity_mps2 = [0, 0, 0]"
+    return [Fault(FaultCode.VALUE_INVALID, file, "joints", reason, _WRITE_ROWS + bench)]
+
+
+def holds_no_rows(robot: RobotFile) -> bool:
+    """Return whether no row of the file holds a length or an angle; False of a URDF."""
+    rows = [(entry.a_m, entry.alpha_deg, entry.beta_deg, entry.d_m) for entry in robot.joints]
+    return robot.urdf is None and bool(rows) and not any(value != 0.0 for row in rows for value in row)
 
 
 def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:

@@ -10,6 +10,8 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.robot_checks import weight_faults
+from stiffcal.errors import raise_faults
 from stiffcal.experiments.friction.identifiability import motion_lack
 from stiffcal.experiments.friction.readings import motion_table, steady_table
 from stiffcal.experiments.friction.runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
@@ -44,6 +46,9 @@ class FrictionRunsReduction(RunsReduction):
         if not self._runs:
             return
         self._friction = reduce_friction(self._runs, self.campaign.chain)
+        if self._friction.motion is not None:
+            run = self._friction.motion.runs[0].name
+            raise_faults(weight_faults(self.campaign.robot, self.campaign.manifest.robot, run))
         self.warnings += self._friction.warnings
         self.entries += [_entry(run, self._friction) for run in self._runs]
 
