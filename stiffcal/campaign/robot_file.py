@@ -82,7 +82,8 @@ class GravityCompensatorEntry(TomlTable):
     Attributes
     ----------
     joint : from 1. anchor_m : on the link before, in its frame. arm_m : on the link moved, in its frame.
-    rate_N_m : N/m. preload_N : N at the joint's zero.
+    rate_N_m : N/m; where it is stated, and masses are known, the spring counts as they do. preload_N : N at the joint's
+        zero.
     """
 
     joint: Counting

@@ -21,10 +21,13 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Inputs, Kind, NodeLoads, joint_node, link_node, tool_node
 from stiffcal.model.equilibrium import law_terms, node_displacements
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
+from stiffcal.model.stated_spring import stated_spring
 
 # A law counts as linear where it keeps to its compliance within this share, over these loads.
 _LINEAR = 1e-9
 _TRIED_FORCE, _TRIED_MOMENT, _TRIALS = 1000.0, 1000.0, 8
+STATED_SPRING = "gravity_compensator"
+"""Name of the spring that robot.toml states and no effect of the model holds."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ def linear_nodes(
     ----------
     robot : chain and effects, every parameter with a value.
     setup : where the instruments sit.
-    leave_out : names of effects that are left out where they are not linear.
+    leave_out : names of effects that are left out where they are not linear, `STATED_SPRING` among them.
     with_laws : also return laws and springs that effects describe as data (`Effect.scalar_laws`).
 
     Raises
@@ -94,6 +97,16 @@ def linear_nodes(
     total, left_out = np.zeros((size, size)), []
     laws: list[ScalarLaw] = []
     springs: list[BalancingSpring] = []
+    stated = stated_spring(robot)
+    if stated is not None and with_laws:
+        springs.append(stated)
+    elif stated is not None:
+        left_out.append(STATED_SPRING)
+        if STATED_SPRING not in leave_out:
+            raise ValueError(
+                f"{STATED_SPRING} of robot.toml is not proportional to its load, so a controller cannot compute it in "
+                "real time; omit it by name (--leave-out), or use compensate"
+            )
     for placed_effect in robot.placed:
         if placed_effect.effect.kind is Kind.OBSERVATION:
             continue  # a change of the readings alone: the robot does not bend by it

@@ -21,12 +21,20 @@ from xml.etree import ElementTree
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.compensation.linear_nodes import NodeChain, acts_next_to_drive, linear_nodes, matrix_of, node_chain
+from stiffcal.compensation.linear_nodes import (
+    STATED_SPRING,
+    NodeChain,
+    acts_next_to_drive,
+    linear_nodes,
+    matrix_of,
+    node_chain,
+)
 from stiffcal.escapes import code_comment, xml_text
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RZ, Kind, joint_node
+from stiffcal.model.stated_spring import stated_spring
 from stiffcal.quaternions import quaternion_from_rotation
 
 RIGID = 1e11
@@ -39,6 +47,7 @@ GYRATION_M2 = 0.01
 """Rotational inertia over mass, which plays no part at rest and is not known."""
 MOST_FREEDOMS = 6
 _NOTHING = 1e-9
+_NEXT_TO_DRIVE = "an additional torque on the joint"
 
 
 @dataclass(frozen=True)
@@ -110,8 +119,10 @@ def mujoco_model(robot: CompliantRobot, setup: MeasurementSetup, head: Sequence[
         drives += of_nodes.drives
         for node, own in of_nodes.nodes.items():
             springs.setdefault(node, []).extend(own)
+    if stated_spring(robot) is not None:
+        lacking.append(f"{STATED_SPRING} of robot.toml: {_NEXT_TO_DRIVE}")
     held = replace(robot, placed=tuple(kept))
-    nodes = linear_nodes(held, setup)
+    nodes = linear_nodes(held, setup, (STATED_SPRING,))
     row = node_chain(held.adjusted_chain, nodes)
     root = ElementTree.Element("mujoco", model=xml_text.characters(name))
     ElementTree.SubElement(root, "compiler", angle="radian")
@@ -139,7 +150,7 @@ def _about_what_lacks(lacking: Sequence[str]) -> Iterator[str]:
 def _springs_of(robot: CompliantRobot, placed: PlacedEffect) -> EffectSprings | str:
     """Return the springs of an effect, or why it has none."""
     if acts_next_to_drive(robot, placed):
-        return "an additional torque on the joint"
+        return _NEXT_TO_DRIVE
     matrix = matrix_of(robot, placed)
     if matrix is None:
         return "not proportional to its load"

@@ -24,7 +24,7 @@ def search_warnings(search: Search) -> list[str]:
         )
     texts += _refused_by_places(search)
     if search.wrong_geometry is not None:
-        texts.append(wrong_geometry_in_words(search.wrong_geometry.misfit))
+        texts.append(wrong_geometry_in_words(search.wrong_geometry.misfit, search.first.fit.robot))
     now, noise = search.after, search.first.fit.noise
     if now is not None and noise is not None:
         texts += overstated_noise_in_words(noise, now.statistic, now.dof[0])

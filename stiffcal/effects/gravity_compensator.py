@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import replace
-
-import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
@@ -12,6 +11,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
+    Effect,
     Kind,
     NodeLoads,
     ParameterRole,
@@ -20,7 +20,11 @@ from stiffcal.model.effect import (
     Values,
 )
 from stiffcal.model.scalar_laws import BalancingSpring
+from stiffcal.model.stated_spring import spring_at_rate, spring_joint, stated_rate
 
+# A coil spring's rate against the stated one.
+USUAL_ERROR = 1.1
+_USUAL_ERROR_SOURCE = "coil springs: some 10 % from the stated rate (EN 15800, coarse grade)"
 _NO_GEOMETRY = "the compensator's geometry: [gravity_compensator] in robot.toml"
 
 
@@ -31,7 +35,9 @@ class GravityCompensator(DocumentedEffect):
     on the link before to an arm on the link moved, and τ_s what it adds to its joint's drive: the drive carries the
     weight's and the load's torque plus τ_s, and −∂τ_s/∂q adds to the joint's stiffness (Klimchik et al. 2013, on heavy
     robots with such springs). The length without tension l0 follows from robot.toml: the preload is what the spring
-    pulls with, at its nominal rate, at the joint's zero.
+    pulls with, at its nominal rate, at the joint's zero. A rate that robot.toml states counts without this effect too,
+    as masses do; with the effect in the model the rate is estimated, and what it differs by from the stated one is what
+    the effect adds.
 
     Assumes a spring of constant rate without friction, fixed at two points. A gas cylinder is one about its working
     point.
@@ -61,7 +67,7 @@ class GravityCompensator(DocumentedEffect):
 
     def places(self, chain: Chain) -> list[Place]:
         """Return the compensated joint, where robot.toml gives its geometry."""
-        return [] if chain.compensator is None else [Place("joints", (_joint(chain),))]
+        return [] if chain.compensator is None else [Place("joints", (spring_joint(chain),))]
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """The geometry."""
@@ -73,33 +79,21 @@ class GravityCompensator(DocumentedEffect):
         return None if spring is None else spring.torque(angles[spring.joint - 1])
 
     def balancing_spring(self, place: Place, chain: Chain, values: Values) -> BalancingSpring | None:
-        """Return the spring with its free length, from the nominal rate and the preload at the joint's zero."""
-        rate = values.get("rate", 0.0)
-        if rate == 0.0 or chain.compensator is None:
-            return None
-        joint = place.joints[0]
-        fixed, arm = chain.fixed[joint - 1], _point(chain, "arm_m")
-        # In the joint's frame before it turns, whose z is the joint's axis.
-        anchor = fixed[:3, :3].T @ (_point(chain, "anchor_m") - fixed[:3, 3])
-        nominal = chain.compensator.get("rate_N_m")
-        preload = chain.compensator.get("preload_N") or 0.0
-        stretched = 0.0 if nominal is None else float(str(preload)) / float(str(nominal))
-        untensed = BalancingSpring(joint, _three(anchor), _three(arm), rate, 0.0)
-        return replace(untensed, free_length=float(untensed.length(chain.offset[joint - 1])) - stretched)
+        """Return the spring with its free length, from the stated rate and the preload at the joint's zero."""
+        return spring_at_rate(chain, values["rate"]) if "rate" in values else None
+
+    def at(self, place: Place, chain: Chain) -> Effect:
+        """Return the effect with the rate counted from the one that acts without it: that of robot.toml."""
+        rate = stated_rate(chain)
+        if rate is None:
+            return self
+        form = copy.copy(self)
+        form.parameters = (  # type: ignore[misc]  # of this instance alone
+            replace(self.spec("rate"), neutral=rate, typical=USUAL_ERROR * rate, source=_USUAL_ERROR_SOURCE),
+        )
+        return form
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The joint's angle."""
         joint = place.joints[0]
         return Covariate(f"angle of joint {joint}", "rad", loads.angles[joint - 1])
-
-
-def _joint(chain: Chain) -> int:
-    return int(str((chain.compensator or {})["joint"]))
-
-
-def _point(chain: Chain, key: str) -> Floats:
-    return np.asarray((chain.compensator or {})[key], dtype=np.float64)
-
-
-def _three(vector: Floats) -> tuple[float, float, float]:
-    return float(vector[0]), float(vector[1]), float(vector[2])

@@ -20,6 +20,7 @@ from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.noise import Noise
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.stated_spring import is_spring_modelled, spring_joint, stated_rate
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
 from stiffcal.printed_units import drift_unit
 from stiffcal.uncertainty import NORMAL_95
@@ -183,7 +184,7 @@ def fit_warnings(fit: Fit) -> list[str]:
         )
     geometry = fit.geometry
     if geometry is not None and geometry.contradicted(fit.robot.chain.masses_known):
-        texts.append(wrong_geometry_in_words(geometry.misfit or 0.0))
+        texts.append(wrong_geometry_in_words(geometry.misfit or 0.0, fit.robot))
     if fit.noise is None:
         texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if fit.scaled:
@@ -234,13 +235,28 @@ def overstated_noise_in_words(noise: Noise, reduced_chi2: float, dof: float) -> 
     return [text]
 
 
-def wrong_geometry_in_words(misfit: float) -> str:
-    """Return the warning where absolute places contradict the robot file."""
-    return (
+def wrong_geometry_in_words(misfit: float, robot: CompliantRobot) -> str:
+    """Return the warning where absolute places contradict the robot file, with the causes that the file leaves open.
+
+    Parameters
+    ----------
+    misfit : in tolerances of lengths and angles. robot : the model.
+    """
+    found = (
         f"absolute positions differ by {misfit:.2g} times the tolerance of lengths and angles, after fitting the "
-        "tracker frame and the target: robot.toml or the joint zeros are probably wrong, and this may affect "
-        "stiffnesses and missing effects"
+        "tracker frame and the target: "
     )
+    consequence = "this may affect stiffnesses and missing effects"
+    if is_spring_modelled(robot):
+        return f"{found}robot.toml or the joint zeros are probably wrong, and {consequence}"
+    add = f"add gravity-compensator at joint {spring_joint(robot.chain)} to the model"
+    if stated_rate(robot.chain) is not None:
+        spring = "the rate or the preload that robot.toml states for its balancing spring"
+    elif robot.chain.masses_known:
+        spring = "the balancing spring of robot.toml, whose rate is not stated and which the model lacks,"
+    else:
+        spring = "the balancing spring of robot.toml, which does not count as long as the links' masses are unknown,"
+    return f"{found}{spring} may be the cause ({add}), or robot.toml and the joint zeros are wrong, and {consequence}"
 
 
 def _jointly_unidentifiable(fit: Fit) -> dict[str, list[str]]:

@@ -1,6 +1,6 @@
 """What the motors' torques at rest show of the links' moments.
 
-A motor at rest holds what turns its axis: weight and payload. Per logged axis
+A motor at rest holds what turns its axis, weight and payload, less what a balancing spring carries. Per logged axis
 
     τ = (1 + g) (h(q) + H(q) m) + o + e,
 
@@ -24,6 +24,7 @@ from stiffcal.identification.observation import Observations, ParameterColumn
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
 from stiffcal.model.effect import Inputs, joint_nodes
+from stiffcal.model.equilibrium import add_side_torques
 
 # Below this share of the largest weight's torque a motor holds nothing, and its log is friction.
 LEAST_HELD = 0.01
@@ -65,6 +66,7 @@ def holding_torques(robot: CompliantRobot, data: Observations) -> Floats:
         if placed.effect.turns_gravity:
             inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
     carried = node_wrenches(chain, deformed_chain(chain, data.angles, None), inputs)
+    add_side_torques(robot, data.angles, carried)
     sense = np.sign(np.diag(chain.drives_of_logged))
     return np.asarray(-sense[:, None] * (chain.drive_axes.T @ carried[joint_nodes(chain), chain.drive_components]))
 

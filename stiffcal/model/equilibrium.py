@@ -28,6 +28,7 @@ from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Inputs, NodeLoads, StateOrder, Term, joint_node, joint_nodes, tool_node
 from stiffcal.model.no_balance import NoBalanceError as NoBalanceError
 from stiffcal.model.no_balance import no_balance
+from stiffcal.model.stated_spring import stated_spring
 
 # 1e-12 rad is 3 pm at three metres: a hundred-thousandth of the best tracker's noise.
 TOLERANCE = 1e-12
@@ -92,8 +93,12 @@ def node_displacements(robot: CompliantRobot, terms: list[tuple[PlacedEffect, Te
     return small
 
 
-def _add_side_torques(robot: CompliantRobot, angles: Floats, wrench: Floats) -> None:
+def add_side_torques(robot: CompliantRobot, angles: Floats, wrench: Floats) -> None:
     """Add torques that act in parallel with a drive (balancing springs) to what its joint carries."""
+    stated = stated_spring(robot)
+    if stated is not None:
+        component = robot.chain.drive_components[stated.joint - 1]
+        wrench[joint_node(stated.joint), component] += stated.torque(angles[stated.joint - 1])
     for placed_effect in robot.acting:
         torque = placed_effect.effect.joint_torque(placed_effect.place, robot.chain, angles, placed_effect.values)
         if torque is not None:
@@ -161,7 +166,7 @@ def find_rest(
         joint_turn = (
             inputs.angles if small is None else inputs.angles + small[joint_nodes(chain), chain.drive_components]
         )
-        _add_side_torques(robot, joint_turn, wrench)
+        add_side_torques(robot, joint_turn, wrench)
         _take_off_friction(robot, wrench, order, weight)
         terms = law_terms(robot, NodeLoads(wrench, inputs.angles, order, weight, kelvin))
         updated = node_displacements(robot, terms, n)

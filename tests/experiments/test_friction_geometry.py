@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,14 @@ import pytest
 from stiffcal.campaign.robot_checks import weight_faults
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.errors import InputError
+from stiffcal.experiments.friction.free_motion import free_motion
+from stiffcal.experiments.friction.rows import motion_rows
 from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.load_states import RunInfo
+from stiffcal.mechanics.rigid_body import rigid_torque
+from stiffcal.model.stated_spring import spring_torque
 from stiffcal.workflow.check import check_campaign
+from tests.laboratory.robots import six_axes
 
 MANIFEST = """schema = "stiffcal/campaign/1"
 robot = "robot.toml"
@@ -75,3 +82,23 @@ def test_a_single_axis_needs_no_row_where_no_weight_acts(text: str, refused: boo
 
     robot = RobotFile.model_validate(tomllib.loads(text))
     assert bool(weight_faults(robot, "robot.toml", "quick")) is refused
+
+
+def test_a_stated_balancing_spring_is_taken_out_of_the_motors_torque() -> None:
+    """What the motor makes less friction, weight and inertia is nothing, with the spring in parallel with joint 2."""
+    spring: dict[str, object] = {
+        "joint": 2, "anchor_m": [-0.4, 0.0, -0.2], "arm_m": [0.3, 0.05, 0.0], "rate_N_m": 2e5, "preload_N": 5e3,
+    }  # fmt: skip
+    chain = replace(six_axes(), compensator=spring)
+    time = np.arange(0.0, 20.0, 0.01)
+    rng = np.random.default_rng(1)
+    logged = np.stack([0.4 * np.sin(rate * time + phase) for rate, phase in rng.uniform(0.5, 1.5, (6, 2))], axis=1)
+    angles = chain.model_angles(logged)
+    velocity = np.gradient(angles, time, axis=0)
+    held = rigid_torque(chain, angles, velocity, np.gradient(velocity, time, axis=0))
+    alone = free_motion(RunInfo("quick", "friction"), chain, time, logged, held)
+    balanced = free_motion(RunInfo("quick", "friction"), chain, time, logged, held - spring_torque(chain, angles))
+    largest = float(np.abs(held).max())
+    assert np.abs(spring_torque(chain, angles)).max() > 0.2 * largest
+    by_weight = motion_rows(alone, replace(chain, compensator=None)).torque
+    np.testing.assert_allclose(motion_rows(balanced, chain).torque, by_weight, atol=1e-3 * largest)

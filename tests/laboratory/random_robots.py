@@ -115,11 +115,10 @@ def draw_robot(rng: np.random.Generator) -> DrawnRobot:
         "flange": {"xyz_m": [0.0, 0.0, flange]},
     }  # fmt: skip
     if len(family.rows) == 6 and rng.uniform() < 0.25:
-        # from behind and below joint 2 to a third up its link, as on heavy robots
+        # from behind and below joint 2 to a third up its link, as on heavy robots; a rate that is stated would count
         arm, drop = float(family.rows[2][0]) * rng.uniform(0.25, 0.4), rng.uniform(-0.3, -0.15)
         robot["gravity_compensator"] = {
             "joint": 2, "anchor_m": [rng.uniform(-0.5, -0.3), 0.0, drop], "arm_m": [arm, rng.uniform(-0.1, 0.1), 0.0],
-            "rate_N_m": 1e5, "preload_N": rng.uniform(1e3, 8e3),
         }  # fmt: skip
     chain = chain_of(RobotFile.model_validate(robot), Path())
     return DrawnRobot(chain, family.stiffness * np.exp(0.25 * rng.normal(size=len(joints))), family)

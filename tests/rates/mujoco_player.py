@@ -159,15 +159,14 @@ def _cantilever(chain: Chain, link: str, values: Mapping[str, float]) -> list[Sp
 
 
 def _strut(chain: Chain, one: PlacedEffect) -> Cable:
-    """Return the balancing spring between its two ends, preloaded at joint angle zero as robot.toml says."""
+    """Return the balancing spring between its two ends, without load at joint angle zero as its rate is not stated."""
     joint, given = one.place.joints[0], chain.compensator or {}
     anchor, arm = (np.asarray(given[key], dtype=np.float64) for key in ("anchor_m", "arm_m"))
     fixed = chain.fixed[joint - 1]
     turned = rotation_from_vector(np.array([0.0, 0.0, float(chain.offset[joint - 1])])) @ arm
     at_zero = float(np.linalg.norm(fixed[:3, :3] @ turned + fixed[:3, 3] - anchor))
-    stretched = float(str(given["preload_N"])) / float(str(given["rate_N_m"]))
     ends = ((joint - 1, _vector(anchor)), (joint, _vector(arm)))
-    return Cable(one.values["rate"], ends=ends, slack=at_zero - stretched, strut=True)
+    return Cable(one.values["rate"], ends=ends, slack=at_zero, strut=True)
 
 
 # The torque is that of joint a, or of the pair a, b; what turns is a joint, and of a pair b.

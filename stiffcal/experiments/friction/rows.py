@@ -24,6 +24,7 @@ from stiffcal.experiments.friction.samples import PassSamples
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rigid_body import drive_matrix, inertial_regressor, rigid_torque
 from stiffcal.model.drive_motion import DriveMotion
+from stiffcal.model.stated_spring import spring_torque
 
 # Motion is judged in held-out pieces of this length: strokes of robots in quick motion take half a second to a second.
 PIECE_S = 1.0
@@ -279,7 +280,7 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
     equations = FrictionRows(
         joint=joint + 1,
         velocity=motion.drive_velocity[sample, joint],
-        torque=motion.torque[sample, joint],
+        torque=(motion.torque + spring_torque(chain, motion.angles) @ drive_matrix(chain))[sample, joint],
         sigma=np.full(n_rows, np.nan),
         noise_dof=np.zeros(n_rows),
         nuisance=rows,
@@ -302,10 +303,10 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
 def _drive_motion(motion: FreeMotion, chain: Chain, sample: Integers, joint: Integers) -> DriveMotion:
     """Return what the drives do in samples (k,) of joints (k,), from 0; temperature and reversals are not known."""
     unknown = np.full(sample.size, np.nan)
-    load = np.zeros_like(motion.torque)
+    load, spring = np.zeros_like(motion.torque), spring_torque(chain, motion.angles)
     if chain.masses_known:
         rest = np.zeros_like(motion.angles)
-        load = rigid_torque(chain, motion.angles, rest, rest) @ drive_matrix(chain)
+        load = (rigid_torque(chain, motion.angles, rest, rest) - spring) @ drive_matrix(chain)
     logged = (motion.angles - chain.offset) @ np.linalg.pinv(chain.coupling).T
     time = motion.time[sample] - float(motion.time.min(initial=np.inf))
     return DriveMotion(

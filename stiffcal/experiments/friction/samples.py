@@ -19,6 +19,7 @@ from stiffcal.experiments.friction.steady import SAME_POSE_RAD, JointPass
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rigid_body import drive_matrix, inertial_regressor, rigid_torque
+from stiffcal.model.stated_spring import spring_torque
 
 if TYPE_CHECKING:
     from stiffcal.experiments.friction.runs import FrictionRun
@@ -163,7 +164,8 @@ def _load(chain: Chain, logged: Floats, joint: int) -> Floats:
         return np.zeros(len(logged))
     angles = logged @ chain.coupling.T + chain.offset
     rest = np.zeros_like(angles)
-    return np.asarray((rigid_torque(chain, angles, rest, rest) @ drive_matrix(chain))[:, joint - 1])
+    held = rigid_torque(chain, angles, rest, rest) - spring_torque(chain, angles)
+    return np.asarray((held @ drive_matrix(chain))[:, joint - 1])
 
 
 def _carries_weight(chain: Chain, logged: Floats, joint: int) -> bool:

@@ -19,6 +19,7 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rigid_body import drive_matrix, rigid_torque
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.stated_spring import spring_torque
 from stiffcal.simulation.drive_friction import friction_torque
 from stiffcal.simulation.kinds import RunSetup, RunSimulation
 from stiffcal.simulation.motion import MotionProgram, motion_program
@@ -142,8 +143,9 @@ def simulate_friction(
     angles = chain.model_angles(program.joints)
     moving = (rate @ chain.coupling.T for rate in (velocity, acceleration))
     loaded, drives = _with_tool(chain, tool), drive_matrix(chain)
-    torque = rigid_torque(loaded, angles, *moving) @ drives
-    weight = rigid_torque(loaded, angles, np.zeros_like(angles), np.zeros_like(angles)) @ drives
+    still, spring = np.zeros_like(angles), spring_torque(chain, angles)
+    torque = (rigid_torque(loaded, angles, *moving) - spring) @ drives
+    weight = (rigid_torque(loaded, angles, still, still) - spring) @ drives
     torque[:, k] += motion.rotor_inertia_kgm2 * program.acceleration
     torque[:, k] += motion.ripple_Nm * np.sin(motion.ripple_per_turn * program.joints[:, k])
     time = program.node
