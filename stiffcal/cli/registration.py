@@ -1,15 +1,16 @@
-"""How well the kinematics meets the places of the frames that were estimated, as a line of a terminal."""
+"""How well the kinematics meets the places of the frames that were estimated, as lines of a terminal."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.wording import angle, length
+from stiffcal.results.registration_words import convention_in_words
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.reduction.registration import RegistrationSummary
+    from stiffcal.reduction.registered_frames import RegistrationSummary
 
 
 def show_registration(console: Console, registration: RegistrationSummary | None) -> None:
@@ -23,3 +24,6 @@ def show_registration(console: Console, registration: RegistrationSummary | None
         f"{length(registration.rms_m)}{turn} rms",
         soft_wrap=True,
     )
+    for name, frame in registration.frames.items():
+        if frame.by_convention:
+            console.print(convention_in_words(name, frame), soft_wrap=True)

@@ -29,10 +29,11 @@ def _check_identifiability(
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     lower, upper = bounds_of(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
-    under, undriven, scaling, same_motion, tilt_loaded = (
+    under, undriven, scaling, same_motion, one_orientation, tilt_loaded = (
         np.array([name in chosen for name in names], dtype=np.bool_)
         for chosen in (
-            settings.noise_dominated, settings.undriven, settings.redundant, settings.same_motion, settings.tilt_loaded
+            settings.noise_dominated, settings.undriven, settings.redundant, settings.same_motion,
+            settings.one_orientation, settings.tilt_loaded,
         )
     )  # fmt: skip
     specs = [robot.placed[c.placed].effect.spec(c.symbol) for c in columns]
@@ -40,7 +41,7 @@ def _check_identifiability(
     prior = np.array([np.inf if spec.prior is None else spec.prior for spec in specs])
     numbers = {name: number for number, name in enumerate(names)}
     scale = tuple(numbers[name] for name in settings.common_scale if name in numbers)
-    given = GivenBefore(tolerance, same_motion, undriven, prior, tilt_loaded, scale)
+    given = GivenBefore(tolerance, same_motion, undriven, prior, tilt_loaded, one_orientation, scale)
     return check_identifiability(reduced.factor, names, widest, _are_nonlinear(columns), needed, under, scaling, given)
 
 

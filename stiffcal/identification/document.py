@@ -15,7 +15,7 @@ from stiffcal.identification.fit_results import (
     RejectedState,
     UnidentifiedParameters,
 )
-from stiffcal.identification.gauge import included_in, redundant_geometry
+from stiffcal.identification.gauge import held_frames, included_in, redundant_geometry
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.noise import Noise
 from stiffcal.measurements.load_states import LoadStates
@@ -76,8 +76,8 @@ def included_by_convention(fit: Fit) -> dict[str, list[str]]:
     if not fit.data.absolute.any():
         return {}
     fixed = frozenset(parameter.name for parameter in fit.parameters if parameter.fixed)
-    redundant = redundant_geometry(fit.robot, fit.data, fixed)
-    return included_in(fit.robot, fit.data, fixed, redundant)
+    fixed |= held_frames(fit.robot, fit.data, fixed)
+    return included_in(fit.robot, fit.data, fixed, redundant_geometry(fit.robot, fit.data, fixed))
 
 
 def geometry_in_fit(fit: Fit) -> dict[str, float]:

@@ -6,8 +6,8 @@ base outwards, then the targets, then the tracker across joint 1's axis; what is
 the robot file have it. So a pose has 4 n + 6 numbers and m positions 4 n + 3 m (Everett, Driels and Mooring 1987), the
 tracker included.
 
-Found by arithmetic on the robot itself, not by a list: parallel axes, given frames and models of part of the joints
-change which sets there are.
+Found by arithmetic on the robot itself, not by a list: parallel axes, joints that follow others, given frames and
+models of part of the joints change which sets there are.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Collection
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.distinguish import SAME_REGRESSOR, distinguish
 from stiffcal.identification.readings import Observations
 from stiffcal.mechanics.kinematics import StackedFrame, cross, stacked_bodies
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -25,9 +26,9 @@ from stiffcal.model.equilibrium import displacement_between, last_node_inboard, 
 
 # Poses at which the motions are compared: three times the numbers that a seven-axis arm can have.
 _POSES = 40
-# Relative length of what is left of a motion that the others make up, with rounding; real ones leave a thousandth.
-_SAME_MOTION = 1e-6
 _SEED = 16
+# Of the central differences of frames, in typical sizes (1 mm, 1 mrad): rounding and the curvature leave 1e-10.
+_STEP = 1e-2
 
 
 def redundant_geometry(robot: CompliantRobot, data: Observations, fixed: frozenset[str]) -> frozenset[str]:
@@ -39,23 +40,40 @@ def redundant_geometry(robot: CompliantRobot, data: Observations, fixed: frozens
     data : which targets are measured, and whether their orientation is.
     fixed : full names that keep their values.
     """
-    if not data.absolute.any():
+    return frozenset(_null_directions(robot, data, fixed))
+
+
+def held_frames(robot: CompliantRobot, data: Observations, fixed: frozenset[str]) -> frozenset[str]:
+    """Return the full names of frame parameters that other frames make up for in the poses that were measured.
+
+    A target that has one orientation in all of them may be shifted with the instrument. A convention as that of
+    registration: targets stay where the manifest has them. None where displacements count too, which see where a target
+    is.
+
+    Parameters
+    ----------
+    robot : its geometry is taken as the robot file has it.
+    data : the measured poses, and what was measured of them.
+    fixed : full names that keep their values.
+    """
+    if not data.n_states or not data.absolute.all():
         return frozenset()
-    motions = _motions(robot, data, fixed)
-    basis: list[Floats] = []
-    redundant = set()
-    for name, _, motion in sorted(motions, key=lambda entry: entry[1]):
-        size = float(np.linalg.norm(motion))
-        left = motion
-        for _ in range(2):
-            for vector in basis:
-                left = left - vector * float(vector @ left)
-        length = float(np.linalg.norm(left))
-        if length <= _SAME_MOTION * size:
-            redundant.add(name)
-        else:
-            basis.append(left / length)
-    return frozenset(redundant)
+    inputs = Inputs(data.angles, np.zeros((6, data.n_states)), data.setup)
+    bodies = stacked_bodies(robot.chain, data.angles)
+    names, columns, is_target = [], [], []
+    for placed_effect in robot.placed:
+        if not placed_effect.effect.moves_frames:
+            continue
+        for symbol, motion in _motions_of(placed_effect, robot, bodies, inputs).items():
+            name = placed_effect.parameter_name(symbol)
+            if name not in fixed:
+                names.append(name)
+                columns.append(np.where(data.measured_mask, data.layout.of_targets(motion), 0.0).ravel())
+                is_target.append(placed_effect.place.frame in data.setup.target_names)
+    if all(is_target):
+        return frozenset()  # targets do not move each other
+    order = sorted(range(len(names)), key=lambda k: (not is_target[k], k))
+    return frozenset(names[held] for held in distinguish(np.stack(columns, axis=1), order).held)
 
 
 def included_in(
@@ -69,17 +87,29 @@ def included_in(
     ----------
     robot, data, fixed : as of `redundant_geometry`. redundant : what it returns.
     """
-    motions = {
-        name: motion / np.linalg.norm(motion) for name, _, motion in _motions(robot, data, fixed) if motion.any()
-    }
-    kept = {name: motion for name, motion in motions.items() if name not in redundant}
     included: dict[str, list[str]] = {}
-    for name in (name for name in motions if name in redundant):
-        for other, motion in kept.items():
-            away = motions[name] - motion * float(motion @ motions[name])
-            if np.linalg.norm(away) <= _SAME_MOTION:
-                included.setdefault(other, []).append(name)
+    for name, shares in _null_directions(robot, data, fixed).items():
+        makers = [other for other, share in shares.items() if abs(share) > SAME_REGRESSOR]
+        if name in redundant and len(makers) == 1:
+            included.setdefault(makers[0], []).append(name)
     return included
+
+
+def _null_directions(robot: CompliantRobot, data: Observations, fixed: frozenset[str]) -> dict[str, dict[str, float]]:
+    """Return each redundant parameter with the others' shares in its motion, of motions of unit length."""
+    if not data.absolute.any():
+        return {}
+    motions = _motions(robot, data, fixed)
+    if not motions:
+        return {}
+    names = [name for name, _, _ in motions]
+    # the convention keeps the least rank, and of like ones what comes first in the model
+    order = sorted(range(len(motions)), key=lambda k: motions[k][1])[::-1]
+    found = distinguish(np.stack([motion for _, _, motion in motions], axis=1), order)
+    return {
+        names[held]: {names[k]: float(share[k]) for k in np.flatnonzero(found.free)}
+        for held, share in zip(found.held, found.null, strict=True)
+    }
 
 
 def _motions(
@@ -88,7 +118,8 @@ def _motions(
     """Return (full name, rank of the convention, motion of all targets over the poses) for each free parameter."""
     rng = np.random.default_rng(_SEED)
     chain = robot.chain
-    angles = rng.uniform(-np.pi, np.pi, (chain.n_joints, _POSES))
+    # of what is logged: joints that follow others turn with them alone
+    angles = chain.model_angles(rng.uniform(-np.pi, np.pi, (_POSES, chain.coupling.shape[1]))).T
     inputs = Inputs(angles, np.zeros((6, _POSES)), data.setup)
     bodies = stacked_bodies(chain, angles)
     measured = _measured_components(data)
@@ -129,13 +160,15 @@ def _motions_of(
     motions: dict[str, Floats] = {}
     if placed_effect.effect.moves_frames:
         for spec in placed_effect.effect.parameters:
-            step = 1e-3 * spec.typical
-            moved = placed_effect.effect.adjusted(placed_effect.place, inputs, {spec.symbol: step}).setup
-            frames = reported_targets(bodies, moved)
-            changes = [
-                displacement_between(after, before) / step for after, before in zip(frames, targets, strict=True)
-            ]
-            motions[spec.symbol] = np.stack(changes)
+            step = _STEP * spec.typical
+            ahead, behind = (
+                reported_targets(
+                    bodies, placed_effect.effect.adjusted(placed_effect.place, inputs, {spec.symbol: end}).setup
+                )
+                for end in (step, -step)
+            )
+            changes = [displacement_between(after, before) for after, before in zip(ahead, behind, strict=True)]
+            motions[spec.symbol] = np.stack(changes) / (2.0 * step)
         return motions
     shape = placed_effect.shape()
     for term in placed_effect.effect.geometry_terms(placed_effect.place, chain, inputs.angles, shape):

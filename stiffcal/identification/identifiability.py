@@ -15,13 +15,9 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.bounded_least_squares import column_scale
+from stiffcal.distinguish import TAKES_PART, distinguish
 from stiffcal.identification.fit import Ambiguity
 from stiffcal.identification.undetermined import Undetermined
-
-# Regressors that agree to this are one regressor.
-SAME_REGRESSOR = 1e-3
-# In a direction that the data do not determine, parameters with a share above this take part.
-TAKES_PART = 0.1
 
 
 @dataclass(frozen=True)
@@ -41,6 +37,10 @@ class GivenBefore:
     tilt_loaded: Booleans | None = None
     """(p,) True for compliances that weight loads no more than a turn of the base would
     (`stiffcal.identification.base_load`); None: none is.
+    """
+    one_orientation: Booleans | None = None
+    """(p,) True for frames that others make up for in these poses (`stiffcal.identification.gauge.held_frames`); None:
+    none is.
     """
     common_scale: tuple[int, ...] = ()
     """Numbers of moments and compliances with one unknown scale (`stiffcal.identification.load_scale`); the first keeps
@@ -103,12 +103,14 @@ def check_identifiability(
     # One standard uncertainty, all else known, is 1 / length.
     reach = np.multiply(length, upper, out=np.zeros(p), where=length > 0.0)
     by_tilt = np.zeros(p, dtype=np.bool_) if before.tilt_loaded is None else before.tilt_loaded
-    open_before = in_noise | is_redundant | before.same_motion | before.undriven | by_tilt
+    by_frame = np.zeros(p, dtype=np.bool_) if before.one_orientation is None else before.one_orientation
+    open_before = in_noise | is_redundant | before.same_motion | by_frame | before.undriven | by_tilt
     for i in np.flatnonzero((reach < 1.0) | open_before):
         identifiable[i], left_out[i] = False, True
         because = (
             (is_redundant, Undetermined.GAIN_OF_LOAD),
             (before.same_motion, Undetermined.SAME_MOTION),
+            (by_frame, Undetermined.ONE_ORIENTATION),
             (before.undriven, Undetermined.UNDRIVEN),
             (by_tilt, Undetermined.TILT_LOADED),
             (in_noise, Undetermined.WRENCH_NOISE),
@@ -121,32 +123,29 @@ def check_identifiability(
     remaining = np.flatnonzero(identifiable)
     condition = np.inf if len(remaining) < p else 1.0
     if len(remaining):
-        unit = np.zeros_like(factor)
-        unit[:, remaining] = factor[:, remaining] / column_scale(factor[:, remaining])
-        singular = np.linalg.svd(unit[:, remaining], compute_uv=False)
+        must_stay = np.zeros(p, dtype=np.bool_) if needed is None else needed
+        # of a set nonlinear parameters are held rather than amplitudes, and of these the one that came last
+        order = np.lexsort((-remaining, must_stay[remaining], ~is_nonlinear[remaining]))
+        found = distinguish(factor[:, remaining], order.tolist())
         if len(remaining) == p:
             # Below this a singular value is rounding instead of zero.
-            least = p * float(np.finfo(np.float64).eps) * float(singular[0])
-            condition = float(singular[0] / singular[-1]) if singular[-1] > least else np.inf
-        must_stay = np.zeros(p, dtype=np.bool_) if needed is None else needed
-        sums = _hold_dependent(unit, left_out, is_nonlinear, must_stay, SAME_REGRESSOR * float(singular[0]))
-        identifiable[left_out & is_nonlinear] = False
-        for column in sums:
-            null = _null_direction(unit, left_out, column)
-            takes_part = np.abs(null) > TAKES_PART * np.max(np.abs(null))
-            # Others that nearly agree among themselves may make it with shares far above its own.
-            takes_part[column] = True
-            members = np.flatnonzero(takes_part)
-            identifiable[members] = False
-            ambiguities.append(_name_ambiguity(null[members], length[members], [names[i] for i in members]))
-        spread = _std_with_others_free(factor, remaining)
-        hidden = [i for i in remaining if identifiable[i] and spread[i] > upper[i]]
-        for i in hidden:
-            identifiable[i], left_out[i] = False, True
-            ambiguities.append(Ambiguity((names[i],), "", Undetermined.INSEPARABLE))
-        for number in _no_better_than(factor, left_out, before.tolerance):
-            identifiable[number], left_out[number] = False, True
-            ambiguities.append(Ambiguity((names[number],), "", Undetermined.ASSEMBLY))
+            least = p * float(np.finfo(np.float64).eps) * float(found.singular[0])
+            condition = float(found.singular[0] / found.singular[-1]) if found.singular[-1] > least else np.inf
+        left_out[remaining[list(found.held)]] = True
+        for column, null in zip(remaining[list(found.held)], found.null, strict=True):
+            members = _members(null, remaining, column)
+            identifiable[[column] if is_nonlinear[column] else members] = False
+            if not is_nonlinear[column]:
+                own = null[np.searchsorted(remaining, members)]
+                ambiguities.append(_name_ambiguity(own, length[members], [names[i] for i in members]))
+        limits = (
+            (np.where(identifiable, upper, np.inf), Undetermined.INSEPARABLE),
+            (before.tolerance, Undetermined.ASSEMBLY),
+        )
+        for limit, cause in limits:
+            for number in _no_better_than(factor, left_out, limit):
+                identifiable[number], left_out[number] = False, True
+                ambiguities.append(Ambiguity((names[number],), "", cause))
     identifiable[list(before.common_scale)] = False
     if before.prior is not None and not left_out.all():
         # where data alone would give the prior's deviation, both together give it divided by the root of two
@@ -157,49 +156,17 @@ def check_identifiability(
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
 
 
-def _hold_dependent(
-    unit: Floats, left_out: Booleans, is_nonlinear: Booleans, stays: Booleans, null_below: float
-) -> list[int]:
-    """Hold one parameter after the other until the data determine every direction of those left; return them.
-
-    Of such a set the one that came last into the model is held; the others then represent the
-    set in predictions. One at a time: sets that overlap mix in the singular vectors, and two taken at once could both
-    be what one set needs. Nonlinear parameters that take part are held all at once, and are not returned.
+def _members(null: Floats, remaining: NDArray[np.int64], column: int) -> NDArray[np.int64]:
+    """Return the numbers of those that take part in a direction without effect.
 
     Parameters
     ----------
-    unit : (p, p) factor with columns of unit length.
-    left_out : (p,) those held already; filled in place.
-    is_nonlinear : (p,) True for nonlinear parameters.
-    stays : (p,) True for those that are held only where no other of their set can be.
-    null_below : singular values below this are null directions.
+    null : the direction, of the parameters `remaining`. column : the number of the one that is held for it.
     """
-    sums: list[int] = []
-    while not left_out.all():
-        left = np.flatnonzero(~left_out)
-        _, singular, directions = np.linalg.svd(unit[:, left])
-        if singular[-1] >= null_below:
-            break
-        share = np.abs(directions[-1]) / np.max(np.abs(directions[-1]))
-        members = left[share > TAKES_PART]
-        if is_nonlinear[members].any():
-            left_out[members[is_nonlinear[members]]] = True
-            continue
-        may_leave = members[~stays[members]]
-        last = int(may_leave[-1] if len(may_leave) else members[-1])
-        left_out[last] = True
-        sums.append(last)
-    return sums
-
-
-def _null_direction(unit: Floats, left_out: Booleans, column: int) -> Floats:
-    """Return the (p,) null direction of a held parameter: the others' combination with its regressor, minus itself."""
-    free = np.flatnonzero(~left_out)
-    null = np.zeros(unit.shape[1])
-    if len(free):
-        null[free] = np.linalg.lstsq(unit[:, free], unit[:, column], rcond=None)[0]
-    null[column] = -1.0
-    return null
+    takes_part = np.abs(null) > TAKES_PART * np.max(np.abs(null))
+    # Others that nearly agree among themselves may make it with shares far above its own.
+    takes_part[np.searchsorted(remaining, column)] = True
+    return np.asarray(remaining[takes_part])
 
 
 def _std_with_others_free(factor: Floats, remaining: NDArray[np.int64]) -> Floats:
@@ -215,7 +182,7 @@ def _std_with_others_free(factor: Floats, remaining: NDArray[np.int64]) -> Float
 def _no_better_than(factor: Floats, left_out: Booleans, tolerance: Floats) -> list[int]:
     """Return the parameters that are known no better than their tolerance, the worst first.
 
-    One at a time: what is held where assembly put it may be all that another one lacked.
+    One at a time: what is held, where assembly put it or where it does nothing, may be all that another one lacked.
     """
     held = left_out.copy()
     worst: list[int] = []

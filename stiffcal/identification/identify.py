@@ -18,7 +18,7 @@ from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.base_load import loaded_by_tilt
 from stiffcal.identification.bounded_step import solve_step
 from stiffcal.identification.fit import Ambiguity, Fit
-from stiffcal.identification.gauge import redundant_geometry
+from stiffcal.identification.gauge import held_frames, redundant_geometry
 from stiffcal.identification.gauss_newton import Settled, settle, with_estimates
 from stiffcal.identification.least_squares import reduce_blocks
 from stiffcal.identification.load_scale import common_scale, redundant_gains
@@ -145,11 +145,13 @@ def fit_observations(
 ) -> Fit:
     """Identify from prepared observations; see `identify_parameters`."""
     first = _starting_problem(problem)
+    held = held_frames(robot, first.data, settings.fixed)
     settings = replace(
         settings,
         undriven=undriven_parameters(robot, problem.data),
         redundant=redundant_gains(robot, first.data, settings.fixed),
-        same_motion=redundant_geometry(robot, first.data, settings.fixed),
+        one_orientation=held,
+        same_motion=redundant_geometry(robot, first.data, settings.fixed | held),
         tilt_loaded=loaded_by_tilt(robot, first.data, settings.fixed),
         common_scale=common_scale(robot, first.data, settings.fixed),
     )

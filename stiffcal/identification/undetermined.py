@@ -14,6 +14,7 @@ class Undetermined(Enum):
     TILT_LOADED = "tilt-loaded"
     GAIN_OF_LOAD = "gain-of-load"
     SAME_MOTION = "same-motion"
+    ONE_ORIENTATION = "one-orientation"
     COMMON_SCALE = "common-scale"
     INSEPARABLE = "inseparable"
     ASSEMBLY = "assembly-tolerance"
@@ -38,6 +39,10 @@ _SENTENCES = {
     Undetermined.SAME_MOTION: (
         "other frames and links produce the same motion in every pose: it is set to 0 by convention and included in "
         "their values"
+    ),
+    Undetermined.ONE_ORIENTATION: (
+        "the orientations in these poses do not separate it from a shift of another frame: by convention it stays as "
+        "campaign.toml has it, and predictions for other orientations depend on it"
     ),
     Undetermined.COMMON_SCALE: (
         "only weight acts: a common scale of moments and compliances is unknown, only compliance times moment is "

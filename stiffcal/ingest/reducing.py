@@ -35,7 +35,8 @@ from stiffcal.reduction.outliers import reject_outliers
 from stiffcal.reduction.place_faults import place_faults
 from stiffcal.reduction.raw_states import RawStates, no_states, of_run, stacked
 from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
-from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
+from stiffcal.reduction.registered_frames import Registration
+from stiffcal.reduction.registration import in_instrument_axes, register_frames
 from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
 from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
 from stiffcal.reduction.states import load_states

@@ -2,22 +2,27 @@
 
 Why a general least squares: position only or full pose, tracker, target or both, frames that hang on others: all are
 one problem, readings = f(placements), with a start from a closed form (Umeyama 1991) and Gauss–Newton steps after it.
-What the poses leave open (a target's orientation from positions, two poses for a tracker) is refused, not guessed.
+What the poses leave open of one frame (a target's orientation from positions, two poses for a tracker) is refused, not
+guessed. What they leave open between frames is a convention: a target whose orientation is the same in all of them, as
+on a SCARA or a palletiser along the vertical, may be shifted with the instrument. Absolute runs go by places alone, so
+that the target stays where the manifest has it along these axes, which is said; displacements under load depend on the
+target's place, and there it has to be given.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NoReturn
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.transforms import placement_matrix
-from stiffcal.documents import Matrix, Number, VectorWithGaps
+from stiffcal.distinguish import distinguish, held_for
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
@@ -26,6 +31,7 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
 from stiffcal.reduction.met_places import WORST_M
+from stiffcal.reduction.registered_frames import AXES, Registration
 
 # A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
 WORST_POSITION_M = 0.02
@@ -33,56 +39,12 @@ WORST_ROTATION_RAD = 0.02
 # No robot is further from its nominal geometry: orientations off by more are wrongly read.
 WORST_RAD = 0.1
 STEP = 1e-6  # of numerical derivatives, m and rad
+# Share of the largest motion of one frame below which another motion of it is rounding of these derivatives.
+OPEN = 1e-6
 # A base is upright within this: levels and feet of robots are better than a milliradian.
 UPRIGHT_RAD = 1e-3
 # Steps below this, m and rad, change nothing that a tracker measures; three of position against rotation come first.
 SETTLED, MOST_ROUNDS = 1e-9, 30
-
-
-@dataclass(frozen=True, slots=True)
-class RegisteredFrame:
-    """A frame found."""
-
-    parent_from_frame: Matrix
-    """(4, 4), m."""
-    std: VectorWithGaps
-    """(6,) standard uncertainty: translation m, rotation rad; NaN where it was not looked for."""
-
-
-@dataclass(frozen=True, slots=True)
-class RegistrationSummary:
-    """Frames found, and what is left between kinematics and readings."""
-
-    frames: dict[str, RegisteredFrame]
-    """By name."""
-    rms_m: float
-    """Of places."""
-    rms_rad: Number
-    """Of turns; NaN for positions only."""
-    n_poses: int
-    """Different poses used."""
-
-
-@dataclass(frozen=True)
-class Registration:
-    """Frames found."""
-
-    frames: dict[str, Floats]
-    """Name to (4, 4) parent_from_frame, m."""
-    uncertainty: dict[str, Floats]
-    """Name to (6,) standard uncertainty: translation m, rotation rad; NaN where it was not looked for."""
-    rms_m: float
-    """Rms distance between kinematics and readings."""
-    rms_rad: float
-    """Rms angle between kinematics and readings; NaN for positions only."""
-    n_poses: int
-    """Number of different poses used."""
-
-    @property
-    def summary(self) -> RegistrationSummary:
-        """What results hold of it."""
-        registered = {name: RegisteredFrame(frame, self.uncertainty[name]) for name, frame in self.frames.items()}
-        return RegistrationSummary(registered, self.rms_m, self.rms_rad, self.n_poses)
 
 
 def register_frames(
@@ -125,7 +87,8 @@ def register_frames(
             found if n_poses else _not_measured(readings.select(mask & readings.used)),
             f"measure {least} or more poses that differ in position and orientation, or give the frame",
         )  # fmt: skip
-    return _RegistrationProblem(manifest, chain, states, names, tracker).solve(n_poses)
+    places_alone = bool(readings.absolute.all())
+    return _RegistrationProblem(manifest, chain, states, names, tracker, places_alone).solve(n_poses)
 
 
 def _not_measured(states: LoadStates) -> str:
@@ -206,9 +169,17 @@ class _RegistrationProblem:
     """Residuals of readings against kinematics as a function of small changes of the frames."""
 
     def __init__(
-        self, manifest: Manifest, chain: Chain, states: LoadStates, names: tuple[str, ...], tracker: str | None
+        self,
+        manifest: Manifest,
+        chain: Chain,
+        states: LoadStates,
+        names: tuple[str, ...],
+        tracker: str | None,
+        places_alone: bool,
     ) -> None:
-        self.manifest, self.chain, self.states, self.names = manifest, chain, states, names
+        self.manifest, self.chain, self.states, self.names, self.tracker = manifest, chain, states, names, tracker
+        self.held: list[tuple[str, int]] = []
+        self.places_alone = places_alone
         self.angles = chain.model_angles(states.joints)
         self.full_pose = bool(np.isfinite(states.rotation).all())
         self.frames = {name: placement_matrix(manifest.frames[name]) for name in names}
@@ -265,48 +236,130 @@ class _RegistrationProblem:
         return np.concatenate([place.ravel(), weight * turn.ravel()])
 
     def solve(self, n_poses: int) -> Registration:
-        """Iterate, weigh rotation against position by what each leaves, and return what is known how well."""
+        """Find the frames; what is open between them is held and, where that is more than a convention, refused."""
+        start = dict(self.frames)
+        held = self._open_at(self._jacobian(weight=1.0))
+        while True:
+            self._hold(held)
+            self.frames = dict(start)
+            jacobian, sigma = self._iterate()
+            held = self._open_at(jacobian) or self._uncertain(jacobian, sigma)
+            if not held:
+                return self._registration(jacobian, sigma, n_poses)
+
+    def _jacobian(self, weight: float) -> Floats:
+        """Return (rows, p) derivatives of the residuals by the free components of the frames."""
+        columns = []
+        for k in range(len(self.free)):
+            step = np.zeros(len(self.free))
+            step[k] = STEP
+            ahead, back = self._flat(self._apply_step(step), weight), self._flat(self._apply_step(-step), weight)
+            columns.append((ahead - back) / (2.0 * STEP))
+        return np.stack(columns, axis=1)
+
+    def _iterate(self) -> tuple[Floats, float]:
+        """Take steps, weigh rotation against position by what each leaves; return the derivatives and the scatter."""
         weight = 1.0  # m per rad, at first: a milliradian counts like a millimetre
-        covariance = np.zeros((len(self.free), len(self.free)))
         for rounds in range(MOST_ROUNDS):
-            now = self._flat(self.frames, weight)
-            columns = []
-            for k in range(len(self.free)):
-                step = np.zeros(len(self.free))
-                step[k] = STEP
-                ahead, back = self._flat(self._apply_step(step), weight), self._flat(self._apply_step(-step), weight)
-                columns.append((ahead - back) / (2.0 * STEP))
-            jacobian = np.stack(columns, axis=1)
-            left, singular, right = np.linalg.svd(jacobian, full_matrices=False)
-            if singular[-1] < 1e-6 * singular[0]:
-                self._refuse("leave a direction open")
-            step = -right.T @ ((left.T @ now) / singular)
+            now, jacobian = self._flat(self.frames, weight), self._jacobian(weight)
+            step = np.asarray(-np.linalg.lstsq(jacobian, now, rcond=OPEN)[0], dtype=np.float64)
             self.frames = self._apply_step(step)
-            place, turn = self.residuals(self.frames)
-            variance = float(now @ now) / max(now.size - len(self.free), 1)
-            covariance = variance * (right.T / singular**2) @ right
             if rounds in (3, 6) and self.full_pose:
+                place, turn = self.residuals(self.frames)
                 weight = float(np.sqrt(np.mean(place**2) / max(float(np.mean(turn**2)), 1e-18)))
             elif rounds > 6 and np.abs(step).max() < SETTLED:
-                break
-        else:
-            self._refuse(f"do not converge in {MOST_ROUNDS} steps")
-        return self._registration(covariance, n_poses)
+                return jacobian, float(np.sqrt(now @ now / max(now.size - len(self.free), 1)))
+        return self._refuse(f"do not converge in {MOST_ROUNDS} steps")
 
-    def _registration(self, covariance: Floats, n_poses: int) -> Registration:
-        spread = np.sqrt(np.diag(covariance))
-        uncertainty = {name: np.full(6, np.nan) for name in self.names}
-        for (name, k), value in zip(self.free, spread, strict=True):
-            uncertainty[name][k] = value
-            if value > (WORST_POSITION_M if k < 3 else WORST_ROTATION_RAD):
-                amount = f"{1e3 * value:.0f} mm" if k < 3 else f"{1e3 * value:.0f} mrad"
+    def _open_at(self, jacobian: Floats) -> tuple[int, ...]:
+        """Return the numbers of components that are held because other frames make up for them in these poses.
+
+        Raises
+        ------
+        InputError : the poses leave a motion of one frame open, whatever the others are.
+        """
+        # in orthonormal motions of each frame, singular values are the angles between what two frames can do
+        motions = np.zeros_like(jacobian)
+        back = np.zeros((len(self.free),) * 2)
+        for own in self._by_frame():
+            length = np.linalg.norm(jacobian[:, own], axis=0)
+            left, singular, right = np.linalg.svd(jacobian[:, own] / np.maximum(length, 1e-300), full_matrices=False)
+            if singular[-1] < OPEN * singular[0] or not length.all():
+                self._refuse("leave a direction open")
+            motions[:, own] = left
+            back[np.ix_(own, own)] = right.T / singular
+        found = distinguish(motions, self._hold_first())
+        if not found.held:
+            return ()
+        # shares of the components, each in columns of unit length
+        return held_for(np.linalg.qr(back @ found.null.T)[0].T, self._hold_first())
+
+    def _uncertain(self, jacobian: Floats, sigma: float) -> tuple[int, ...]:
+        """Return the numbers of components that are held because a direction is known worse than any registration.
+
+        Raises
+        ------
+        InputError : one frame alone is not known better, whatever the others are.
+        """
+        worst = np.array([WORST_POSITION_M if k < 3 else WORST_ROTATION_RAD for _, k in self.free])
+        scaled = jacobian * worst / max(sigma, 1e-300)
+        for own in self._by_frame():
+            spread = np.sqrt(np.sum(np.linalg.pinv(scaled[:, own]) ** 2, axis=1))
+            k = int(np.argmax(spread))
+            if spread[k] > 1.0:
+                value, (name, axis) = spread[k] * worst[own[k]], self.free[own[k]]
+                amount = f"{1e3 * value:.0f} mm" if axis < 3 else f"{1e3 * value:.0f} mrad"
                 self._refuse(f"leave frame {name} uncertain by {amount}")
+        _, singular, directions = np.linalg.svd(scaled, full_matrices=False)
+        if (np.sum((directions.T / singular) ** 2, axis=1) <= 1.0).all():
+            return ()
+        return held_for(directions[singular < 1.0], self._hold_first())
+
+    def _by_frame(self) -> list[Integers]:
+        """Return the numbers of the free components, frame by frame."""
+        of = np.array([self.names.index(name) for name, _ in self.free])
+        return [np.flatnonzero(of == number) for number in np.unique(of)]
+
+    def _hold_first(self) -> list[int]:
+        """Return the components in the order of the convention: targets stay where the manifest has them."""
+        return sorted(range(len(self.free)), key=lambda k: (self.free[k][0] == self.tracker, k))
+
+    def _hold(self, numbers: tuple[int, ...]) -> None:
+        """Hold components of frames where the manifest has them.
+
+        Raises
+        ------
+        InputError : displacements under load are measured too, which depend on where a target is.
+        """
+        if not numbers:
+            return
+        held = [self.free[number] for number in sorted(numbers)]
+        self.free = [component for component in self.free if component not in held]
+        self.held += held
+        if not self.places_alone:
+            names = list(dict.fromkeys(name for name, _ in held))
+            others = [name for name in self.names if name not in names]
+            where = ", ".join(f"{AXES[axis]} of {name}" for name, axis in held)
+            raise InputError.at(
+                FaultCode.REGISTRATION_IMPOSSIBLE,
+                "campaign.toml", f"frames.{names[0]}.estimate",
+                f"the orientation varies too little in the unloaded poses to separate {where} from "
+                f"{' and '.join(others) or 'the others'}, and displacements under load depend on it",
+                "give this frame (estimate = false), or measure unloaded poses in other orientations",
+            )  # fmt: skip
+
+    def _registration(self, jacobian: Floats, sigma: float, n_poses: int) -> Registration:
+        inverse = np.linalg.pinv(jacobian)
+        uncertainty = {name: np.full(6, np.nan) for name in self.names}
+        for (name, k), value in zip(self.free, sigma * np.sqrt(np.sum(inverse**2, axis=1)), strict=True):
+            uncertainty[name][k] = value
         place, turn = self.residuals(self.frames)
         rms_rad = float(np.sqrt(np.mean(np.sum(turn**2, axis=-1)))) if turn.size else float("nan")
         rms_m = float(np.sqrt(np.mean(np.sum(place**2, axis=-1))))
-        return Registration(self.frames, uncertainty, rms_m, rms_rad, n_poses)
+        held = {name: tuple(AXES[axis] for of, axis in self.held if of == name) for name, _ in self.held}
+        return Registration(self.frames, uncertainty, rms_m, rms_rad, n_poses, held)
 
-    def _refuse(self, reason: str) -> None:
+    def _refuse(self, reason: str) -> NoReturn:
         place, turn = self.residuals(self.frames)
         missed = float(np.sqrt(np.mean(np.sum(place**2, axis=-1))))
         turned = float(np.sqrt(np.mean(np.sum(turn**2, axis=-1)))) if turn.size else 0.0

@@ -25,7 +25,7 @@ from stiffcal.identification.link_results import CouplingResult, LinkResult
 from stiffcal.identification.noise import NoiseSource
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
-from stiffcal.reduction.registration import RegistrationSummary
+from stiffcal.reduction.registered_frames import RegistrationSummary
 
 Loss: TypeAlias = Literal["linear", "huber"]
 

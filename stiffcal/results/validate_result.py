@@ -10,7 +10,7 @@ from stiffcal.documents import MANY_KEYS, NOT_PROMISED, CommandResult, KeyIf, Or
 from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
-from stiffcal.reduction.registration import RegistrationSummary
+from stiffcal.reduction.registered_frames import RegistrationSummary
 from stiffcal.validation.distances import Distances, LadderStep
 from stiffcal.validation.elasticity import Elasticity
 from stiffcal.validation.results import ErrorSlice, ThresholdCheck, Verdict, WorstState

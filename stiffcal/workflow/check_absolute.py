@@ -140,10 +140,12 @@ def _too_few(robot: CompliantRobot, used: LoadStates) -> str | None:
 
     Twice as many readings as numbers are what is asked for; with fewer readings than numbers nothing is fitted.
     """
-    from stiffcal.identification.gauge import redundant_geometry
+    from stiffcal.identification.gauge import held_frames, redundant_geometry
     from stiffcal.identification.readings import observe
 
-    conventions = redundant_geometry(robot, observe(used, robot.chain), frozenset())
+    data = observe(used, robot.chain)
+    held = held_frames(robot, data, frozenset())
+    conventions = held | redundant_geometry(robot, data, held)
     n_numbers = sum(
         not spec.discrete and placed.parameter_name(spec.symbol) not in conventions
         for placed in robot.placed
@@ -224,18 +226,20 @@ def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:
     Each is one line, or none. What a target on the last axis leaves open belongs to the frames, as the last zero does:
     a turn of the axis and a shift are one motion of such a target, in whatever pose.
     """
-    from stiffcal.identification.gauge import redundant_geometry
+    from stiffcal.identification.gauge import held_frames, redundant_geometry
 
-    redundant = redundant_geometry(fit.robot, fit.data, frozenset())
-    of_frames = redundant_geometry(fit.robot, replace(fit.data, setup=_on_the_axis(fit)), frozenset())
-    # compliances have lines of their own, and what is known beforehand is needed no better
+    held = held_frames(fit.robot, fit.data, frozenset())
+    redundant = held | redundant_geometry(fit.robot, fit.data, held)
+    of_frames = redundant_geometry(fit.robot, replace(fit.data, setup=_on_the_axis(fit)), held)
+    # compliances have lines of their own, as what takes part in a set with one is known but for it; and what is known
+    # beforehand is needed no better
     elsewhere = {p.name for p in fit.parameters if p.spec.compliance or p.spec.prior is not None}
     open_names: list[str] = []
     on_the_axis: list[str] = []
     for ambiguity in fit.ambiguities:
-        names = [name for name in ambiguity.names if name not in elsewhere]
+        names = list(ambiguity.names)
         left = [name for name in names if name not in of_frames]
-        if not names or (len(names) == 1 and names[0] in redundant):
+        if not elsewhere.isdisjoint(names) or (len(names) == 1 and names[0] in redundant):
             continue
         if len(left) > 1 or left == names:
             open_names += names

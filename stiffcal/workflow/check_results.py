@@ -11,7 +11,7 @@ from stiffcal.identification.observability import ObservabilityIndices
 from stiffcal.ingest.proposals import ProposedSource
 from stiffcal.planning.rod_views import CheckedRods
 from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.registration import RegistrationSummary
+from stiffcal.reduction.registered_frames import RegistrationSummary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

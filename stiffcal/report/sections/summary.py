@@ -7,7 +7,7 @@ from functools import partial
 
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.identification.before_after import BeforeAfter
-from stiffcal.reduction.registration import RegistrationSummary
+from stiffcal.reduction.registered_frames import RegistrationSummary
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
@@ -19,6 +19,7 @@ from stiffcal.report.sections.experiments import table_of
 from stiffcal.report.sections.stiffness import not_claimed, short_stiffness_table, where_words
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.next_step import Standing, Step, next_step
+from stiffcal.results.registration_words import convention_in_words
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.validation.schemes import held_out
 
@@ -192,6 +193,11 @@ def _registration_sentence(registration: RegistrationSummary) -> str:
     return (
         f"Registration of {wording.listing(registration.frames)} in {wording.count(registration.n_poses, 'pose')}: "
         f"measured and predicted positions differ by {missed} rms."
+        + "".join(
+            f" {convention_in_words(name, frame)}."
+            for name, frame in registration.frames.items()
+            if frame.by_convention
+        )
     )
 
 
