@@ -140,12 +140,10 @@ def _too_few(robot: CompliantRobot, used: LoadStates) -> str | None:
 
     Twice as many readings as numbers are what is asked for; with fewer readings than numbers nothing is fitted.
     """
-    from stiffcal.identification.gauge import held_frames, redundant_geometry
+    from stiffcal.identification.gauge import redundant_geometry
     from stiffcal.identification.readings import observe
 
-    data = observe(used, robot.chain)
-    held = held_frames(robot, data, frozenset())
-    conventions = held | redundant_geometry(robot, data, held)
+    conventions = redundant_geometry(robot, observe(used, robot.chain), frozenset())
     n_numbers = sum(
         not spec.discrete and placed.parameter_name(spec.symbol) not in conventions
         for placed in robot.placed
