@@ -10,10 +10,19 @@ import pytest
 
 from stiffcal.trust import notices
 from tests.laboratory.database import database
+from tests.laboratory.processor_time import (
+    pytest_runtest_logreport,
+    pytest_runtest_makereport,
+    pytest_runtestloop,
+    pytest_terminal_summary,
+)
 from tests.laboratory.s3 import bucket
 from tests.laboratory.small_campaign import write_small_campaign
 
-__all__ = ["bucket", "database"]
+__all__ = [
+    "bucket", "database", "pytest_runtest_logreport", "pytest_runtest_makereport", "pytest_runtestloop",
+    "pytest_terminal_summary",
+]  # fmt: skip
 
 # A shell that starts the tests in the background has them ignore Ctrl-C, and every process that they start with them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -25,17 +34,19 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 NUMERICAL = (
     "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "experiments", "identification", "independent",
     "links", "measurements", "mechanics", "planning", "reduction", "simulation", "test_bounded_least_squares.py",
-    "validation",
+    "validation", "workflow/test_fingerprint.py",
 )  # fmt: skip
-# Of these, files in which it can turn nothing: means of many states with tolerances of the noise, compiled code, times,
-# texts of the code, made and read logs.
+# Of these, files in which it can turn nothing: means of many states with tolerances of the noise, faults of whole
+# tables that stand out by orders of magnitude, compiled code, times, texts of the code, made and read logs.
 NO_KERNEL = (
     "compensation/test_c_code.py", "compensation/test_st_code.py", "contracts/test_dropped_in.py",
-    "contracts/test_opaque_texts.py", "contracts/test_readers.py", "contracts/test_sources.py",
-    "experiments/test_clamped_sigma.py",
-    "identification/test_absolute_speed.py", "independent/test_friction_motion.py",
+    "contracts/test_opaque_texts.py", "contracts/test_readers.py", "contracts/test_sources.py", "effects/test_creep.py",
+    "effects/test_motor_friction.py", "experiments/test_clamped_sigma.py", "experiments/test_friction.py",
+    "identification/test_absolute_speed.py", "identification/test_moved_base.py", "independent/test_friction_motion.py",
     "independent/test_practice_truth.py", "planning/test_efficiency.py", "reduction/test_clocks.py",
-    "reduction/test_recordings.py", "simulation/test_schema.py", "simulation/test_simulate.py",
+    "reduction/test_consistency.py", "reduction/test_holds.py", "reduction/test_place_faults.py",
+    "reduction/test_place_faults_of_tables.py", "reduction/test_recordings.py", "simulation/test_schema.py",
+    "simulation/test_simulate.py", "validation/test_practice_absolute.py",
 )  # fmt: skip
 # These run in an environment of their own, which holds the peer.
 collect_ignore = ["benchmarks/figaroh"]

@@ -18,6 +18,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from tests.conftest import NUMERICAL
+
 KERNELS = ("Haswell", "SkylakeX", "Zen")
 ROOT = Path(__file__).parents[1]
 # OpenBLAS takes a kernel on demand without asking whether the processor has its instructions.
@@ -142,6 +144,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             digests[digest] = kernel
         began = time.monotonic()
         words = ["-m", "pytest", "-q", "-m", "numerical", "-n", given.workers, "--dist", "worksteal"]
+        words += [f"tests/{place}" for place in NUMERICAL]
         code = subprocess.run([sys.executable, *words], cwd=ROOT, env=environment(kernel)).returncode
         print(f"{kernel}: {'passed' if code == 0 else 'FAILED'} in {time.monotonic() - began:.0f} s", flush=True)
         done.append(kernel)

@@ -12,7 +12,6 @@ from tests.fingerprint import FILE, differences, fingerprint, rounded
 CHANGED = "numbers changed: raise REVISION and rewrite the fingerprint with `make fingerprint`"
 
 
-@pytest.mark.numerical
 def test_the_answers_are_those_of_this_revision() -> None:
     then = json.loads(FILE.read_text("utf-8"))
     assert then["revision"] == REVISION, "rewrite the fingerprint with `make fingerprint`"

@@ -1,0 +1,71 @@
+"""What tests cost: processor seconds of each, its fixtures and child processes included, however busy the machine is.
+
+Hooks of `tests/conftest.py`. Workers of pytest-xdist send theirs with the reports.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import defaultdict
+from collections.abc import Generator
+from dataclasses import dataclass, field
+from functools import partial
+
+import pytest
+
+PROPERTY = "processor_seconds"
+LONGEST_S = 2.0
+"""What takes longer and is not marked `long` is listed."""
+
+
+@dataclass
+class _Spent:
+    """Processor seconds: of this process until the last report, and of each test."""
+
+    before: float = 0.0
+    of_tests: defaultdict[str, float] = field(default_factory=partial(defaultdict, float))
+    long: set[str] = field(default_factory=set)
+
+
+_SPENT = _Spent()
+
+
+def _used() -> float:
+    """Return processor seconds of this process and of its children that have ended."""
+    return sum(os.times()[:4])
+
+
+def pytest_runtestloop() -> None:
+    """Collection counts to no test."""
+    _SPENT.before = _used()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Note in each report what its phase took."""
+    report = yield
+    now = _used()
+    report.user_properties.append((PROPERTY, now - _SPENT.before))
+    _SPENT.before = now
+    return report
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add up what the phases of a test took."""
+    for name, seconds in report.user_properties:
+        if name == PROPERTY and isinstance(seconds, float):
+            _SPENT.of_tests[report.nodeid] += seconds
+            if "long" in report.keywords:
+                _SPENT.long.add(report.nodeid)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print the sum, and the tests without the mark that took longest."""
+    spent = _SPENT.of_tests
+    quick = {name: seconds for name, seconds in spent.items() if name not in _SPENT.long}
+    if spent:
+        sums = f"{sum(spent.values()):.0f} s, of quick tests {sum(quick.values()):.0f} s"
+        terminalreporter.write_line(f"processor time: {sums}")
+    for name in sorted(quick, key=lambda name: -quick[name])[:20]:
+        if quick[name] > LONGEST_S:
+            terminalreporter.write_line(f"  {quick[name]:5.1f} s {name}")
