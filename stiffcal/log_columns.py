@@ -17,6 +17,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.explain import plain_type
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import Fault, InputError
+from stiffcal.extras import install_command
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular
 from stiffcal.measurements.timestamps import seconds_of_times, seconds_of_timestamps
@@ -219,9 +220,7 @@ def first_not_finite(
 def missing_library(log_format_name: str, display_name: str, extra: str = "") -> InputError:
     """Return what to install where the library behind a format is missing; `extra`: where not named like the format."""
     reason = f"the library that reads {log_format_name} files is not installed"
-    return InputError.at(
-        FaultCode.LIBRARY_MISSING, display_name, "", reason, f'pip install "stiffcal[{extra or log_format_name}]"'
-    )
+    return InputError.at(FaultCode.LIBRARY_MISSING, display_name, "", reason, install_command(extra or log_format_name))
 
 
 def check_there(path: Path, display_name: str) -> None:

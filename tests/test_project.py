@@ -17,6 +17,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
 
+from stiffcal.extras import EXTRAS
 from tests.conftest import LONG, NO_KERNEL, NUMERICAL
 
 ROOT = Path(__file__).parents[1]
@@ -79,6 +80,19 @@ def test_lock_holds_what_pyproject_asks_for(file: str, groups: tuple[str, ...]) 
             (pin,) = requirement.specifier
             assert pin.operator == "=="
             assert Version(pin.version) in wish.specifier, f"requirements/{file} pins {requirement}: run `make lock`"
+
+
+def test_lines_that_install_a_library_ask_for_what_the_extra_asks_for() -> None:
+    assert {name: [line] for name, line in EXTRAS.items()} == project()["project"]["optional-dependencies"]
+
+
+def test_only_typst_is_capped() -> None:
+    document = project()["project"]
+    lines = [
+        *document["dependencies"],
+        *(line for extra in document["optional-dependencies"].values() for line in extra),
+    ]
+    assert [Requirement(line).name for line in lines if "<" in line] == ["typst"]
 
 
 def test_every_pin_has_hashes() -> None:

@@ -16,6 +16,7 @@ from typing import Any
 from stiffcal.batch.processes import LARGE_BYTES, WorkerLostError, WorkerProcess, outcome_of_lost_worker
 from stiffcal.batch.results import BROKEN, LOST, BatchTask, CampaignOutcome, outcome_of
 from stiffcal.errors import Fault, InputError
+from stiffcal.extras import install_command
 from stiffcal.fault_codes import FaultCode
 
 ANSWER_S = 15
@@ -74,7 +75,7 @@ def run_on_cluster(tasks: Sequence[BatchTask], address: str, finished: Callable[
     try:
         distributed: Any = importlib.import_module("distributed")
     except ImportError:
-        mend = "install it: python -m pip install 'stiffcal[dask]'"
+        mend = f"install it: {install_command('dask')}"
         raise InputError.at(
             FaultCode.LIBRARY_MISSING, "command line", "--scheduler", "the package distributed is not installed", mend
         ) from None

@@ -52,7 +52,7 @@ def batch(
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no PDFs.")] = False,
     scheduler: Annotated[
         str | None,
-        typer.Option("--scheduler", metavar="ADDRESS", help="Run on this Dask cluster (needs stiffcal[dask])."),
+        typer.Option("--scheduler", metavar="ADDRESS", help="Run on this Dask cluster (needs distributed)."),
     ] = None,
     idle_timeout: Annotated[
         float,

@@ -31,7 +31,7 @@ def doctor(as_json: AsJson = False) -> int:
         except ModuleNotFoundError as error:
             name = error.name or "a library"
             reason = "not installed, but required"
-            mend = "python -m pip install --force-reinstall stiffcal"
+            mend = f"python -m pip install {name}"
             raise InputError.at(FaultCode.LIBRARY_MISSING, name, "", reason, mend) from error
         result = examine_installation()
         then = NextLine("stiffcal demo") if result.complete and not Path("demo").exists() else None

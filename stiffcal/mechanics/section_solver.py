@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.extras import install_command
 from stiffcal.mechanics.section import BeamSection
 from stiffcal.mechanics.section_mesh import SectionError, section_mesh, signed_area
 
@@ -62,7 +63,7 @@ def solve_section(
     try:
         import skfem
     except ImportError as error:
-        raise MissingSolverError("drawn sections need scikit-fem", 'pip install "stiffcal[section]"') from error
+        raise MissingSolverError("drawn sections need scikit-fem", install_command("section")) from error
     loops = [np.asarray(loop, dtype=np.float64) for loop in (outline, *holes)]
     area = abs(signed_area(loops[0])) - sum(abs(signed_area(hole)) for hole in loops[1:])
     edge = sum(float(np.sum(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1))) for loop in loops)

@@ -95,7 +95,7 @@ def library_statuses(requirements: Sequence[str]) -> list[LibraryStatus]:
     Examples
     --------
     >>> [library.install for library in library_statuses(['no-such-library>=2 ; extra == "tdms"'])]
-    ['python -m pip install "stiffcal[tdms]"']
+    ['python -m pip install "no-such-library>=2"']
     """
     statuses = []
     for requirement in requirements:
@@ -105,7 +105,7 @@ def library_statuses(requirements: Sequence[str]) -> list[LibraryStatus]:
             continue
         extra = _EXTRA.search(condition)
         of = "" if extra is None else extra.group(1)
-        package = f"stiffcal[{of}]" if of else name.group() + wanted[name.end() :].strip()
+        package = name.group() + wanted[name.end() :].strip()
         statuses.append(
             LibraryStatus(
                 name=name.group(),

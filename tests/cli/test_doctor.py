@@ -59,7 +59,7 @@ def test_a_missing_library_of_an_extra_comes_with_its_command(
 ) -> None:
     without(monkeypatch, "npTDMS")
     text, code = answer(capsys)
-    assert 'npTDMS: python -m pip install "stiffcal[tdms]"' in text
+    assert 'npTDMS: python -m pip install "npTDMS' in text
     assert code == 0
 
 

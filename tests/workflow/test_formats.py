@@ -11,6 +11,7 @@ import pytest
 from stiffcal.campaign.loading import load_manifest
 from stiffcal.campaign.queries import queries_of
 from stiffcal.errors import InputError
+from stiffcal.extras import install_command
 from stiffcal.workflow.identify import fit_now
 from stiffcal.workflow.ingest import ingest_campaign, is_stale
 from stiffcal.workflow.steps import RunContext, up_to_date_states
@@ -92,4 +93,4 @@ def test_a_missing_library_is_one_line(
     options: dict[str, Any] = {"uri_env": VARIABLE, "from": "ft"} if log_format == "postgres" else {}
     with pytest.raises(InputError) as caught:
         find_reader(path, log_format).read_header(path, options, "raw/log", WantedColumns(("t",)))
-    assert str(caught.value).endswith(f'is not installed; pip install "stiffcal[{extra}]" [library-missing]')
+    assert str(caught.value).endswith(f"is not installed; {install_command(extra)} [library-missing]")
