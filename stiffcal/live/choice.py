@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from stiffcal.campaign.manifest import Exclusion
 from stiffcal.campaign.model_file import model_of_text
-from stiffcal.campaign.proposed_lines import quoted
 from stiffcal.errors import InputError
+from stiffcal.escapes.toml_text import escaped
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import effects_with
 from stiffcal.workflow.edit_model import model_with, model_without
@@ -34,9 +34,9 @@ class RowsLeftOut:
 
     def as_toml(self) -> str:
         """Return the lines for campaign.toml."""
-        run = [f"run = {quoted(self.run)}"] if self.run else []
-        rows = ", ".join(quoted(row) if isinstance(row, str) else str(row) for row in self.rows)
-        return "\n".join(["[[exclude]]", f"source = {quoted(self.source)}", *run, f"rows = [{rows}]", 'why = "…"'])
+        run = [f"run = {escaped(self.run)}"] if self.run else []
+        rows = ", ".join(escaped(row) if isinstance(row, str) else str(row) for row in self.rows)
+        return "\n".join(["[[exclude]]", f"source = {escaped(self.source)}", *run, f"rows = [{rows}]", 'why = "…"'])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,8 @@ from stiffcal.batch.task import run_task
 from stiffcal.errors import InputError
 from stiffcal.extras import install_command
 from stiffcal.trust.record import open_record
-from tests.batch.test_campaigns import LONGEST_S, PLUGIN, by_name, with_plugin
+from tests.batch.test_campaigns import LONGEST_S, by_name
+from tests.laboratory.batch_plugins import PLUGIN, with_plugin
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.long
