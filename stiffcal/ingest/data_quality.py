@@ -29,7 +29,7 @@ from stiffcal.reduction.reading_bounds import check_displacements
 from stiffcal.reduction.repeated_rows import repeated_rows
 from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.rounded_copies import RoundedCopies
-from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
+from stiffcal.reduction.unit_slips import check_angle_convention, check_angle_unit, check_displacement_unit
 
 # States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12
@@ -176,9 +176,12 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
         place = f"sources.{source}.{name}.units"
         if isinstance(signal, Deflection):
             faults += check_displacement_unit(states, signal.unit_of("translation").name, f"{place}.translation")
-        elif isinstance(signal, JointSignals) and signal.units.position == "deg":
-            slips, doubts = check_angle_unit(states, campaign.chain, f"{place}.position")
-            faults, warnings = faults + slips, warnings + doubts
+        elif isinstance(signal, JointSignals):
+            if signal.units.position == "deg":
+                slips, doubts = check_angle_unit(states, campaign.chain, f"{place}.position")
+                faults, warnings = faults + slips, warnings + doubts
+            if not faults:
+                faults += check_angle_convention(states, campaign.chain, f"sources.{source}.{name}")
     return faults, warnings
 
 

@@ -23,6 +23,7 @@ from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
 from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
+from stiffcal.reduction.angle_conventions import coupled_angles
 from stiffcal.reduction.kinematics_corrections import MUCH_BETTER, correcting_words
 from stiffcal.reduction.motion import mean_measured, motion_of
 
@@ -325,6 +326,8 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
             shifted = joints.copy()
             shifted[:, k] += np.radians(degrees)
             yield f"{degrees:+d}° at joint {name}", f"correct theta_deg of {name}", shifted, position
+    for coupled in coupled_angles(joints, chain):
+        yield coupled.words, coupled.mend, coupled.joints, position
     tracker_from_base = inverse_transform(states.setup.base_from_tracker)
     own = position @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3]
     base_from_tracker = states.setup.base_from_tracker

@@ -21,6 +21,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
+from stiffcal.reduction.angle_conventions import coupled_angles
 from stiffcal.reduction.met_places import MeasuredPlaces, orders, places_of
 
 LENGTH_FACTORS = {
@@ -225,6 +226,11 @@ def _angles(states: LoadStates, chain: Chain) -> Iterator[PlaceChange]:
                 f"the angles of joint {name} are in {words}: correct their column",
                 f"the angle of joint {name} is in {words} where the others are in {others}", of_angles=True,
             )  # fmt: skip
+    for coupled in coupled_angles(states.joints, chain):
+        yield PlaceChange(
+            code, with_angles(coupled.joints), coupled.place, coupled.words, coupled.mend,
+            f"the angles of {coupled.place} are counted together where those of the others are not", of_angles=True,
+        )  # fmt: skip
     for first, second in combinations(range(len(names)), 2):
         joints = states.joints.copy()
         joints[:, [first, second]] = joints[:, [second, first]]

@@ -16,7 +16,9 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quantities import unit
-from stiffcal.reduction.consistency import explained_by_joints
+from stiffcal.reduction.angle_conventions import coupled_angles
+from stiffcal.reduction.consistency import FOLLOWS, explained_by_joints
+from stiffcal.reduction.kinematics_corrections import MUCH_BETTER
 
 # Industrial robots give 0.1 to 5 N/µm at the tool; machine tools begin near 20 N/µm. The softest that a whole campaign
 # shows is looked at, so that a stiff direction of a single pose is no matter.
@@ -102,3 +104,33 @@ def check_angle_unit(
         full_reason = f"{reason}, and joint springs explain {100 * gain:.0f} % more of the deflection if they are"
         return [Fault(FaultCode.UNIT_IMPLAUSIBLE, file, place, full_reason, 'write units = { position = "rad" }')], []
     return [], [f'{file}: {place}: {reason}; if they are, write units = {{ position = "rad" }}']
+
+
+def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: str = "campaign.toml") -> list[Fault]:
+    """Return a fault where the deflections follow the loads with an angle counted together with the one before it.
+
+    Parameters
+    ----------
+    states : load states with given deflections; others are let pass (kinematics shows how angles are counted).
+    place : the key of the joints in the manifest.
+    """
+    poses = len(np.unique(np.round(np.degrees(states.joints), 2), axis=0)) if len(states) else 0
+    if not states.deflection_given or poses < LEAST_POSES or not states.setup.targets or not np.any(states.wrench):
+        return []
+    explained = explained_by_joints(states, chain)
+    if explained > FOLLOWS:
+        return []
+    tried = [
+        (explained_by_joints(replace(states, joints=coupled.joints), chain), coupled)
+        for coupled in coupled_angles(states.joints, chain)
+    ]
+    share, best = max(tried, key=lambda entry: entry[0], default=(0.0, None))
+    if best is None or share <= FOLLOWS:
+        return []
+    # most of what is left goes, or as much more is explained as by another unit of the angles
+    if 1.0 - share > MUCH_BETTER**2 * (1.0 - explained) and share - explained <= EXPLAINS_MORE:
+        return []
+    reason = (
+        f"joint springs explain {100 * explained:.0f} % of the deflection, and {100 * share:.0f} % with {best.words}"
+    )
+    return [Fault(FaultCode.KINEMATICS_MISMATCH, file, f"{place}: {best.place}", reason, best.mend)]
