@@ -9,8 +9,10 @@ variable                      default     what is counted
 ============================= =========== ============================================================================
 ``STIFFCAL_MAX_UNPACKED``     1 TiB       bytes of one log once unpacked (packed text, HDF5, MAT, Parquet, bags)
 ``STIFFCAL_MAX_RATIO``        250         unpacked bytes per packed byte, counted once a log has unpacked to 512 MiB
-``STIFFCAL_MAX_PIECE``        2 GiB       bytes that a log makes a reader hold at once: an HDF5 chunk, a Parquet page,
-                                          a MAT variable, a message of a bag
+``STIFFCAL_MAX_PIECE``        2 GiB       bytes of memory that the parser of a binary log may take: for an HDF5 chunk,
+                                          a Parquet page, a MAT variable, a message of a bag
+``STIFFCAL_MAX_SECONDS``      5           seconds of a processor that it may compute until its next rows, besides one
+                                          for each 10 MB of the file
 ``STIFFCAL_MAX_LINE``         16 MiB      bytes of one line of a text log
 ``STIFFCAL_MAX_ROWS``         4000000000  rows of one log
 ``STIFFCAL_MAX_COLUMNS``      20000       columns of one log
@@ -133,7 +135,8 @@ def shown_amount(amount: int, in_bytes: bool = True) -> str:
 
 UNPACKED = Limit("STIFFCAL_MAX_UNPACKED", TIB, "once unpacked")
 RATIO = Limit("STIFFCAL_MAX_RATIO", 250, "unpacked bytes for each packed one", in_bytes=False)
-PIECE = Limit("STIFFCAL_MAX_PIECE", 2 * GIB, "held in memory at once")
+PIECE = Limit("STIFFCAL_MAX_PIECE", 2 * GIB, "of memory at once")
+SECONDS = Limit("STIFFCAL_MAX_SECONDS", 5, "seconds of a processor for the next rows", in_bytes=False)
 LINE = Limit("STIFFCAL_MAX_LINE", 16 * MIB, "in one line")
 ROWS = Limit("STIFFCAL_MAX_ROWS", 4_000_000_000, "rows", in_bytes=False)
 COLUMNS = Limit("STIFFCAL_MAX_COLUMNS", 20_000, "columns", in_bytes=False)
@@ -154,6 +157,7 @@ ALL = (
     UNPACKED,
     RATIO,
     PIECE,
+    SECONDS,
     LINE,
     ROWS,
     COLUMNS,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import errno
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -14,8 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.explain import plain_type
-from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import Fault, InputError
 from stiffcal.extras import install_command
 from stiffcal.fault_codes import FaultCode
@@ -156,46 +155,6 @@ def nearest_name(name: str, columns: Sequence[str], having: str = "the file has"
     return f"{having} {listed}" if columns else f"{having} no columns"
 
 
-_KINDS = {str: "text", int: "a whole number", float: "a number", bool: "true or false", list: "a list"}
-
-
-def check_options(
-    options: Options, table: type[TomlTable], name: str, display_name: str, further: Mapping[str, type] | None = None
-) -> None:
-    """Raise `InputError` for an option that `table` and `further` (not of the manifest) lack, or of the wrong type."""
-    option_types = {key: plain_type(option.annotation) for key, option in table.model_fields.items()} | dict(
-        further or {}
-    )
-    faults = []
-    for key, value in options.items():
-        place = f"{name}.{key}"
-        if key not in option_types:
-            faults.append(
-                Fault(
-                    FaultCode.KEY_UNKNOWN,
-                    display_name,
-                    place,
-                    "no such option",
-                    nearest_option(key, list(option_types), name),
-                )
-            )
-        elif value is not None and (
-            not isinstance(value, option_types[key]) or type(value) is bool is not option_types[key]
-        ):
-            kind = _KINDS.get(option_types[key], "of the right kind")
-            faults.append(
-                Fault(FaultCode.VALUE_INVALID, display_name, place, f"{value!r} is not {kind}", "correct the manifest")
-            )
-    if faults:
-        raise InputError(*faults)
-
-
-def nearest_option(key: str, known: Sequence[str], table: str) -> str:
-    """Return a mend for an unknown option."""
-    suggestions = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-    return f"did you mean {table}.{suggestions[0]}?" if suggestions else f"options: {', '.join(known)}"
-
-
 def first_not_finite(
     numbers: Mapping[str, Floats], wanted: WantedColumns, first_row: int
 ) -> tuple[int, str, float] | None:
@@ -241,7 +200,7 @@ def check_there(path: Path, display_name: str) -> None:
 def damaged_file_errors(
     kind: str, display_name: str, mend: str = "copy it again from its origin, or log again"
 ) -> Iterator[None]:
-    """Turn a library's messages on a damaged file, in errors of every kind, into one line.
+    """Turn a library's messages on a damaged file into one line, in errors of every kind but want of memory or space.
 
     Parameters
     ----------
@@ -250,9 +209,11 @@ def damaged_file_errors(
     """
     try:
         yield
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in (errno.EFBIG, errno.ENOSPC, errno.EDQUOT):
+            raise
         message = (str(error).strip("'").splitlines() or [type(error).__name__])[0]
         raise InputError.at(FaultCode.FILE_DAMAGED, display_name, "", f"no whole {kind} ({message})", mend) from None
 

@@ -53,7 +53,17 @@ _starter = ThreadPoolExecutor(max_workers=1, thread_name_prefix="start processes
 
 
 class ChildEndedError(Exception):
-    """A child process ended before it answered; the text states how."""
+    """A child process ended before it answered; the text states how.
+
+    Parameters
+    ----------
+    text : how it ended.
+    status : its exit code, or minus the number of the signal that ended it; None where it has not ended.
+    """
+
+    def __init__(self, text: str, status: int | None = None) -> None:
+        super().__init__(text)
+        self.status = status
 
 
 class ChildSilentError(Exception):
@@ -102,6 +112,11 @@ class ChildProcess:
         """The process's number."""
         return self._process.pid
 
+    @property
+    def has_ended(self) -> bool:
+        """Whether it has ended."""
+        return self._process.poll() is not None
+
     def send(self, message: bytes) -> None:
         """Send a message; one that the process does not take is no reason to wait here."""
         _thread(self._write, message)
@@ -125,13 +140,13 @@ class ChildProcess:
                 message = self._messages.get(timeout=max(min(left, _LOOK_S), 0.0))
             except queue.Empty:
                 if ended:
-                    raise ChildEndedError(self._how_it_ended()) from None
+                    raise self._how_it_ended() from None
                 ended = self._process.poll() is not None
                 if left <= 0.0 and not ended:
                     raise ChildSilentError(f"its process sent nothing for {timeout_s:g} s") from None
                 continue
             if message is None:
-                raise ChildEndedError(self._how_it_ended())
+                raise self._how_it_ended()
             return message
 
     def stop(self) -> None:
@@ -173,18 +188,18 @@ class ChildProcess:
             while written := os.read(stream.fileno(), 1 << 16):
                 self._errors = (self._errors + written)[-_LAST_BYTES:]
 
-    def _how_it_ended(self) -> str:
+    def _how_it_ended(self) -> ChildEndedError:
         try:
             code = self._process.wait(STOP_S)
         except subprocess.TimeoutExpired:
-            return "its process stopped responding"
+            return ChildEndedError("its process stopped responding")
         # what it started may hold the other end for longer
         self._readers[1].join(_LOOK_S)
         # its end alone: of what a library or a campaign's code writes there the amount is unknown
         lines = self._errors.decode("utf-8", "replace").split("\n")
         message = next((line.strip() for line in reversed(lines) if line.strip()), "")
         ending = f"was ended by signal {-code}" if code < 0 else f"ended with code {code}"
-        return f"its process {ending}" + (f": {message}" if message else "")
+        return ChildEndedError(f"its process {ending}" + (f": {message}" if message else ""), code)
 
 
 class Channel:

@@ -31,16 +31,16 @@ from stiffcal.log_columns import (
     WantedColumns,
     batch_of_columns,
     check_columns,
-    check_options,
     check_there,
     common_length,
     damaged_file_errors,
     first_not_finite,
     missing_library,
     nearest_name,
-    nearest_option,
     text_of,
 )
+from stiffcal.log_options import check_options, nearest_option
+from stiffcal.parsers.client import ParsedFile
 
 __all__ = [
     "Batch",
@@ -49,6 +49,7 @@ __all__ = [
     "Header",
     "NoOptions",
     "Options",
+    "ParsedReader",
     "Reader",
     "WantedColumns",
     "batch_of_columns",
@@ -161,6 +162,39 @@ class Reader(ABC):
     def raw_rows(self, path: Path, options: Options, rows: Collection[int]) -> RawRows:
         """Return some data rows (from 1) as they stand in the file; nothing of a format that is no text."""
         return RawRows()
+
+
+class ParsedReader(Reader):
+    """A binary format, whose files a module of its name in `stiffcal.parsers` parses, in a child process."""
+
+    def read_header(
+        self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None
+    ) -> Header:
+        """Return the columns, and the units and number of rows that the file states."""
+        found = self._file(path, options, display_name or str(path)).header(wanted)
+        return Header(found.columns, found.units, found.n_rows)
+
+    def read_batches(
+        self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
+    ) -> Iterator[Batch]:
+        """Yield the rows in batches.
+
+        Raises
+        ------
+        InputError
+            For a damaged or cut off file, one that leads to others, a missing column, columns of unequal length, a
+            cell that is no finite number; for one whose parsing takes more than is allowed.
+        """
+        yield from self._file(path, options, display_name or str(path)).batches(wanted)
+
+    def place_of_row(self, path: Path, options: Options, row: int) -> str:
+        """Return ``row n``."""
+        return f"row {row}"
+
+    def _file(self, path: Path, options: Options, display_name: str) -> ParsedFile:
+        check_options(options, self.options, self.name, display_name)
+        check_there(path, display_name)
+        return ParsedFile(self.name, path, options, display_name)
 
 
 class DatabaseReader(Reader):

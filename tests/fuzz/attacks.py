@@ -82,8 +82,8 @@ def feed_definition(chance: random.Random, folder: Path) -> None:
     from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
     from rosbags.typesys import Stores, get_typestore
 
+    from stiffcal.parsers.rosbag2.definitions import checked_types, parsed_types
     from stiffcal.readers import damaged_file_errors
-    from stiffcal.readers.rosbag2.definitions import checked_types, parsed_types
 
     kind, text = hostile_definition(chance)
     name = "pkg/msg/Message" if chance.random() < 0.9 else chance.choice((*NAMES, *TYPES))

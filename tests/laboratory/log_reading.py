@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.readers import Reader, WantedColumns
+from stiffcal.parsers.client import LogHeader, ParsedFile
+from stiffcal.parsers.open_log import OpenLog, Parser
+from stiffcal.readers import Batch, Reader, WantedColumns
 
 
 def read_columns(
@@ -33,3 +36,27 @@ def refusal(read: Callable[[], object], shown: str = "") -> str:
     assert "\n" not in line
     assert line.startswith(f"{shown}: " if shown else "")
     return line
+
+
+def parse_here(monkeypatch: pytest.MonkeyPatch, rows: int) -> None:
+    """Have binary logs parsed in this process, in which parts can be replaced, and in batches of so many rows."""
+
+    def header(file: ParsedFile, wanted: WantedColumns | None) -> LogHeader:
+        with _parser(file)(file.path, file.options, file.display_name) as log:
+            if wanted is not None:
+                log.check(wanted)
+            return LogHeader(log.columns, log.units, log.n_rows)
+
+    def batches(file: ParsedFile, wanted: WantedColumns) -> Iterator[Batch]:
+        with _parser(file)(file.path, file.options, file.display_name) as log:
+            log.check(wanted)
+            yield from log.batches(wanted)
+
+    monkeypatch.setattr(OpenLog, "BATCH_ROWS", rows)
+    monkeypatch.setattr(ParsedFile, "header", header)
+    monkeypatch.setattr(ParsedFile, "batches", batches)
+
+
+def _parser(file: ParsedFile) -> Parser:
+    parser: Parser = import_module(f"stiffcal.parsers.{file.log_format}").open_log
+    return parser

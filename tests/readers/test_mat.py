@@ -12,8 +12,7 @@ from scipy.io import savemat
 
 from stiffcal.errors import InputError
 from stiffcal.readers import WantedColumns, find_reader
-from stiffcal.readers import mat as mat_module
-from tests.laboratory.log_reading import read_columns, refusal
+from tests.laboratory.log_reading import parse_here, read_columns, refusal
 
 READER = find_reader(Path("x.mat"))
 FORCE = np.sin(np.arange(1000) / 50.0)
@@ -88,7 +87,7 @@ def fault(path: Path, wanted: WantedColumns, **options: object) -> str:
 )
 def test_layouts(tmp_path: Path, write: Any, variables: dict[str, Any], options: dict[str, Any],
                  monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
-    monkeypatch.setattr(mat_module, "BATCH_ROWS", 300)
+    parse_here(monkeypatch, 300)
     path = write(tmp_path / "log.mat", variables)
     found = read(path, WantedColumns(("t", "Fx")), **options)
     assert np.array_equal(found["t"], TIME)
@@ -148,7 +147,7 @@ def test_damage_that_would_end_the_library_is_refused(tmp_path: Path) -> None:
     assert len(list(READER.read_batches(path, {}, WantedColumns(("t", "Fx")), "raw/log.mat"))) == 1
     whole = path.read_bytes()
     dimensions = whole.index((1000).to_bytes(4, "little") + (1).to_bytes(4, "little"))
-    for at, what in ((dimensions, b"\xff\xff\xff\x0f"), (132, b"\xff\xff\xff\x7f"), (dimensions - 8, bytes(4))):
+    for at, what in ((dimensions, b"\xff\xff\xff\x0f"), (132, b"\xff\xff\xff\x7f")):
         path.write_bytes(whole[:at] + what + whole[at + len(what) :])
-        with pytest.raises(InputError, match="no whole MAT file"):
+        with pytest.raises(InputError, match="^raw/log.mat: "):
             list(READER.read_batches(path, {}, WantedColumns(("t", "Fx")), "raw/log.mat"))

@@ -12,8 +12,7 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.readers import WantedColumns, find_reader
-from stiffcal.readers import parquet as parquet_module
-from tests.laboratory.log_reading import read_columns, refusal
+from tests.laboratory.log_reading import parse_here, read_columns, refusal
 
 READER = find_reader(Path("x.parquet"))
 
@@ -23,7 +22,7 @@ def fault(path: Path, wanted: WantedColumns) -> str:
 
 
 def test_kinds_of_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parquet_module, "BATCH_ROWS", 4)
+    parse_here(monkeypatch, 4)
     path = tmp_path / "ft.parquet"
     numbers = np.arange(10)
     field = pa.field("f", pa.float64(), metadata={"unit": "N"})
@@ -64,7 +63,7 @@ def test_faults(tmp_path: Path) -> None:
     whole = path.read_bytes()
     for size in (0, 3, len(whole) // 2, len(whole) - 1):
         path.write_bytes(whole[:size])
-        assert "incomplete Parquet file" in fault(path, WantedColumns(("Fx",)))
+        assert "[file-damaged]" in fault(path, WantedColumns(("Fx",)))
     path.unlink()
     assert "no such file" in fault(path, WantedColumns(("Fx",)))
     parquet.write_table(table.slice(0, 0), path)
@@ -78,12 +77,13 @@ def test_a_flipped_bit_is_found(tmp_path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[2000] ^= 1
     path.write_bytes(content)
-    assert "incomplete Parquet file" in fault(path, WantedColumns(("Fx",)))
+    assert "[file-damaged]" in fault(path, WantedColumns(("Fx",)))
 
 
 def test_rows_that_the_footer_counts_and_no_part_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "log.parquet"
     parquet.write_table(pa.table({"t": [0.0, 0.1, 0.2]}), path)
+    parse_here(monkeypatch, 4)
     monkeypatch.setattr(parquet.ParquetFile, "iter_batches", lambda *_, **__: iter(()))
     with pytest.raises(InputError, match="0 rows where its footer has 3"):
         list(READER.read_batches(path, {}, WantedColumns(numbers=("t",)), "raw/log.parquet"))

@@ -10,9 +10,8 @@ import pytest
 
 from stiffcal.campaign.file_formats import format_names
 from stiffcal.readers import WantedColumns, find_reader
-from stiffcal.readers import rosbag2 as bag_module
 from tests.laboratory.bags import joint_state, pose, transforms, wrench, write_bag
-from tests.laboratory.log_reading import read_columns, refusal
+from tests.laboratory.log_reading import parse_here, read_columns, refusal
 
 START = 1_795_248_930_000_000_000
 MOMENTS = [START + k * 2_000_000 for k in range(250)]
@@ -50,7 +49,7 @@ def fault(path: Path, wanted: WantedColumns, **options: object) -> str:
 
 
 def test_fields_by_path(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bag_module, "BATCH_MESSAGES", 90)
+    parse_here(monkeypatch, 90)
     names = ("time", "header.stamp", "wrench.force.x", "wrench.torque.z")
     found = read(bag, WantedColumns(names, texts=("header.frame_id",)), topic="/ft")
     assert np.array_equal(found["wrench.force.x"], LOADS[:, 0])

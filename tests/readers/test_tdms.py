@@ -9,8 +9,7 @@ import pytest
 from nptdms import ChannelObject, TdmsWriter
 
 from stiffcal.readers import WantedColumns, find_reader
-from stiffcal.readers import tdms as tdms_module
-from tests.laboratory.log_reading import read_columns, refusal
+from tests.laboratory.log_reading import parse_here, read_columns, refusal
 
 READER = find_reader(Path("x.tdms"))
 FORCE = np.sin(np.arange(1000) / 50.0)
@@ -33,7 +32,7 @@ def fault(path: Path, wanted: WantedColumns, **options: object) -> str:
 
 
 def test_channels_come_in_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tdms_module, "BATCH_ROWS", 300)
+    parse_here(monkeypatch, 300)
     path = write(tmp_path / "log.tdms", segments=3)
     header = READER.read_header(path, {})
     assert header.columns == ("t", "Fx")
@@ -46,7 +45,7 @@ def test_channels_come_in_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_waveforms_have_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tdms_module, "BATCH_ROWS", 600)
+    parse_here(monkeypatch, 600)
     path = tmp_path / "log.tdms"
     with TdmsWriter(path) as writer:
         waveform = {"wf_increment": 0.002, "wf_start_offset": 1.0, "wf_samples": 1000}

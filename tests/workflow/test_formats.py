@@ -17,6 +17,7 @@ from stiffcal.workflow.ingest import ingest_campaign, is_stale
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.campaign_in_formats import FORMATS, write_campaign
 from tests.laboratory.database import VARIABLE, VARIABLES, Database, trusting
+from tests.laboratory.log_reading import parse_here
 from tests.laboratory.small_campaign import STIFFNESS
 
 
@@ -85,6 +86,7 @@ def test_a_missing_library_is_one_line(
 
     from stiffcal.readers import WantedColumns, find_reader
 
+    parse_here(monkeypatch, 100)
     monkeypatch.setitem(sys.modules, library, None)
     monkeypatch.setenv(VARIABLE, "postgresql://localhost/none")
     monkeypatch.setenv(VARIABLES, VARIABLE)

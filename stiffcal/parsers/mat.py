@@ -1,0 +1,177 @@
+"""MATLAB's MAT files: version 5 to 7, and 7.3, which is HDF5 inside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.log_columns import (
+    Batch,
+    Options,
+    WantedColumns,
+    batch_of_columns,
+    common_length,
+    damaged_file_errors,
+    nearest_name,
+)
+from stiffcal.parsers.open_log import OpenLog
+from stiffcal.parsers.signatures import begins_like_hdf5
+
+PLAIN_CLASSES = (
+    "double",
+    "single",
+    "logical",
+    "char",
+    "cell",
+    "struct",
+    *(f"{u}int{n}" for u in ("", "u") for n in (8, 16, 32, 64)),
+)
+IN_MATLAB = "save what is in it as vectors, e.g. s = table2struct(T, ToScalar=true); save(file, '-struct', 's')"
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A column: how many rows it has, and how to read some of them."""
+
+    n_rows: int
+    read: Callable[[int, int], NDArray[Any]]
+
+
+class OpenMat(OpenLog):
+    """An open MAT file."""
+
+    def __init__(self, columns: dict[str, Vector], display_name: str, place: str) -> None:
+        lengths = {column.n_rows for column in columns.values()}
+        self.columns, self.units = tuple(columns), {}  # MAT files state no units
+        self.n_rows = lengths.pop() if len(lengths) == 1 else None
+        self.display_name, self.place = display_name, place
+        self._vectors = columns
+
+    def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
+        """Yield the rows in batches.
+
+        Raises
+        ------
+        InputError
+            For a damaged or cut off file, columns of unequal length, a column of another kind, a number that is not
+            finite.
+        """
+        lengths = {name: self._vectors[name].n_rows for name in wanted.names}
+        n_rows = common_length(lengths, wanted, self.display_name)
+
+        def read(name: str, start: int, end: int) -> NDArray[Any]:
+            return self._vectors[name].read(start, end)
+
+        for start in range(0, n_rows, self.BATCH_ROWS):
+            yield batch_of_columns(read, wanted, start, min(start + self.BATCH_ROWS, n_rows), self.display_name)
+
+
+@contextmanager
+def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenMat]:
+    """Open a log.
+
+    Raises
+    ------
+    InputError
+        For a damaged file, one that leads to others, a variable that is not there or that holds no vectors.
+    """
+    variable = str(options.get("variable") or "")
+    place = f"variable {variable}" if variable else ""
+    mend = "copy it again from its origin, or save it again"
+    with damaged_file_errors("MAT file", display_name, mend), _open_tree(path, display_name) as tree:
+        yield OpenMat(_columns(tree, options, display_name), display_name, place)
+
+
+def _open_tree(path: Path, display_name: str) -> AbstractContextManager[Tree]:
+    if begins_like_hdf5(path):
+        from stiffcal.parsers import mat73
+
+        return mat73.open_tree(path, display_name)
+    from stiffcal.parsers import mat5
+
+    return mat5.open_tree(path)
+
+
+class Tree(Protocol):
+    """What a file holds, by name: variables, and structs with fields."""
+
+    top: Any
+    """The file itself, whose members are its variables."""
+
+    def members(self, item: Any) -> dict[str, Any] | None:
+        """Return the fields of a struct, or the variables of the file; None of anything else."""
+
+    def kind(self, item: Any) -> str:
+        """Return MATLAB's name of an item's class."""
+
+    def vectors(self, item: Any) -> dict[str, Vector]:
+        """Return the columns of a matrix by number from 1, of a vector by the empty name."""
+
+
+def _columns(tree: Tree, options: Options, display_name: str) -> dict[str, Vector]:
+    """Return the columns that the options point at."""
+    variable, names = str(options.get("variable") or ""), options.get("columns")
+    item, path = tree.top, ""
+    for step in variable.split(".") if variable else []:
+        inside_item = tree.members(item)
+        if inside_item is None or step not in inside_item:
+            inside = f" in {path!r}" if path else ""
+            mend = nearest_name(step, list(inside_item or ()))
+            raise InputError.at(
+                FaultCode.LOG_PART_MISSING, display_name, "mat.variable", f"no variable {step!r}{inside}", mend
+            )
+        item, path = inside_item[step], f"{path}.{step}".strip(".")
+    members = tree.members(item)
+    if members is not None and not variable and len(members) == 1 and not names:
+        (only,) = members
+        inner = tree.members(members[only])
+        members, path = (inner, only) if inner is not None else (members, path)
+    if members is None:
+        return _matrix_columns(tree, item, names, path, display_name)
+    if names:
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT,
+            display_name,
+            "mat.columns",
+            "column names apply to a matrix only",
+            "give the matrix: mat.variable",
+        )
+    columns = {}
+    for name, member in members.items():
+        for column, vector in tree.vectors(member).items():
+            columns[name if not column else f"{name}[{column}]"] = vector
+    if not columns:
+        opaque = [name for name, member in members.items() if tree.kind(member) not in PLAIN_CLASSES]
+        if opaque:
+            reason = f"{opaque[0]!r} is a MATLAB {tree.kind(members[opaque[0]])}, which only MATLAB can read"
+            raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, f"variable {opaque[0]}", reason, IN_MATLAB)
+        listed = ", ".join(repr(name) for name in list(members)[:12]) or "nothing"
+        raise InputError.at(
+            FaultCode.FILE_EMPTY,
+            display_name,
+            "",
+            "contains no vectors",
+            f"give a struct or matrix: mat.variable; the file has {listed}",
+        )
+    return columns
+
+
+def _matrix_columns(tree: Tree, item: Any, names: object, path: str, display_name: str) -> dict[str, Vector]:
+    if tree.kind(item) not in PLAIN_CLASSES:
+        reason = f"it is a MATLAB {tree.kind(item)}, which only MATLAB can read"
+        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, f"variable {path}", reason, IN_MATLAB)
+    vectors = tree.vectors(item)
+    if not isinstance(names, list) or len(names) != len(vectors):
+        counts = f"{len(names)} names for " if isinstance(names, list) else "its columns have no names: "
+        mend = 'write mat.columns = ["Fx", "Fy", "Fz"], say, one name per column'
+        raise InputError.at(
+            FaultCode.SHAPE_MISMATCH, display_name, f"variable {path}", f"{counts}{len(vectors)} columns", mend
+        )
+    return {str(name): vector for name, vector in zip(names, vectors.values(), strict=True)}

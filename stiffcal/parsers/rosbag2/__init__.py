@@ -1,0 +1,315 @@
+"""ROS 2 bags and MCAP files: each message of a topic is a row, each field a column."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.log_columns import (
+    Batch,
+    Options,
+    WantedColumns,
+    batch_of_columns,
+    damaged_file_errors,
+    missing_library,
+    nearest_name,
+)
+from stiffcal.parsers.open_log import OpenLog
+from stiffcal.parsers.rosbag2.definitions import checked_types, parsed_types
+from stiffcal.parsers.rosbag2.storage import QuotedPath, check_bag, check_chunks
+
+RECORDED = "time"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+# Arrays of a joint state, whose elements go by the names in `name`.
+NAMED = ("position", "velocity", "effort")
+MEND = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may repair an incomplete recording"
+UNKNOWN_AT_END = "ros2_humble"
+
+
+class OpenBag(OpenLog):
+    """A topic of an open bag."""
+
+    def __init__(self, topic: _Topic, display_name: str) -> None:
+        self.columns = topic.columns()
+        self.units = {name: "s" for name in self.columns if name == RECORDED or name.split(".")[-1] == "stamp"}
+        self.n_rows = topic.n_messages if topic.child_frame is None else None
+        self.display_name, self.place = display_name, f"topic {topic.name}"
+        self._topic = topic
+
+    def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
+        """Yield the messages in batches.
+
+        Raises
+        ------
+        InputError
+            For a damaged or cut off bag, a message without one of the fields or joints.
+        """
+        takers = {name: _taker(name) for name in wanted.names}
+        values: dict[str, list[Any]] = {name: [] for name in wanted.names}
+        start = n_held = 0
+        for recorded, message in self._topic.messages():
+            for name, take in takers.items():
+                try:
+                    values[name].append(take(recorded, message))
+                except (ValueError, IndexError, AttributeError, TypeError):
+                    place = f"{self.place}, message {start + n_held + 1}"
+                    mend = "exclude the file, or write a copy without such messages"
+                    raise InputError.at(
+                        FaultCode.LOG_PART_MISSING, self.display_name, place, f"it has no {name!r}", mend
+                    ) from None
+            n_held += 1
+            if n_held == self.BATCH_ROWS:
+                yield _batch(values, wanted, start, n_held, self.display_name)
+                values, start, n_held = {name: [] for name in wanted.names}, start + n_held, 0
+        if n_held:
+            yield _batch(values, wanted, start, n_held, self.display_name)
+
+
+def open_log(path: Path, options: Options, display_name: str) -> AbstractContextManager[OpenBag]:
+    """Open a topic of a bag; the parameters and errors are those of `open_bag`."""
+    return open_bag(path, options, display_name, "rosbag2")
+
+
+@contextmanager
+def open_bag(path: Path, options: Options, display_name: str, option: str) -> Iterator[OpenBag]:
+    """Open a topic of a bag.
+
+    Parameters
+    ----------
+    path : of a file or folder. options : checked. display_name : how to call it in a fault.
+    option : the name of the options in the manifest.
+
+    Raises
+    ------
+    InputError
+        For a damaged bag, a topic or release that is not there.
+    """
+    try:
+        from rosbags.rosbag2 import Reader
+        from rosbags.typesys import Stores
+    except ImportError:
+        raise missing_library(option, display_name, "ros") from None
+    releases = [store.value for store in Stores if store.value.startswith("ros2_")]
+    types = str(options.get("types") or UNKNOWN_AT_END)
+    if types not in releases:
+        place, near = f"{option}.types", nearest_name(types, releases)
+        raise InputError.at(FaultCode.OPTION_INVALID, display_name, place, f"no release {types!r}", near)
+    with damaged_file_errors("bag", display_name, MEND):
+        check_bag(path, display_name)
+        with Reader(QuotedPath(path)) as bag:
+            check_chunks(bag, display_name)
+            yield OpenBag(_topic(bag, option, {**options, "types": types}, display_name), display_name)
+
+
+@dataclass(frozen=True)
+class _Topic:
+    """One topic of an open bag, and how its messages are read."""
+
+    bag: Any
+    types: Any
+    connections: list[Any]
+    child_frame: str | None
+    display_name: str
+    option: str
+
+    @property
+    def name(self) -> str:
+        return str(self.connections[0].topic)
+
+    @property
+    def n_messages(self) -> int:
+        return sum(connection.msgcount for connection in self.connections)
+
+    def messages(self) -> Iterator[tuple[int, Any]]:
+        """Yield (recorded ns, message); of transforms those of the child frame."""
+        child_frames: set[str] = set()
+        any_match = False
+        for connection, recorded, raw in self.bag.messages(connections=self.connections):
+            message = self.types.deserialize_cdr(raw, connection.msgtype)
+            if self.child_frame is None:
+                yield recorded, message
+                continue
+            for transform in message.transforms:
+                if transform.child_frame_id == self.child_frame:
+                    any_match = True
+                    yield recorded, transform
+                elif len(child_frames) < 100:
+                    child_frames.add(transform.child_frame_id)
+        if self.child_frame is not None and not any_match:
+            reason = f"no transform of frame {self.child_frame!r} in {self.name}"
+            mend = nearest_name(self.child_frame, sorted(child_frames), "there are")
+            raise InputError.at(
+                FaultCode.LOG_PART_MISSING, self.display_name, f"{self.option}.child_frame", reason, mend
+            )
+
+    def columns(self) -> tuple[str, ...]:
+        """Return the columns of the first message."""
+        for _, message in self.messages():
+            return (RECORDED, *_paths(message, ""))
+        raise InputError.at(
+            FaultCode.FILE_EMPTY,
+            self.display_name,
+            f"topic {self.name}",
+            "it has no messages",
+            "log again, or exclude the file",
+        )
+
+
+def _topic(bag: Any, option: str, options: Options, display_name: str) -> _Topic:
+    topics = sorted({connection.topic for connection in bag.connections})
+    requested = options.get("topic")
+    if requested is None and len(topics) != 1:
+        listed = ", ".join(f"{name} ({bag.topics[name].msgtype})" for name in topics[:12]) or "none"
+        reason = f"the bag contains {len(topics)} topics"
+        raise InputError.at(
+            FaultCode.LOG_PART_AMBIGUOUS, display_name, f"{option}.topic", reason, f"state which: {listed}"
+        )
+    name = str(requested) if requested is not None else topics[0]
+    connections = [connection for connection in bag.connections if connection.topic == name]
+    if not connections:
+        raise InputError.at(
+            FaultCode.LOG_PART_MISSING,
+            display_name,
+            f"{option}.topic",
+            f"no topic {name!r}",
+            nearest_name(name, topics),
+        )
+    child = options.get("child_frame")
+    transforms = connections[0].msgtype == TRANSFORMS
+    if transforms and child is None:
+        mend = f'add {option}.child_frame = "…", the frame that was tracked'
+        raise InputError.at(
+            FaultCode.LOG_PART_AMBIGUOUS,
+            display_name,
+            f"topic {name}",
+            "its messages contain transforms of several frames",
+            mend,
+        )
+    types = _type_store(bag, connections, str(options["types"]), display_name)
+    return _Topic(bag, types, connections, str(child) if transforms else None, display_name, option)
+
+
+def _type_store(bag: Any, connections: list[Any], release: str, display_name: str) -> Any:
+    """Return the decoder of some connections' messages: by the bag's own definitions, else by those of a release."""
+    from rosbags.interfaces import MessageDefinitionFormat
+    from rosbags.typesys import Stores, get_typestore
+
+    if all(connection.msgdef.format == MessageDefinitionFormat.NONE for connection in bag.connections):
+        return get_typestore(Stores(release))
+    types = parsed_types(connections, display_name)
+    if any(connection.msgtype not in types for connection in connections):
+        types = parsed_types(bag.connections, display_name)
+    store = get_typestore(Stores.EMPTY)
+    for connection in connections:
+        store.register(checked_types(types, connection.msgtype, display_name))
+        if connection.digest and store.hash_rihs01(connection.msgtype) != connection.digest:
+            raise InputError.at(
+                FaultCode.CONTENT_UNSUPPORTED,
+                display_name,
+                f"message type {connection.msgtype}",
+                "its definition is of another version",
+                MEND,
+            )
+    return store
+
+
+def _paths(item: Any, path: str) -> Iterator[str]:
+    """Yield the path of every number and word in a message."""
+    names = list(getattr(item, "name", ())) if not isinstance(getattr(item, "name", ""), str) else []
+    for field in fields(item):
+        value = getattr(item, field.name)
+        field_path = f"{path}{field.name}"
+        if field.name.startswith("__"):
+            continue
+        if is_dataclass(value):
+            if _is_time(value):
+                yield field_path
+            else:
+                yield from _paths(value, f"{field_path}.")
+        elif isinstance(value, np.ndarray | list | tuple):
+            if field.name in NAMED and names and len(value) == len(names):
+                yield from (f"{field_path}.{name}" for name in names)
+                continue
+            for index, element in enumerate(value):
+                if is_dataclass(element):
+                    yield from _paths(element, f"{field_path}[{index}].")
+                elif isinstance(element, int | float | str | np.generic):
+                    yield f"{field_path}[{index}]"
+        elif isinstance(value, int | float | str | np.generic):
+            yield field_path
+
+
+def _seconds(value: Any) -> float:
+    return float(value.sec + value.nanosec * 1e-9)
+
+
+def _is_time(value: Any) -> bool:
+    return {"sec", "nanosec"} <= {field.name for field in fields(value)}
+
+
+def _taker(column: str) -> Callable[[int, Any], Any]:
+    """Return the function that takes a column's value out of (recorded, message)."""
+    if column == RECORDED:
+        return lambda recorded, message: recorded * 1e-9
+    # A joint's name may hold points itself, and the order of the names may change between messages.
+    pieces = column.split(".")
+    place = next((k for k, name in enumerate(pieces[:-1]) if name in NAMED), None)
+    if place is None:
+        return _by_path(pieces)
+    by_name = _by_name(pieces[: place + 1], ".".join(pieces[place + 1 :]))
+    by_path = _by_path(pieces)
+    inside = _steps(pieces[: place + 1])
+
+    def take(recorded: int, message: Any) -> Any:
+        # `position` is an array in a joint's state, three members in a pose.
+        value = message
+        for step in inside:
+            value = step(value)
+        return (by_path if is_dataclass(value) else by_name)(recorded, message)
+
+    return take
+
+
+def _by_path(parts: list[str]) -> Callable[[int, Any], Any]:
+    steps = _steps(parts)
+
+    def take(_: int, message: Any) -> Any:
+        for step in steps:
+            message = step(message)
+        return _seconds(message) if is_dataclass(message) else message
+
+    return take
+
+
+def _by_name(parts: list[str], joint: str) -> Callable[[int, Any], Any]:
+    steps, array = _steps(parts[:-1]), parts[-1]
+
+    def take(_: int, message: Any) -> Any:
+        for step in steps:
+            message = step(message)
+        return getattr(message, array)[list(message.name).index(joint)]
+
+    return take
+
+
+def _steps(parts: list[str]) -> list[Callable[[Any], Any]]:
+    return [_step(piece) for joined in parts for piece in joined.replace("[", ".[").split(".")]
+
+
+def _step(piece: str) -> Callable[[Any], Any]:
+    if piece.startswith("["):
+        index = int(piece[1:-1])
+        return lambda item: item[index]
+    return lambda item: getattr(item, piece)
+
+
+def _batch(values_of: dict[str, list[Any]], wanted: WantedColumns, start: int, count: int, display_name: str) -> Batch:
+    arrays = {name: np.asarray(values) for name, values in values_of.items()}
+    return batch_of_columns(lambda name, a, b: arrays[name], wanted, start, start + count, display_name)

@@ -1,0 +1,165 @@
+"""TDMS logs: the channels of a group. npTDMS reads a file whose writer died up to where it goes: it is refused."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.files import open_regular
+from stiffcal.log_columns import (
+    Batch,
+    Options,
+    WantedColumns,
+    batch_of_columns,
+    common_length,
+    damaged_file_errors,
+    missing_library,
+    nearest_name,
+)
+from stiffcal.parsers.open_log import OpenLog
+
+UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
+WAVEFORM_TIME = "time"
+
+
+class OpenTdms(OpenLog):
+    """The channels of a group of an open TDMS file."""
+
+    def __init__(self, channels: dict[str, Any], display_name: str, place: str) -> None:
+        lengths = {_length(channel) for channel in channels.values()}
+        self.columns = tuple(channels)
+        self.units = {name: unit for name, channel in channels.items() if (unit := _unit(channel))}
+        self.n_rows = lengths.pop() if len(lengths) == 1 else None
+        self.display_name, self.place = display_name, place
+        self._channels = channels
+
+    def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
+        """Yield the rows in batches.
+
+        Raises
+        ------
+        InputError
+            For a damaged file, channels of unequal length, a channel that holds no numbers, a number that is not
+            finite.
+        """
+        lengths = {name: _length(channel) for name, channel in self._channels.items()}
+        n_rows = common_length(lengths, wanted, self.display_name)
+
+        def read(name: str, start: int, end: int) -> NDArray[Any]:
+            channel = self._channels[name]
+            if isinstance(channel, _Waveform):
+                return channel.times(start, end)
+            return np.asarray(channel.read_data(start, end - start))
+
+        for start in range(0, n_rows, self.BATCH_ROWS):
+            yield batch_of_columns(read, wanted, start, min(start + self.BATCH_ROWS, n_rows), self.display_name)
+
+
+@contextmanager
+def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenTdms]:
+    """Open a log.
+
+    Raises
+    ------
+    InputError
+        For a damaged file or one whose writer was interrupted, a group that is not there.
+    """
+    try:
+        from nptdms import TdmsFile
+        from nptdms.log import log_manager
+    except ImportError:
+        raise missing_library("tdms", display_name) from None
+    # What it logs of a damaged file is reported below, as a fault.
+    log_manager.set_level(logging.CRITICAL)
+    # Opened here, as the library lets go of no file that it cannot read, and by a path would read the index next to it.
+    with (
+        damaged_file_errors("TDMS file", display_name),
+        open_regular(path, display_name) as raw,
+        TdmsFile.open(raw) as file,
+    ):
+        _check_finished(file, display_name)
+        group = _group(file, options, display_name)
+        yield OpenTdms(_channels(group), display_name, f"group {group.name}")
+
+
+class _Waveform:
+    """The times of channels that were written as waveforms: evenly spaced from an offset."""
+
+    def __init__(self, channel: Any) -> None:
+        self.n_rows = len(channel)
+        self._offset = float(channel.properties.get("wf_start_offset", 0.0))
+        self._step = float(channel.properties["wf_increment"])
+
+    def times(self, start: int, end: int) -> NDArray[np.float64]:
+        """Return seconds of rows `start` to before `end`."""
+        return np.asarray(self._offset + self._step * np.arange(start, end), dtype=np.float64)
+
+
+def _channels(group: Any) -> dict[str, Any]:
+    channels: dict[str, Any] = {channel.name: channel for channel in group.channels()}
+    waveform = next((channel for channel in channels.values() if "wf_increment" in channel.properties), None)
+    if waveform is not None and WAVEFORM_TIME not in channels and float(waveform.properties["wf_increment"]) > 0.0:
+        channels[WAVEFORM_TIME] = _Waveform(waveform)
+    return channels
+
+
+def _check_finished(file: Any, display_name: str) -> None:
+    status = file.file_status
+    if not status.incomplete_final_segment and not status.channel_statuses:
+        return
+    reason = "the last segment is not complete: writing was interrupted, or the copy was cut off"
+    for path, channel in (status.channel_statuses or {}).items():
+        if channel.read_length < channel.expected_length:
+            reason += f" (channel {path}: {channel.read_length} of {channel.expected_length} values of it)"
+            break
+    mend = "copy it again from its origin, or open and save it in DIAdem or LabVIEW and check the result"
+    raise InputError.at(FaultCode.FILE_INCOMPLETE, display_name, "last segment", reason, mend)
+
+
+def _group(file: Any, options: Options, display_name: str) -> Any:
+    groups = {group.name: group for group in file.groups()}
+    requested = options.get("group")
+    if requested is not None:
+        if requested not in groups:
+            raise InputError.at(
+                FaultCode.LOG_PART_MISSING,
+                display_name,
+                "tdms.group",
+                f"no group {requested!r}",
+                nearest_name(str(requested), list(groups)),
+            )
+        return groups[str(requested)]
+    names = [name for name, group in groups.items() if group.channels()]
+    if len(names) == 1:
+        return groups[names[0]]
+    if not names:
+        raise InputError.at(
+            FaultCode.FILE_EMPTY, display_name, "", "the file contains no channels", "log again, or leave the file out"
+        )
+    listed = ", ".join(repr(name) for name in names[:12])
+    raise InputError.at(
+        FaultCode.LOG_PART_AMBIGUOUS,
+        display_name,
+        "tdms.group",
+        f"{len(names)} groups contain channels",
+        f"state which: {listed}",
+    )
+
+
+def _length(channel: Any) -> int:
+    return channel.n_rows if isinstance(channel, _Waveform) else len(channel)
+
+
+def _unit(channel: Any) -> str:
+    if isinstance(channel, _Waveform):
+        return "s"
+    property_of: Callable[[str], Any] = channel.properties.get
+    return next((str(property_of(key)).strip() for key in UNIT_PROPERTIES if property_of(key)), "")
