@@ -10,19 +10,23 @@ WORKERS ?= 2
 # byte-code is kept: without it each process would compile all that it imports, the tests half a minute in each worker
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo dist docs schemas linkcheck readme-picture test test-docs test-long test-browser test-kernels bench coverage practice rates campaigns batch-many faults fuzz fingerprint lint lock example clean
+.PHONY: demo dist docs schemas linkcheck readme-picture test test-all test-docs test-long test-browser test-kernels bench coverage practice rates campaigns batch-many faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
 
-# the quick tests, in minutes; what takes longer than ten seconds would be printed, and belongs to the long ones
+# the quick tests, in minutes; what takes longer than two seconds of processor time is listed, and belongs to the long ones
 PYTEST = $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 test: $(VENV)/test.stamp
-	$(PYTEST) -m "not long and not browser and not docs" --durations=20 --durations-min=10
+	$(PYTEST) -m "not long and not browser and not docs"
 
 # whole campaigns, kills at random points, hidden robots: the tests marked `long`
 test-long: $(VENV)/test.stamp
 	$(PYTEST) -m "long and not browser and not docs"
+
+# the quick and long tests and those of the documentation in one go: each process collects once
+test-all: $(VENV)/docs.stamp $(VENV)/browser.stamp
+	$(PYTEST) -m "not browser"
 
 # the page of `view` in a browser; needs Debian's chromium (apt-get install chromium), or CHROMIUM=/path/to/chromium
 test-browser: $(VENV)/browser.stamp
@@ -143,6 +147,12 @@ $(VENV)/browser.stamp: requirements/browser.txt $(VENV)/test.stamp
 $(VENV)/docs.stamp: requirements/docs.txt $(VENV)/test.stamp
 	$(PIP) $(LOCKED) -r requirements/docs.txt
 	@touch $@
+
+# all of them at once, for CI
+$(VENV)/ci.stamp: requirements/test.txt requirements/browser.txt requirements/docs.txt pyproject.toml | $(VENV)/bin/python
+	$(PIP) $(LOCKED) -r requirements/test.txt -r requirements/browser.txt -r requirements/docs.txt
+	$(PIP) install --quiet --no-deps --no-build-isolation -e .
+	@touch $(VENV)/run.stamp $(VENV)/test.stamp $(VENV)/browser.stamp $(VENV)/docs.stamp $@
 
 # test.txt holds run.txt
 $(VENV)/test.stamp: requirements/test.txt $(VENV)/run.stamp

@@ -50,8 +50,16 @@ NO_KERNEL = (
 )  # fmt: skip
 # These run in an environment of their own, which holds the peer.
 collect_ignore = ["benchmarks/figaroh"]
-# Folders of `make test-long`; of other folders the tests and files that are marked themselves.
-LONG = ("benchmarks", "faults", "rates", "whole_campaigns")
+# Folders and files of `make test-long`: whole campaigns, and files that take five seconds of processor time or more for
+# what a change rarely breaks. Elsewhere the tests and files that are marked themselves.
+LONG = (
+    "benchmarks", "compensation/test_c_code.py", "diagnosis/test_search.py", "experiments/test_clamped_sigma.py",
+    "faults", "identification/test_moved_base.py", "rates", "reduction/test_place_faults_of_tables.py",
+    "security/test_imports.py", "security/test_plugin_ends.py", "security/test_streams.py",
+    "store/test_two_at_once.py", "whole_campaigns", "workflow/test_controller_export.py",
+    "workflow/test_fingerprint.py", "workflow/test_improve.py", "workflow/test_plan.py",
+    "workflow/test_plan_rivals.py",
+)  # fmt: skip
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
