@@ -191,7 +191,8 @@ def make_tdms(chance: random.Random, path: Path) -> None:
 
 
 @cache
-def _bag(ending: str) -> bytes:
+def bag_bytes(ending: str) -> bytes:
+    """Return a bag of two topics, wrenches and transforms."""
     import tempfile
 
     from tests.laboratory.bags import transforms, wrench, write_bag
@@ -207,7 +208,7 @@ def _bag(ending: str) -> bytes:
 
 def make_bag(chance: random.Random, path: Path) -> None:
     """Write a ROS 2 bag."""
-    path.write_bytes(_bag(path.suffix))
+    path.write_bytes(bag_bytes(path.suffix))
 
 
 def packed(chance: random.Random, data: bytes) -> tuple[str, bytes]:
