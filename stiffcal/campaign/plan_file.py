@@ -128,13 +128,14 @@ class PlanFile(TomlTable):
         the runs of campaign.toml are, else "load".
     robot_class : "light" (10 kg, harmonic drives), "medium" (60 kg) or "heavy" (200 kg): what joint compliances without
         a value are taken as. Absent: one typical value for all joints.
-    parameters : full names of the parameters whose largest uncertainty counts for "stiffness"; absent: all.
+    parameters : full names of the parameters whose largest uncertainty counts for "stiffness"; absent: all but knees,
+        bands and other nonlinear ones.
     runs : how many runs to plan (a pose with its load steps each); absent: what `minutes` allows, else 12, and of
         absolute places two thirds of the number of parameters where that is more.
     minutes : the time there is. warm_up_minutes : of these before the first run.
     minutes_per_run : to move and to attach the load. minutes_per_step : for each load step and unloaded state.
     candidates : random poses to choose from. seed : of their drawing.
-    repeats : how often one pose with one load may be measured.
+    repeats : how often one pose (within 10° of each joint) with one load may be measured.
     limits_deg : of the logged angles, by joint name, tighter than robot.toml's. margin_deg : distance to every limit.
     fixtures : those that can clamp the flange; absent: one at any possible pose.
     region : the work area, for `--for region`.
@@ -155,7 +156,7 @@ class PlanFile(TomlTable):
     minutes_per_step: NotNegative = 1.0
     candidates: Annotated[Counting, Field(le=MOST_CANDIDATES)] = 200
     seed: Annotated[int, Field(ge=0)] = 0
-    repeats: Counting = 2
+    repeats: Counting = 1
     load: PlannedLoad = PlannedLoad()
     noise: PlannedNoise = PlannedNoise()
     tracker: PlannedTracker | None = None

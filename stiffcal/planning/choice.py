@@ -22,6 +22,7 @@ from stiffcal.planning.design import (
     sum_of,
 )
 from stiffcal.planning.goals import Goal
+from stiffcal.planning.repeats import Repeats
 
 # Runs whose rows are triangulated together.
 RUNS_AT_ONCE = 500
@@ -47,7 +48,7 @@ def choose_runs(
     criterion: Criterion,
     known: Floats | None = None,
     wanted: Floats | None = None,
-    limit: int | None = None,
+    limit: Repeats | int | None = None,
     nonlinear: Booleans | None = None,
     first: Integers | None = None,
     named: Booleans | None = None,
@@ -83,7 +84,7 @@ def goal_of_parameters(
     criterion: Criterion,
     known: Floats | None,
     wanted: Floats | None,
-    limit: int | None,
+    limit: Repeats | int | None,
     nonlinear: Booleans | None,
     named: Booleans | None = None,
     weight: float = 1.0,

@@ -17,6 +17,7 @@ from enum import Enum
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.planning.repeats import Repeats
 
 # Relative improvement below which an exchange is rounding.
 LEAST_GAIN = 1e-9
@@ -100,7 +101,7 @@ def best_design(
     criterion: Criterion,
     known: Floats | None = None,
     wanted: Floats | None = None,
-    limit: int | None = None,
+    limit: Repeats | int | None = None,
     bears_losses: bool = False,
     first: Integers | None = None,
 ) -> Design:
@@ -114,13 +115,14 @@ def best_design(
     known : (p, p) information that there is already; None: next to none.
     wanted : (q, p) rows whose variances count for `Criterion.PREDICTION`; for `Criterion.WORST` those whose largest
         counts, None for each parameter's own.
-    limit : how often one candidate may be measured; None: any number of times.
+    limit : how often one candidate, or those that are alike, may be measured; None: any number of times.
     first : (n,) the design that exchange starts from; None: from the relaxed optimum and from a greedy choice.
     bears_losses : for `Criterion.WORST`, no uncertainty rests on one run more than it has to (`planning.lost_runs`).
 
     Raises
     ------
     ValueError : there is no candidate, no run, or no row of predictions where they are needed.
+    TooAlikeError : too few candidates differ.
     """
     if len(factors) == 0 or n_runs < 1:
         raise ValueError("a design needs candidates and at least one run")
@@ -131,9 +133,11 @@ def best_design(
     picked = np.union1d(np.argsort(gains, kind="stable")[-EXCHANGED:], np.flatnonzero(weights))
     picked = picked if first is None else np.union1d(picked, first)
     factors, weights = factors[picked], weights[picked]
-    most = n_runs if limit is None else limit
+    most = Repeats.of(limit, n_runs).subset(picked)
     if first is None:
-        starts = [rounded(weights, n_runs, most), _greedy(factors, n_runs, criterion, start, rows, most)]
+        order = np.argsort(-gains[picked], kind="stable")
+        found = rounded(weights, n_runs, most.most), _greedy(factors, n_runs, criterion, start, rows, most)
+        starts = [most.kept(design, n_runs, order) for design in found]
     else:
         starts = [np.searchsorted(picked, first)]
     best: Integers | None = None
@@ -242,24 +246,29 @@ def losses_after(factors: Floats, covariance: Floats, criterion: Criterion, rows
     return np.asarray(0.5 * np.log(np.maximum(mean, np.finfo(float).tiny)))
 
 
-def _greedy(factors: Floats, n_runs: int, criterion: Criterion, start: Floats, rows: Floats, most: int) -> Integers:
-    """Return candidates taken one after the other: by determinant until all parameters are known, then as wished."""
+def _greedy(factors: Floats, n_runs: int, criterion: Criterion, start: Floats, rows: Floats, most: Repeats) -> Integers:
+    """Return candidates taken one after the other: by determinant until all parameters are known, then as wished.
+
+    Fewer than there are runs, where the others are like those that are taken.
+    """
     chosen: list[int] = []
-    matrix, count = start.copy(), np.zeros(len(factors), dtype=np.int64)
+    matrix = start.copy()
     for _ in range(n_runs):
         covariance = inverse(matrix)
         vague = _is_vague(covariance, criterion, rows)
         losses = losses_after(factors, covariance, Criterion.DETERMINANT if vague else criterion, rows)
-        losses[count >= most] = np.inf
+        exhausted = most.exhausted(np.array(chosen, dtype=np.int64), len(factors))
+        if exhausted.all():
+            break
+        losses[exhausted] = np.inf
         candidate = int(np.argmin(losses))
         chosen.append(candidate)
-        count[candidate] += 1
         matrix = matrix + factors[candidate].T @ factors[candidate]
     return np.array(chosen)
 
 
 def _exchange(
-    factors: Floats, chosen: Integers, criterion: Criterion, start: Floats, rows: Floats, most: int
+    factors: Floats, chosen: Integers, criterion: Criterion, start: Floats, rows: Floats, most: Repeats
 ) -> Integers:
     """Return the design after Fedorov's exchanges: each run in turn gives way to the candidate that serves best."""
     design = chosen.copy()
@@ -269,8 +278,7 @@ def _exchange(
             without = start + sum_of(factors, np.delete(design, place))
             losses = losses_after(factors, inverse(without), criterion, rows)
             present = losses[design[place]]
-            count = np.bincount(np.delete(design, place), minlength=len(factors))
-            losses[count >= most] = np.inf
+            losses[most.exhausted(np.delete(design, place), len(factors))] = np.inf
             better = int(np.argmin(losses))
             if losses[better] < present - LEAST_GAIN:
                 design[place], changed = better, True
@@ -318,7 +326,7 @@ def relaxed_optimum(
     p = factors.shape[2]
     shares = np.full(len(rows), 1.0 / len(rows))
     support = np.unique(
-        _greedy(factors, min(max(2 * p // factors.shape[1], 8), 40), Criterion.DETERMINANT, start, rows, 1)
+        _greedy(factors, min(max(2 * p // factors.shape[1], 8), 40), Criterion.DETERMINANT, start, rows, Repeats(1))
         if len(factors) > 40
         else np.arange(len(factors))
     )

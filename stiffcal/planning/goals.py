@@ -30,6 +30,7 @@ from stiffcal.planning.design import (
     value_of,
     wanted_rows,
 )
+from stiffcal.planning.repeats import Repeats
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class MixedDesign:
 
 
 def mixed_design(
-    goals: Sequence[Goal], n_runs: int, limit: int | None = None, first: Integers | None = None
+    goals: Sequence[Goal], n_runs: int, limit: Repeats | int | None = None, first: Integers | None = None
 ) -> MixedDesign:
     """Return the design of n runs that exchange finds for a mix of goals.
 
@@ -67,7 +68,7 @@ def mixed_design(
     ----------
     goals : of the same candidates.
     n_runs : how many runs.
-    limit : how often one candidate may be measured.
+    limit : how often one candidate, or those that are alike, may be measured.
     first : (n_runs,) the design that exchange starts from; None: from the relaxed optima of the goals.
     """
     shares = np.array([goal.weight for goal in goals])
@@ -77,10 +78,11 @@ def mixed_design(
     picked = picked if first is None else np.union1d(picked, first)
     for entry in prepared:
         entry.keep(picked)
-    most = n_runs if limit is None else limit
+    most = Repeats.of(limit, n_runs).subset(picked)
     if first is None:
         mean = sum(share * entry.weights for share, entry in zip(shares, prepared, strict=True))
-        starts = [rounded(weights, n_runs, most) for weights in (mean, *(entry.weights for entry in prepared))]
+        starts = [rounded(weights, n_runs, most.most) for weights in (mean, *(entry.weights for entry in prepared))]
+        starts = [most.kept(design, n_runs, np.argsort(-mean, kind="stable")) for design in starts]
     else:
         starts = [np.searchsorted(picked, first)]
     mix = _Mix(prepared, shares)
@@ -145,7 +147,7 @@ class _Mix:
         """Return (N,) the logarithm of the mixed loss after each candidate joins others."""
         return np.asarray(self._shares @ np.stack([goal.after(others) for goal in self._goals]))
 
-    def exchanged(self, chosen: Integers, most: int) -> Integers:
+    def exchanged(self, chosen: Integers, most: Repeats) -> Integers:
         """Return the design after Fedorov's exchanges."""
         design = chosen.copy()
         for _ in range(MOST_PASSES):
@@ -154,7 +156,7 @@ class _Mix:
                 others = np.delete(design, place)
                 losses = self.after(others)
                 present = losses[design[place]]
-                losses[np.bincount(others, minlength=len(losses)) >= most] = np.inf
+                losses[most.exhausted(others, len(losses))] = np.inf
                 better = int(np.argmin(losses))
                 if losses[better] < present - LEAST_GAIN:
                     design[place], changed = better, True

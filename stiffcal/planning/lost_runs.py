@@ -6,6 +6,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.planning.design import LEAST_GAIN, Criterion, inverse, losses_after
+from stiffcal.planning.repeats import Repeats
 
 # An interval that one lost run makes so many times wider rests on it.
 MUCH_WIDER = 1.25
@@ -16,7 +17,7 @@ TRIED = 30
 MOST_PASSES = 2
 
 
-def bearing_losses(factors: Floats, chosen: Integers, start: Floats, rows: Floats, most: int) -> Integers:
+def bearing_losses(factors: Floats, chosen: Integers, start: Floats, rows: Floats, most: Repeats) -> Integers:
     """Return a design whose largest standard uncertainty stays small with any one of its runs lost.
 
     Minimised by exchange is the larger of two: the largest standard uncertainty with all runs, and the largest with one
@@ -28,7 +29,7 @@ def bearing_losses(factors: Floats, chosen: Integers, start: Floats, rows: Float
     chosen : (n,) the design to begin with.
     start : (p, p) information that there is already.
     rows : (q, p) what is wanted.
-    most : how often one candidate may be measured.
+    most : how often candidates that are alike may be measured.
     """
     design = chosen.copy()
     if len(design) < 2:
@@ -40,10 +41,9 @@ def bearing_losses(factors: Floats, chosen: Integers, start: Floats, rows: Float
         changed = False
         for place in range(len(design)):
             others = np.delete(design, place)
-            count = np.bincount(others, minlength=len(factors))
             without = start + matrices[others].sum(axis=0)
             plain = losses_after(factors, inverse(without), Criterion.WORST, rows)
-            plain[(count >= most) | (plain > most_with_all)] = np.inf
+            plain[most.exhausted(others, len(factors)) | (plain > most_with_all)] = np.inf
             tried = np.argsort(plain, kind="stable")[:TRIED]
             losses = np.maximum(plain[tried], _worst(without, rows) - np.log(MUCH_WIDER))
             for lost in np.unique(others):

@@ -28,6 +28,7 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.planning.design import VAGUE, Criterion, Design, best_design, compressed
 from stiffcal.planning.goals import Goal
 from stiffcal.planning.information import RunKind, information_of_runs
+from stiffcal.planning.repeats import Repeats
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ def pairs_of_rivals(
 
 
 def separating_design(
-    pairs: Sequence[PairInformation], n_runs: int, limit: int | None = None, first: Integers | None = None
+    pairs: Sequence[PairInformation], n_runs: int, limit: Repeats | int | None = None, first: Integers | None = None
 ) -> Design:
     """Return the n runs whose smallest separation of all pairs is largest; its loss is 1/√Δ of that pair.
 

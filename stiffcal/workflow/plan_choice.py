@@ -20,10 +20,13 @@ if TYPE_CHECKING:
     from stiffcal.planning.choice import Choice
     from stiffcal.planning.design import Criterion
     from stiffcal.planning.information import RunInformation
+    from stiffcal.planning.repeats import Repeats
     from stiffcal.planning.rivals import PairInformation
 
 # Standard deviations of the joint angles about the chosen poses, one after the other, rad.
 SPREADS = (np.radians(10.0), np.radians(4.0), np.radians(1.5))
+# Poses that differ by no more in any joint are the same run under the same load: so far refinement moves a pose first.
+ALIKE = SPREADS[0]
 
 
 @dataclass(frozen=True)
@@ -67,8 +70,27 @@ def chosen_runs(
 
     Raises
     ------
-    InputError : no possible load turns any parameter's joint, or a load is more than the springs hold.
+    InputError : no possible load turns any parameter's joint, a load is more than the springs hold, or too few possible
+        runs differ.
     """
+    from stiffcal.planning.repeats import TooAlikeError
+
+    try:
+        return _refined(campaign, plan, model, candidates, purpose)
+    except TooAlikeError as error:
+        reason = (
+            f"of {purpose.n_runs} runs only {error.found} would differ: the others repeat a pose within "
+            f"{np.degrees(ALIKE):.0f}° of each joint under the same load, and show nothing new"
+        )
+        mend = (
+            f"plan {error.found} runs, widen limits_deg, allow more directions, or write repeats = {2 * plan.repeats}"
+        )
+        raise InputError.at(FaultCode.POSE_UNREACHABLE, PLAN_FILE, "runs", reason, mend) from None
+
+
+def _refined(
+    campaign: Campaign, plan: PlanFile, model: PlanModel, candidates: Candidates, purpose: Purpose
+) -> ChosenRuns:
     around = _chosen(campaign, plan, model, candidates, purpose)
     for spread in SPREADS:
         places, first = np.unique(around.choice.design.chosen, return_inverse=True)
@@ -91,6 +113,7 @@ def _chosen(
     from stiffcal.planning.choice import choice_of_design, identifiable
     from stiffcal.planning.rivals import separating_design
 
+    repeats = repeats_of(plan, candidates)
     information = model.information(candidates)
     known = known_information(model, information)
     pairs = _pairs(model, candidates, purpose)
@@ -99,12 +122,14 @@ def _chosen(
     if not identifiable(information.factors, known, information.nonlinear)[1].any():
         choice = None
     elif len(purpose.goals) > 1:
-        choice, efficiencies = _choice_for_mix(plan, model, candidates, purpose, (information, known), pairs, first)
+        choice, efficiencies = _choice_for_mix(
+            plan, model, candidates, purpose, (information, known), pairs, repeats, first
+        )
     elif purpose.goals[0].name == LOOK_ALIKES:
-        design = separating_design(pairs, purpose.n_runs, plan.repeats, first)
+        design = separating_design(pairs, purpose.n_runs, repeats, first)
         choice = choice_of_design(design, information.factors, known, information.nonlinear)
     else:
-        choice = _choice_for_ranges(plan, model, candidates, purpose, (information, known), first)
+        choice = _choice_for_ranges(plan, model, candidates, purpose, (information, known), repeats, first)
     if choice is None or not choice.identified.any():
         reason = "no possible load excites any parameter of the model enough to identify it"
         mend = "allow other directions, a larger force, or a load point with a lever arm"
@@ -134,6 +159,7 @@ def _choice_for_mix(
     purpose: Purpose,
     nominal: tuple[RunInformation, Floats | None],
     pairs: list[PairInformation],
+    repeats: Repeats,
     first: Integers | None,
 ) -> tuple[Choice | None, tuple[float, ...]]:
     """Return the choice for several goals, and the efficiency in each goal alone."""
@@ -150,13 +176,13 @@ def _choice_for_mix(
             continue
         criterion = purpose.criterion if goal.name == STIFFNESS else Criterion.PREDICTION
         prepared = goal_of_parameters(
-            information.factors, purpose.n_runs, criterion, known, _wanted(model, purpose, information), plan.repeats,
-            information.nonlinear, named_parameters(plan, information.names), goal.weight,
+            information.factors, purpose.n_runs, criterion, known, _wanted(model, purpose, information), repeats,
+            information.nonlinear, named_parameters(plan, information), goal.weight,
         )  # fmt: skip
         if prepared is None:
             return None, ()
         goals.append(prepared[0])
-    mixed = mixed_design(goals, purpose.n_runs, plan.repeats, first)
+    mixed = mixed_design(goals, purpose.n_runs, repeats, first)
     return choice_of_design(mixed.design, information.factors, known, information.nonlinear), mixed.efficiencies
 
 
@@ -166,6 +192,7 @@ def _choice_for_ranges(
     candidates: Candidates,
     purpose: Purpose,
     nominal: tuple[RunInformation, Floats | None],
+    repeats: Repeats,
     first: Integers | None,
 ) -> Choice | None:
     """Return the choice that serves the model and both ends of the prior ranges of its unknown nonlinear parameters.
@@ -188,10 +215,19 @@ def _choice_for_ranges(
     wanted = _wanted(model, purpose, information) if is_prediction else None
     choice = choose_runs(
         blocks, purpose.n_runs, Criterion.PREDICTION if is_prediction else purpose.criterion, _repeated(known, count),
-        _repeated(wanted, count), plan.repeats, np.tile(information.nonlinear, count), first,
-        np.tile(named_parameters(plan, information.names), count),
+        _repeated(wanted, count), repeats, np.tile(information.nonlinear, count), first,
+        np.tile(named_parameters(plan, information), count),
     )  # fmt: skip
     return None if choice is None else replace(choice, free=choice.free[:p], identified=choice.identified[:p])
+
+
+def repeats_of(plan: PlanFile, candidates: Candidates) -> Repeats:
+    """Return how often runs may be repeated: what refinement could turn into each other is the same run."""
+    from stiffcal.planning.repeats import Repeats
+
+    others = np.concatenate([table.reshape(len(table), -1) for table in candidates.tables[1:]], axis=1)
+    _, load = np.unique(others, axis=0, return_inverse=True)
+    return Repeats(plan.repeats, candidates.joints, load.ravel(), ALIKE)
 
 
 def _side_by_side(factors: list[Floats]) -> Floats:
@@ -207,19 +243,24 @@ def _wanted(model: PlanModel, purpose: Purpose, information: RunInformation) -> 
     return model.predictions(purpose.area.joints, purpose.area.wrench, information.scale)
 
 
-def named_parameters(plan: PlanFile, names: tuple[str, ...]) -> Booleans:
-    """Return (p,) True for the parameters that plan.toml names; all where it names none.
+def named_parameters(plan: PlanFile, information: RunInformation) -> Booleans:
+    """Return (p,) True for the parameters that plan.toml names; where it names none all but nonlinear ones.
+
+    A knee or a band is often poorly known however much is measured: it alone would decide on every run.
 
     Raises
     ------
     InputError : the model has no free parameter of such a name.
     """
+    names = information.names
     for name in plan.parameters:
         if name not in names:
             reason = f"the model has no free parameter {name}"
             mend = f"free parameters: {', '.join(names)}"
             raise InputError.at(FaultCode.PARAMETER_UNKNOWN, PLAN_FILE, "parameters", reason, mend)
-    return np.array([not plan.parameters or name in plan.parameters for name in names], dtype=np.bool_)
+    if not plan.parameters:
+        return ~information.nonlinear
+    return np.array([name in plan.parameters for name in names], dtype=np.bool_)
 
 
 def _repeated(matrix: Floats | None, count: int) -> Floats | None:

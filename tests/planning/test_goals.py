@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.planning.design import VAGUE, Criterion, best_design, information, loss_of
 from stiffcal.planning.goals import Goal, mixed_design
+from stiffcal.planning.information import RunInformation
+from stiffcal.workflow.plan_choice import named_parameters
 
 FACTORS = np.random.default_rng(3).normal(size=(60, 3, 4)) * np.array([1.0, 2.0, 0.5, 1.0])
 ROWS = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, 0.2, 0.0, 0.0]])
@@ -43,3 +46,12 @@ def test_weights_decide_which_goal_is_served() -> None:
             np.exp(np.array([0.9, 0.1] if mixed is mostly_first else [0.1, 0.9]) @ np.log(found))
         )
         assert (np.array(mixed.efficiencies) <= 1.0).all()
+
+
+def test_a_nonlinear_parameter_is_a_goal_only_where_plan_toml_names_it() -> None:
+    none = np.zeros((1, 1, 2))
+    names, scale, nonlinear = ("backlash.j4.width", "backlash.j4.band"), np.ones(2), np.array([False, True])
+    information = RunInformation(names, scale, none, scale, scale, nonlinear, none[:, :, :0])
+    assert named_parameters(PlanFile.model_validate({}), information).tolist() == [True, False]
+    named = PlanFile.model_validate({"parameters": ("backlash.j4.band",)})
+    assert named_parameters(named, information).tolist() == [False, True]

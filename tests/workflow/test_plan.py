@@ -164,6 +164,7 @@ def test_a_joint_that_the_load_cannot_turn_is_not_identified(irb4400: Path) -> N
 FULL_BOX = "[[keep_out]]\nmin_m = [-9.0, -9.0, -9.0]\nmax_m = [9.0, 9.0, 9.0]\n"
 AWAY = "[tracker]\nposition_m = [9.0, 0.0, 1.0]\nreflector_axis = [0.0, 0.0, 1.0]\nacceptance_deg = 0.001\n"
 EMPTY_BOX = "[[keep_out]]\nmin_m = [1.0, 0.0, 0.0]\nmax_m = [0.0, 1.0, 1.0]\n"
+ONE_POSE = "[limits_deg]\n" + "".join(f"A{k} = [20.0, 32.0]\n" for k in range(1, 7))
 NO_AXIS = "[tracker]\nposition_m = [9.0, 0.0, 1.0]\naxis = [0.0, 0.0, 0.0]\n"
 BEHIND = "[tracker]\nposition_m = [9.0, 0.0, 1.0]\naxis = [1.0, 0.0, 0.0]\ncone_deg = 20.0\n"
 
@@ -188,6 +189,8 @@ BEHIND = "[tracker]\nposition_m = [9.0, 0.0, 1.0]\naxis = [1.0, 0.0, 0.0]\ncone_
         (LOAD + REGION.format(7.0, 8.0), FaultCode.POSE_UNREACHABLE, "region"),
         (LOAD + REGION.format(2.0, 1.0), FaultCode.VALUE_INVALID, "region"),
         ('parameters = ["backlash.j1.width"]\n' + LOAD, FaultCode.PARAMETER_UNKNOWN, "parameters"),
+        # one pose under three directions, forth and back: six runs differ
+        ("runs = 9\n" + LOAD + ONE_POSE, FaultCode.POSE_UNREACHABLE, "runs"),
         ('experiment = "absolute"\n' + LOAD, FaultCode.KEY_CONFLICT, "load.force_N"),
     ],
 )  # fmt: skip
