@@ -297,7 +297,7 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
     """Return the error to expect in new poses: the numbers, and one sentence."""
     from stiffcal.validation.heldout import heldout_residuals
     from stiffcal.validation.validate import experiments_of, rms_of
-    from stiffcal.wording import angle, significant
+    from stiffcal.wording import angle, length, significant
 
     heldout = heldout_residuals(data.states, fit)
     if heldout.scheme == "none":
@@ -315,7 +315,7 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
         return None, text
     if fit.data.absolute.any():
         noise = fit.noise_length["translation"]
-        against = "" if noise is None else f"; noise of the instruments {1e3 * noise:.3g} mm rms"
+        against = "" if noise is None else f"; noise of the instruments {length(noise, significant)} rms"
         by_kind = {
             kind: rms_of(heldout.residual[:, members], heldout.data.subset(members))["translation"]
             for kind, members in experiments_of(heldout.data).items()
@@ -324,13 +324,13 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
         of_places = by_kind.get(Experiment.ABSOLUTE)
         if of_loads is not None and of_places is not None:
             return Rms.of(rms), (
-                f"expected error in regions that were not measured (held-out regions): {1e3 * of_places:.3g} mm rms "
-                f"for absolute positions; for the displacement under load in new poses: {1e3 * of_loads:.3g} mm rms"
+                f"expected error in regions that were not measured (held-out regions): {length(of_places, significant)} rms "
+                f"for absolute positions; for the displacement under load in new poses: {length(of_loads, significant)} rms"
                 f"{against}"
             )
-        text = f"expected error in regions that were not measured (held-out regions): {1e3 * error:.3g} mm rms"
+        text = f"expected error in regions that were not measured (held-out regions): {length(error, significant)} rms"
         return Rms.of(rms), f"{text}{against}"
     return Rms.of(rms), (
-        f"expected error in new poses of this kind: {1e3 * error:.3g} mm rms, "
+        f"expected error in new poses of this kind: {length(error, significant)} rms, "
         f"{100.0 * error / whole:.3g} % of the deflection under such loads"
     )
