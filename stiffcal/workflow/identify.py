@@ -323,10 +323,10 @@ def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
         of_loads = by_kind.get(Experiment.LOADS)
         of_places = by_kind.get(Experiment.ABSOLUTE)
         if of_loads is not None and of_places is not None:
+            places, loads = length(of_places, significant), length(of_loads, significant)
             return Rms.of(rms), (
-                f"expected error in regions that were not measured (held-out regions): {length(of_places, significant)} rms "
-                f"for absolute positions; for the displacement under load in new poses: {length(of_loads, significant)} rms"
-                f"{against}"
+                f"expected error in regions that were not measured (held-out regions): {places} rms "
+                f"for absolute positions; for the displacement under load in new poses: {loads} rms{against}"
             )
         text = f"expected error in regions that were not measured (held-out regions): {length(error, significant)} rms"
         return Rms.of(rms), f"{text}{against}"
