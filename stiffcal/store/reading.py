@@ -42,6 +42,7 @@ class Store:
 
     def __init__(self, location: str | Path, display_name: str = "") -> None:
         self.display_name = display_name or str(location)
+        _check_address(location, self.display_name)
         self.remote = _remote_of(location, self.display_name)
         self.folder = self.remote.mirror if self.remote is not None else _folder_of(location, self.display_name)
 
@@ -193,6 +194,17 @@ class Store:
             if keep_rest:
                 writing.keep_rest()
             writing.commit()
+
+
+def _check_address(location: str | Path, display_name: str) -> None:
+    """Refuse what looks like an address and cannot be taken apart, as one with a bracket that is not closed."""
+    if isinstance(location, Path) or "://" not in location:
+        return
+    try:
+        urlsplit(location)
+    except ValueError as error:
+        reason, mend = f"not an address ({error})", "give a folder, or s3://BUCKET/PREFIX"
+        raise InputError.at(FaultCode.STORE_ADDRESS, display_name, "--store", reason, mend) from None
 
 
 def _folder_of(location: str | Path, display_name: str) -> Path:

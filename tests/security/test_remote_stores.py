@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.store import Store
 from stiffcal.store import remote as remote_module
 from stiffcal.trust.record import open_record
@@ -95,3 +96,10 @@ def test_two_dots_behind_percent_signs_lead_out_of_no_trusted_place(state: Path)
     open_record().allow_place(f"s3://{BUCKET}/cells")
     assert open_record().place_allowed(Store(f"s3://{BUCKET}/cells/a").address)
     assert not open_record().place_allowed(Store(f"s3://{BUCKET}/cells/%2E%2E/others").address)
+
+
+@pytest.mark.parametrize("address", ["s3://[::1", "S3://[", "file://[x", "http://\udc80[::1/x", "s3:///", "ftp://x/y"])
+def test_what_is_no_address_is_one_line(address: str) -> None:
+    with pytest.raises(InputError) as refused:
+        Store(address)
+    assert refused.value.code is FaultCode.STORE_ADDRESS
