@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.escapes import toml_text
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import jacobians
@@ -59,6 +60,6 @@ def coupled_angles(joints: Floats, chain: Chain) -> Iterator[CoupledAngles]:
                 counted,
                 f"joints {one} and {other}",
                 f"{other} {symbol} {one} in place of {other}",
-                f"the controller counts {other} together with {one}, as against the horizontal: write logged = "
-                f"{{ {one} = {sign:.0f}, {other} = 1 }} for joint {other} in the robot file",
+                f"the controller counts {other} together with {one}, as against the horizontal: write "
+                f"{toml_text.pair('logged', {one: int(sign), other: 1})} for joint {other} in the robot file",
             )
