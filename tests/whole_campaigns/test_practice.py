@@ -24,8 +24,8 @@ def stiffness_of(document: dict[str, Any]) -> tuple[np.ndarray[Any, Any], np.nda
     return values, np.array(document["covariance"])[np.ix_(order, order)]
 
 
-# one of each robot or kind is enough here: `make campaigns` takes all twelve through all steps to their report
-@pytest.mark.parametrize("name", ["01", "08", "11"])
+# one of each robot here: `make campaigns` takes all twelve through all steps to their report
+@pytest.mark.parametrize("name", ["01", "05", "08"])
 def test_all_commands_run(name: str, practice: Practice, command: Command) -> None:
     folder = practice(name)
     # a first look by drives alone may find a joint hidden behind what else gives: then it says so and ends with 1
