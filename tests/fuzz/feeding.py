@@ -12,11 +12,13 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import FrameType
 
+from stiffcal import processes
 from stiffcal.errors import InputError
 from tests.fuzz.fence import BrokenFenceError
 from tests.fuzz.targets import check_fault, targets
@@ -97,6 +99,8 @@ def _too_long(signum: int, frame: FrameType | None) -> None:
 def _serve(pipe: Connection, other_end: Connection, name: str, seed: int, first: int, count: int) -> None:
     """Feed inputs and send a line before and after each; ends where nobody receives them any more."""
     other_end.close()
+    # This copy of the tests' process lacks the thread that starts processes there.
+    processes._starter = ThreadPoolExecutor(max_workers=1)
     parent = Path("/dev/shm") if Path("/dev/shm").is_dir() else None
     with tempfile.TemporaryDirectory(prefix="stiffcal-fuzz-", dir=parent) as place:
         own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
