@@ -77,7 +77,7 @@ _OPEN: Mapping[str, tuple[Reading, ...]] = MappingProxyType({"r": (Reading.ROTAT
 
 
 @dataclass(frozen=True)
-class Header:
+class ColumnHeader:
     """A column's header, taken apart."""
 
     name: str
@@ -101,7 +101,7 @@ class Component:
     """Whether the name and the missing unit leave open which reading it is."""
 
 
-def header_parts(header: str) -> Header:
+def header_parts(header: str) -> ColumnHeader:
     """Return a header's name and the unit that stands in it.
 
     Examples
@@ -121,18 +121,18 @@ def header_parts(header: str) -> Header:
     note, None
     """
     if len(header) > _LONGEST_NAME:
-        return Header(header, None)
+        return ColumnHeader(header, None)
     bracketed = _BRACKETED.match(header)
     if bracketed is not None:
-        return Header(bracketed["name"].strip(), (bracketed["a"] or bracketed["b"] or "").strip() or None)
+        return ColumnHeader(bracketed["name"].strip(), (bracketed["a"] or bracketed["b"] or "").strip() or None)
     separated = _SEPARATED.match(header)
     if separated is not None:
         written, name = separated["ratio"] or separated["unit"], separated["name"]
         # one letter after an underscore or a blank completes a name, as in F_N, unless an axis or a number is its end
         complete = len(written) > 1 or separated["loose"] is None or name[-1].lower() in XYZ or name[-1].isdigit()
         if complete and is_unit(written):
-            return Header(name.strip(), written)
-    return Header(header, None)
+            return ColumnHeader(name.strip(), written)
+    return ColumnHeader(header, None)
 
 
 def is_unit(text: str) -> bool:

@@ -24,7 +24,7 @@ from stiffcal.compensation.table_columns import (
     AXES,
     FORCES,
     POSITION,
-    TableColumn,
+    ReadColumn,
     columns_of,
     joints_in_words,
 )
@@ -245,7 +245,7 @@ def _written(
     numbers: Mapping[str, Floats],
     texts: Mapping[str, Sequence[str]],
     lines: NDArray[np.int64],
-    columns: Iterable[TableColumn],
+    columns: Iterable[ReadColumn],
 ) -> WrittenTable:
     stated = frozenset(column.name for column in columns if column.name is not None and column.stated)
     unused = tuple(column.header.strip() or "without a name" for column in columns if column.name is None)

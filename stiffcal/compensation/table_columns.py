@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from stiffcal.campaign.column_names import (
     QUATERNIONS,
     TIMES,
-    Header,
+    ColumnHeader,
     Reading,
     component_of,
     header_parts,
@@ -39,7 +39,7 @@ _OF_READING: Mapping[Reading, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class TableColumn:
+class ReadColumn:
     """A column of a table."""
 
     header: str
@@ -60,7 +60,7 @@ def columns_of(
     display_name: str,
     place: str,
     prismatic: Collection[str] = (),
-) -> list[TableColumn]:
+) -> list[ReadColumn]:
     """Return what each column of a table is.
 
     Parameters
@@ -81,23 +81,23 @@ def columns_of(
     """
     parts = [header_parts(header.strip()) for header in headers]
     below = [written or None for written in units] or [None] * len(headers)
-    parts = [Header(part.name, part.unit or written) for part, written in zip(parts, below, strict=True)]
+    parts = [ColumnHeader(part.name, part.unit or written) for part, written in zip(parts, below, strict=True)]
     joints = _joints_by_header([part.name for part in parts], joint_names)
     names = {k: joints.get(k) or _name_of(part, asked) for k, part in enumerate(parts)}
     _check_open(parts, headers, set(joints), set(names.values()), display_name, place)
-    columns: list[TableColumn] = []
+    columns: list[ReadColumn] = []
     first: dict[str, str] = {}
     for k, header in enumerate(headers):
         written, name = parts[k].unit, names[k]
         if name is None or name not in asked:
-            columns.append(TableColumn(header, None))
+            columns.append(ReadColumn(header, None))
             continue
         if name in first:
             reason = f"columns {first[name]} and {header.strip()} are both read as {name}"
             raise InputError.at(FaultCode.COLUMN_DUPLICATE, display_name, place, reason, "leave one of them out")
         first[name] = header.strip()
         factor = _factor(name, written, joint_names, prismatic, display_name, f"{place}, column {header.strip()}")
-        columns.append(TableColumn(header, name, factor, written is not None))
+        columns.append(ReadColumn(header, name, factor, written is not None))
     return columns
 
 
@@ -124,7 +124,7 @@ def _joints_by_header(names: Sequence[str], joint_names: Sequence[str]) -> dict[
     return {names.index(name): joint for name, joint in zip(numbered, joint_names, strict=True)}
 
 
-def _name_of(part: Header, asked: Sequence[str]) -> str | None:
+def _name_of(part: ColumnHeader, asked: Sequence[str]) -> str | None:
     """Return what a column that is no joint's is; None where this is not known."""
     if part.name in asked and part.name not in AXES:
         return part.name
@@ -144,7 +144,7 @@ def _name_of(part: Header, asked: Sequence[str]) -> str | None:
 
 
 def _check_open(
-    parts: Sequence[Header],
+    parts: Sequence[ColumnHeader],
     headers: Sequence[str],
     joints: Collection[int],
     names: Collection[str | None],

@@ -146,10 +146,10 @@ def plain_message(kind: str, text: str = "") -> bytes:
     return _joined({"kind": kind, "text": text})
 
 
-def parts_of(message: bytes) -> tuple[Document, memoryview]:
+def parts_of(packet: bytes) -> tuple[Document, memoryview]:
     """Return a message's document, and the bytes behind it."""
-    end = message.index(b"\n")
-    return json.loads(message[:end]), memoryview(message)[end + 1 :]
+    end = packet.index(b"\n")
+    return json.loads(packet[:end]), memoryview(packet)[end + 1 :]
 
 
 def _joined(head: Document, arrays: Sequence[NDArray[Any]] = ()) -> bytes:

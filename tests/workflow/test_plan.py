@@ -118,7 +118,7 @@ def test_the_run_sheet_on_paper_has_every_run(irb4400: Path, tmp_path: Path) -> 
     assert all(parameter.name in text for parameter in plan.parameters)
     with pytest.raises(InputError) as raised:
         plan_campaign(irb4400, request=PlanRequest(sheet=tmp_path / "runs.docx"))
-    assert raised.value.code == FaultCode.OPTION_INVALID
+    assert raised.value.code == FaultCode.FORMAT_UNKNOWN
 
 
 def test_a_plan_for_a_path_predicts_better_there(irb4400: Path, tmp_path: Path) -> None:
