@@ -30,7 +30,7 @@ test-all: $(VENV)/docs.stamp $(VENV)/browser.stamp
 
 # the page of `view` in a browser; needs Debian's chromium (apt-get install chromium), or CHROMIUM=/path/to/chromium
 test-browser: $(VENV)/browser.stamp
-	$(BIN)/python -m pytest -q -rs -m browser tests/view tests/live
+	$(BIN)/python -m pytest -q -rs -m browser tests/view
 
 # the documentation: build/docs/html/index.html. Warnings are errors; the build uses no network.
 SPHINX = $(BIN)/python -P -m sphinx -W --keep-going -q -d build/docs/doctrees

@@ -151,41 +151,8 @@ def superscript(power: int) -> str:
     return str(power).translate(_SUPERSCRIPT)
 
 
-def length(metres: float | None, number: NumberText) -> str:
-    """Return a length in mm, in µm below 0.1 mm; below a nanometre it is some computation's rounding.
-
-    Examples
-    --------
-    >>> length(0.0017254, significant), length(1.234e-5, grouped), length(2e-13, grouped), length(None, grouped)
-    ('1.73 mm', '12.3 µm', 'below 1 nm', '–')
-    """
-    return small_quantity(metres, number, "m")
-
-
-def angle(radians: float | None, number: NumberText) -> str:
-    """Return an angle in mrad, in µrad below 0.1 mrad; below a nanoradian it is some computation's rounding.
-
-    Examples
-    --------
-    >>> angle(0.00123, significant), angle(7.79e-5, grouped), angle(3e-14, significant)
-    ('1.23 mrad', '77.9 µrad', 'below 1 nrad')
-    """
-    return small_quantity(radians, number, "rad")
-
-
-def small_quantity(value: float | None, number: NumberText, unit: str) -> str:
-    """Return a small quantity in thousandths of its unit, in millionths below a tenth of one."""
-    if value is None or not math.isfinite(value):
-        return DASH
-    if 0 < abs(value) < 1e-9:
-        return f"below 1 n{unit}"
-    if 0 < abs(value) < 1e-4:
-        return f"{number(value * 1e6)} µ{unit}"
-    return f"{number(value * 1e3)} m{unit}"
-
-
 def thousandths(value: float | None, number: NumberText, unit: str) -> str:
-    """Return a small quantity in thousandths of its unit, whatever its size: a document has one unit per quantity.
+    """Return a small quantity in thousandths of its unit, whatever its size: an answer has one unit per quantity.
 
     Examples
     --------
@@ -197,6 +164,28 @@ def thousandths(value: float | None, number: NumberText, unit: str) -> str:
     if 0.0 < abs(value) < 1e-9:  # some computation's rounding
         return f"below 0.000001 m{unit}"
     return f"{number(value * 1e3)} m{unit}"
+
+
+def length(metres: float | None, number: NumberText) -> str:
+    """Return a length in mm, whatever its size: lines of one answer are compared.
+
+    Examples
+    --------
+    >>> length(0.0017254, significant), length(1.234e-5, grouped), length(None, grouped)
+    ('1.73 mm', '0.0123 mm', '–')
+    """
+    return thousandths(metres, number, "m")
+
+
+def angle(radians: float | None, number: NumberText) -> str:
+    """Return an angle in mrad, whatever its size.
+
+    Examples
+    --------
+    >>> angle(0.00123, significant), angle(7.79e-5, grouped)
+    ('1.23 mrad', '0.0779 mrad')
+    """
+    return thousandths(radians, number, "rad")
 
 
 def share(fraction: float | None, number: NumberText) -> str:
@@ -214,19 +203,18 @@ def measures(
     rms: Rms | Mapping[str, float | None] | None,
     number: NumberText,
     of_motors: str = "",
-    small: Callable[[float | None, NumberText, str], str] = small_quantity,
 ) -> list[str]:
     """Return the known measures of an error ``{translation, rotation, …}``, each with its unit.
 
     Parameters
     ----------
-    rms : the error. number : how a number is written. of_motors : added to the angle of motors where other measures
-        are known too. small : how lengths and angles are written, of a value, `number` and the SI unit.
+    rms : the error. number : how a number is written.
+    of_motors : added to the angle of motors where other measures are known too.
 
     Examples
     --------
     >>> measures({"translation": 0.0003721, "rotation": None, "length": 1.2e-6}, significant)
-    ['0.372 mm', '1.20 µm at the rods']
+    ['0.372 mm', '0.00120 mm at the rods']
     """
     texts = []
     known = [(name, value) for name, value in (rms.items() if rms else ()) if value is not None]
@@ -234,11 +222,11 @@ def measures(
         if name == "torque":
             texts.append(f"{number(value)} N·m")
         elif name == "length":
-            texts.append(f"{small(value, number, 'm')} at the rods")
+            texts.append(f"{thousandths(value, number, 'm')} at the rods")
         elif name == "motor_angle":
-            texts.append(small(value, number, "rad") + (of_motors if len(known) > 1 else ""))
+            texts.append(thousandths(value, number, "rad") + (of_motors if len(known) > 1 else ""))
         else:
-            texts.append(small(value, number, "rad" if name == "rotation" else "m"))
+            texts.append(thousandths(value, number, "rad" if name == "rotation" else "m"))
     return texts
 
 

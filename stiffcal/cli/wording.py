@@ -1,4 +1,4 @@
-"""Numbers as a terminal shows them: mm, µm, mrad, N·m/rad, three significant digits."""
+"""Numbers as a terminal shows them: mm, mrad, N·m/rad, three significant digits."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ __all__ = ["NOT_KNOWN", "angle", "deviation", "interval", "length", "places", "r
 
 
 def length(metres: float | None) -> str:
-    """Return a length in mm, in µm below 0.1 mm."""
+    """Return a length in mm."""
     return wording.length(metres, significant)
 
 
 def angle(radians: float | None) -> str:
-    """Return an angle in mrad, in µrad below 0.1 mrad."""
+    """Return an angle in mrad."""
     return wording.angle(radians, significant)
 
 
@@ -40,7 +40,7 @@ def deviation(rms: Rms | Mapping[str, float | None] | None) -> str:
     >>> deviation({"translation": 0.0003721, "rotation": 2.5e-4})
     '0.372 mm, 0.250 mrad'
     >>> deviation({"translation": 0.0003721, "rotation": None, "length": 1.2e-6})
-    '0.372 mm, 1.20 µm at the rods'
+    '0.372 mm, 0.00120 mm at the rods'
     """
     return ", ".join(wording.measures(rms, significant)) or NOT_KNOWN
 

@@ -53,12 +53,12 @@ class Placed(Protocol):
 
 def length(metres: float | None) -> str:
     """Return a length in mm, the one unit of lengths in a report."""
-    return wording.thousandths(metres, digits, "m")
+    return wording.length(metres, digits)
 
 
 def angle(radians: float | None) -> str:
     """Return a small angle in mrad, the one unit of small angles in a report."""
-    return wording.thousandths(radians, digits, "rad")
+    return wording.angle(radians, digits)
 
 
 def percent(share: float | None) -> str:
@@ -76,7 +76,7 @@ def measure_text(measure: Rms | Mapping[str, Any] | None) -> str:
     >>> measure_text({"translation": 4.17e-5, "rotation": None}), measure_text(None)
     ('0.0417 mm', '–')
     """
-    return listing(wording.measures(measure, digits, " of the motors", wording.thousandths))
+    return listing(wording.measures(measure, digits, " of the motors"))
 
 
 def measure_cell(measure: Rms | Mapping[str, Any] | None) -> str:

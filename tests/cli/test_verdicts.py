@@ -34,7 +34,7 @@ def fit(noise: Rms | None, not_identifiable: list[Any], values: tuple[float | No
     ("fitted", "level", "words"),
     [
         (fit(Rms(1e-5, None), []), "pass", "all parameters are identifiable from these data"),
-        (fit(Rms(2e-6, None), []), "warn", "noise 2.00 µm (from repeats)"),
+        (fit(Rms(2e-6, None), []), "warn", "noise 0.00200 mm (from repeats)"),
         (fit(None, []), "warn", "noise not known"),
         (fit(Rms(1e-5, None), GROUP), "warn", "2 parameters are not identifiable from these data"),
         (fit(Rms(1e-5, None), GROUP, values=(None, None)), "fail", "no parameter is identifiable"),
@@ -64,8 +64,8 @@ def test_the_error_with_all_that_is_missing_is_printed_where_several_effects_are
     drift = SimpleNamespace(effect="thermal-drift", where=Where())
     by_region = ErrorAsValidated(scheme="poses-region", rms=Rms(9e-5, None), with_missing=Rms(4e-5, None))
     for missing, noise, validated, printed in (
-        ([friction, drift], Rms(3.1e-5, None), None, "noise 31.0 µm"),
-        ([friction, drift], Rms(3.1e-5, None), by_region, "40.0 µm in held-out regions, noise 31.0 µm"),
+        ([friction, drift], Rms(3.1e-5, None), None, "noise 0.0310 mm"),
+        ([friction, drift], Rms(3.1e-5, None), by_region, "0.0400 mm in held-out regions, noise 0.0310 mm"),
         ([friction, drift], None, None, "noise not known"),
         ([friction], Rms(3.1e-5, None), None, ""),
     ):
@@ -74,7 +74,7 @@ def test_the_error_with_all_that_is_missing_is_printed_where_several_effects_are
         )
         with StringIO() as text:
             _show_with_all_missing(AnswerConsole(file=text, width=40), result)
-            line = f"with friction-hysteresis (joint 2) and thermal-drift: 30.8 µm in held-out poses, {printed}\n"
+            line = f"with friction-hysteresis (joint 2) and thermal-drift: 0.0308 mm in held-out poses, {printed}\n"
             assert text.getvalue() == (line if printed else "")
 
 

@@ -10,8 +10,8 @@ from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.tables import plain_table
 
 ROWS = [
-    ("friction-hysteresis", "joint 2 and joint 3", "rejected", "0.133 mm, 71.3 µrad", "12.0 %", "98.0 %", "0.012 mm"),
-    ("thermal-drift", "", "supported", "43.9 µm, 47.4 µrad, 1.20 µm at the rods", "100 %", "–", "0.120 mm"),
+    ("friction-hysteresis", "joint 2 and joint 3", "rejected", "0.133 mm, 0.0713 mrad", "12.0 %", "98.0 %", "0.012 mm"),
+    ("thermal-drift", "", "supported", "0.0439 mm, 0.0474 mrad, 0.0012 mm at the rods", "100 %", "–", "0.120 mm"),
 ]
 SENTENCE = (
     "  geometry known to 0.41 mm per length and 0.016° per angle, see /a/folder/that/is/long/robot.toml for details"
@@ -48,7 +48,7 @@ def test_no_word_and_no_number_is_split(width: int) -> None:
 def test_columns_stack_where_their_words_do_not_fit() -> None:
     lines = printed(60).splitlines()
     assert "friction-hysteresis joint 2 and joint 3 rejected" in lines
-    assert "  held-out, rms: 0.133 mm, 71.3 µrad" in lines
+    assert "  held-out, rms: 0.133 mm, 0.0713 mrad" in lines
 
 
 def test_a_sentence_in_a_pipe_is_one_line() -> None:

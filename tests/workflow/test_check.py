@@ -129,7 +129,7 @@ def test_check_states_what_a_few_absolute_poses_lack(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "stated", "source", "words"),
     [
-        (40, True, "manifest", "sigma of campaign.toml, 34.6 µm rms in distance"),
+        (40, True, "manifest", "sigma of campaign.toml, 0.0346 mm rms in distance"),
         (40, False, "none", "not known: campaign.toml states no sigma, and 0 pairs of rows that repeat each other are"),
         (28, False, "repeats", "estimated from 12 pairs of rows that repeat each other"),
     ],

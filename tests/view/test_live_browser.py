@@ -13,7 +13,6 @@ import pytest
 from stiffcal.live.page import live_server
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.steps import RunContext
-from tests.laboratory.browser import chromium
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.browser
@@ -29,7 +28,7 @@ WATCH_FORECASTS = """(() => {
 
 
 @pytest.fixture
-def page(tmp_path: Path) -> Iterator[tuple[Any, Path]]:
+def live_page(browser: Any, tmp_path: Path) -> Iterator[tuple[Any, Path]]:
     """A campaign whose model lacks a joint, served and opened."""
     folder = write_small_campaign(tmp_path / "small", poses=4)
     model = folder / "model.toml"
@@ -39,17 +38,17 @@ def page(tmp_path: Path) -> Iterator[tuple[Any, Path]]:
     thread = threading.Thread(target=server.serve)
     thread.start()
     complaints: list[str] = []
+    opened = browser.new_context().new_page()
     try:
-        with chromium() as browser:
-            opened = browser.new_page()
-            opened.set_default_timeout(30_000)
-            opened.on("console", lambda message: complaints.append(message.text))
-            opened.on("pageerror", lambda error: complaints.append(str(error)))
-            opened.goto(server.address)
-            opened.wait_for_selector("body[data-ready], body[data-failed]")
-            _until(opened, "stiffcal.parts[0].live.forecasts")
-            yield opened, folder
+        opened.set_default_timeout(30_000)
+        opened.on("console", lambda message: complaints.append(message.text))
+        opened.on("pageerror", lambda error: complaints.append(str(error)))
+        opened.goto(server.address)
+        opened.wait_for_selector("body[data-ready], body[data-failed]")
+        _until(opened, "stiffcal.parts[0].live.forecasts")
+        yield opened, folder
     finally:
+        opened.context.close()
         server.stop()
         thread.join()
     # the console states each refusal of the server, which tests ask for
@@ -69,8 +68,8 @@ def _waited(page: Any) -> None:
     assert page.evaluate("stiffcal.fault") == ""
 
 
-def test_an_effect_is_ticked_and_the_error_falls(page: tuple[Any, Path]) -> None:
-    shown, folder = page
+def test_an_effect_is_ticked_and_the_error_falls(live_page: tuple[Any, Path]) -> None:
+    shown, folder = live_page
     before = shown.evaluate("Array.from(stiffcal.residual().move)")
     text = shown.locator("#error").inner_text()
     rungs = shown.evaluate("stiffcal.data.models.length")
@@ -103,8 +102,8 @@ def test_an_effect_is_ticked_and_the_error_falls(page: tuple[Any, Path]) -> None
     assert shown.evaluate("stiffcal.data.effects.map((effect) => effect.name)").count(EFFECT) == 1
 
 
-def test_states_are_left_out_and_taken_back(page: tuple[Any, Path]) -> None:
-    shown, folder = page
+def test_states_are_left_out_and_taken_back(live_page: tuple[Any, Path]) -> None:
+    shown, folder = live_page
     used = "Array.from(stiffcal.data.states.used).filter(Boolean).length"
     count, manifest = shown.evaluate(used), (folder / "campaign.toml").read_bytes()
     shown.evaluate("stiffcal.select([3, 4, 8])")
@@ -117,8 +116,8 @@ def test_states_are_left_out_and_taken_back(page: tuple[Any, Path]) -> None:
     assert shown.evaluate(used) == count
 
 
-def test_a_model_that_somebody_changed_is_asked_about(page: tuple[Any, Path]) -> None:
-    shown, folder = page
+def test_a_model_that_somebody_changed_is_asked_about(live_page: tuple[Any, Path]) -> None:
+    shown, folder = live_page
     file = folder / "model.toml"
     file.write_text(file.read_text("utf-8") + "# a remark\n", encoding="utf-8")
     shown.locator(f"#candidates input[data-effect='{EFFECT}']").check()
